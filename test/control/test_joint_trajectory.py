@@ -13,7 +13,7 @@ from crane_sim.trajectories.trajectory import sample_trajectory
 
 pytestmark = pytest.mark.interpreted
 
-PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [2.0], "velocity": 0.5, "acceleration": 0.2}
+PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [0.4], "velocity": 0.4, "acceleration": 0.5}
 
 
 def scene(drive: str, path: dict[str, Any] | None, **groups: Any) -> Scene:
@@ -21,7 +21,7 @@ def scene(drive: str, path: dict[str, Any] | None, **groups: Any) -> Scene:
     servo = {"gain": inf, "max_acceleration": 50.0, "max_speed": 5.0}
     document = {
         "crane": "overhead",
-        "duration": 8.0,
+        "duration": 2.5,
         "trolley": {"mass": 1200.0},
         "cable": {"lengths": 4.0, "node_masses": 500.0},
         "actuators": {"trolley": {"drive": drive, "servo": servo}},
@@ -32,7 +32,7 @@ def scene(drive: str, path: dict[str, Any] | None, **groups: Any) -> Scene:
 
 def test_commands_are_those_of_the_formula() -> None:
     """Drives by position are commanded x*, those by speed v* + h (x* - x), at any time of the path."""
-    for t in (0.0, 1.3, 3.7, 9.0):
+    for t in (0.0, 0.3, 1.1, 9.0):
         loaded = scene("velocity", PATH, control={"position_gain": 3.0})
         ((x,), (rate,), _), q = sample_trajectory(loaded.path, np.array([t]))[0], (0.7, 0.1)
         assert loaded.law is not None
@@ -46,14 +46,14 @@ def test_a_trolley_reaches_the_end_of_its_path() -> None:
     loaded = scene("position", PATH)
     run = simulate(loaded)
     deviation = run.q[:, 0] - sample_trajectory(loaded.path, run.t)[:, 0, 0]
-    assert abs(deviation[-1]) < 1e-9 and np.max(np.abs(deviation)) < 0.5 * 0.02  # path's velocity × two periods
+    assert abs(deviation[-1]) < 1e-9 and np.max(np.abs(deviation)) < 0.4 * 0.02  # path's velocity × two periods
 
 
 def test_a_deviation_decays_by_the_gain() -> None:
     """Below an exact speed drive a trolley that begins beside its path comes to it as exp(-h t)."""
     path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"]}
     path |= {"points": [{"positions": [0.5], "velocities": [0.0], "time_from_start": 0.0}]}
-    run = simulate(scene("velocity", path, control={"position_gain": 2.0}, duration=2.0))
+    run = simulate(scene("velocity", path, control={"position_gain": 2.0}, duration=1.0))
     # a speed held for a period T: (1 - h T) a period in place of exp(-h T), 1 % at h t = 2; and the drive's ramp
     assert 0.5 - run.q[100, 0] == pytest.approx(0.5 * exp(-2.0), rel=0.06)
 
