@@ -20,13 +20,17 @@ from crane_sim.scenes.schema.bridge import BridgeFile
 from crane_sim.scenes.schema.gantry import GantryFile
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.knuckle import KnuckleFile
+from crane_sim.scenes.schema.knuckle_falls import KnuckleFallsFile
 from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.mobile import MobileFile
+from crane_sim.scenes.schema.mobile_falls import MobileFallsFile
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.scenes.schema.pendulum import PendulumFile
+from crane_sim.scenes.schema.pendulum_falls import PendulumFallsFile
 from crane_sim.scenes.schema.reference import resolve_target
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.scenes.schema.tower import TowerFile
+from crane_sim.scenes.schema.tower_falls import TowerFallsFile
 from crane_sim.scenes.schema.uncertain import draw_parameters
 
 MAX_STEPS = 1e8  # control periods in a run
@@ -40,6 +44,14 @@ FORMS: dict[str, type[SceneFile]] = {
     "pendulum": PendulumFile,
 }
 """The kinds of crane, and the form of their scene files."""
+
+FALLS_FORMS: dict[str, type[SceneFile]] = {
+    "knuckle": KnuckleFallsFile,
+    "tower": TowerFallsFile,
+    "mobile": MobileFallsFile,
+    "pendulum": PendulumFallsFile,
+}
+"""The same of those files that have `falls` in place of a rope."""
 
 DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
 
@@ -311,7 +323,6 @@ def _period(file: SceneFile) -> float:
 
 
 def _validate(document: dict[str, Any]) -> SceneFile:
-    form = FORMS.get(str(document.get("crane")))
     if "crane" not in document:
         known = {key for form in FORMS.values() for key in form.model_fields}
         suggestion = nearest("crane", [key for key in document if key not in known])
@@ -321,18 +332,42 @@ def _validate(document: dict[str, Any]) -> SceneFile:
             else "crane: is missing (possible: "
         )
         raise SceneError(f"{what}{', '.join(FORMS)})")
+    form = form_of(document)
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
+    _check_cable(document, form)
     try:
         return form.model_validate(without_nulls(document))
     except ValidationError as error:
         raise SceneError(one_line(error, form) + _cranes_with(foreign_key(error))) from None
 
 
+def form_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
+    """Return the form of a document, None for an unknown crane; with `falls` that of the crane with falls."""
+    crane = str(document.get("crane"))
+    return (FALLS_FORMS if document.get("falls") is not None and crane in FALLS_FORMS else FORMS).get(crane)
+
+
+def _check_cable(document: Mapping[str, Any], form: type[SceneFile]) -> None:
+    """Raise SceneError for keys of a rope beside `falls`, and for keys of falls without them."""
+    crane = document["crane"]
+    if crane == "bridge" and document.get("falls") is not None:
+        raise SceneError("falls: a bridge crane with falls is crane: gantry, whose winch is `hoist`")
+    others = FALLS_FORMS.get(crane) if form is FORMS[crane] else FORMS[crane]
+    for key in (key for key in document if others and key not in form.model_fields and document[key] is not None):
+        if key in others.model_fields:
+            beside = "stands beside falls" if form is not FORMS[crane] else "belongs to falls, and here are none"
+            raise SceneError(f"{key}: {beside}; leave out {key}, or {'take out' if form is not FORMS[crane] else 'give'} falls")
+
+
 def _cranes_with(key: str | None) -> str:
     """Return the end of a line on an unknown group that other cranes have, empty where none does."""
-    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields]
+    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields or key in _fields_with_falls(crane)]
     return f"; {key!r} belongs to crane: {', '.join(cranes)}" if cranes else ""
+
+
+def _fields_with_falls(crane: str) -> Mapping[str, Any]:
+    return FALLS_FORMS[crane].model_fields if crane in FALLS_FORMS else {}
 
 
 def _law(file: SceneFile, document: dict[str, Any]) -> Law:
