@@ -45,7 +45,9 @@ def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
 
 def cable_length(scene: Scene) -> float:
     """Return the length of rope and further links [m], or of falls and the load below them."""
-    return hung_length(scene) if isinstance(scene.model, SuspendedCrane | FallsCrane) else float(scene.model.cable.length)
+    return (
+        hung_length(scene) if isinstance(scene.model, SuspendedCrane | FallsCrane) else float(scene.model.cable.length)
+    )
 
 
 def _add_links(robot: ElementTree.Element, crane: SuspendedCrane, above: str, size: float) -> None:

@@ -111,7 +111,11 @@ def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
 def add_support(robot: ElementTree.Element, scene: Scene) -> str:
     """Add links and joints of a scene's support; return the link at its tip, whose axes are level."""
     support = bare_support(scene.model.support)
-    bends, size, rigid = support if isinstance(support, FlexibleSupport) else None, crane_size(scene), rigid_support(support)
+    bends, size, rigid = (
+        support if isinstance(support, FlexibleSupport) else None,
+        crane_size(scene),
+        rigid_support(support),
+    )
     if isinstance(rigid, Bridge):
         return _add_bridge(robot, rigid, scene, size)
     if isinstance(rigid, TowerCrane):

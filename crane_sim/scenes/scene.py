@@ -357,7 +357,9 @@ def _check_cable(document: Mapping[str, Any], form: type[SceneFile]) -> None:
     for key in (key for key in document if others and key not in form.model_fields and document[key] is not None):
         if key in others.model_fields:
             beside = "stands beside falls" if form is not FORMS[crane] else "belongs to falls, and here are none"
-            raise SceneError(f"{key}: {beside}; leave out {key}, or {'take out' if form is not FORMS[crane] else 'give'} falls")
+            raise SceneError(
+                f"{key}: {beside}; leave out {key}, or {'take out' if form is not FORMS[crane] else 'give'} falls"
+            )
 
 
 def _cranes_with(key: str | None) -> str:

@@ -222,7 +222,9 @@ def fall_ends(falls: Falls, values: Mapping[str, Numbers], tip: Numbers) -> tupl
     load = np.column_stack([values[f"payload_{axis}"] for axis in "xyz"])
     attitude = np.column_stack([values[name] for name in ATTITUDE])
     rows = Rotation.from_quat(np.roll(attitude, -1, axis=1)).as_matrix()
-    return tip[:, None] + np.einsum("kij,nj->kni", turns, falls.top), load[:, None] + np.einsum("kij,nj->kni", rows, falls.bottom)
+    return tip[:, None] + np.einsum("kij,nj->kni", turns, falls.top), load[:, None] + np.einsum(
+        "kij,nj->kni", rows, falls.bottom
+    )
 
 
 def _as_vector(values: Numbers) -> tuple[float, float, float]:

@@ -62,7 +62,9 @@ class BridgeGroups(SupportedFile):
 
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of trolley and bridge."""
-        return JointMobility(np.eye(2, 4), np.diag([1.0 / self.trolley.mass, 1.0 / (self.trolley.mass + self.bridge.mass)]))
+        return JointMobility(
+            np.eye(2, 4), np.diag([1.0 / self.trolley.mass, 1.0 / (self.trolley.mass + self.bridge.mass)])
+        )
 
     def support(self) -> Bridge:
         """Return the parameters of the support."""

@@ -55,7 +55,7 @@ class FallsGroup(Group):
 
 
 def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | None) -> Any:
-    """Return (x, y, z) [m] of the load's centre from the tip at rest and its attitude (w, x, y, z), in the support's axes.
+    """Return (x, y, z) [m] of the load's centre at rest and its attitude (w, x, y, z), from the tip, in its axes.
 
     Args:
         falls, load: the parameters; the falls' length is their unstretched one.

@@ -108,7 +108,9 @@ class HoistedFile(SupportedFile, FallsFile):
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...]:
         """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,)."""
         drives = drive_names(self.backlash, self.support_joints)
-        starts = [target[[name for name, _, _ in self.support_joints].index(name.split("_drive_")[0])] for name in drives]
+        starts = [
+            target[[name for name, _, _ in self.support_joints].index(name.split("_drive_")[0])] for name in drives
+        ]
         return (*target, *self._hanging(target, target[-1], None), *self._bent(target), *starts)
 
     @property

@@ -105,7 +105,10 @@ class KnuckleGroups(SupportedFile):
         )
         turning = self.tower.inertia + boom.mass * (0.5 * a * cos(beta)) ** 2
         turning += jib.mass * (a * cos(beta) + 0.5 * b * cos(gamma)) ** 2
-        luffing, mixed = boom.inertia + a * a * (0.25 * boom.mass + jib.mass), 0.5 * jib.mass * a * b * cos(beta - gamma)
+        luffing, mixed = (
+            boom.inertia + a * a * (0.25 * boom.mass + jib.mass),
+            0.5 * jib.mass * a * b * cos(beta - gamma),
+        )
         masses = [[turning, 0.0, 0.0], [0.0, luffing, mixed], [0.0, mixed, jib.inertia + 0.25 * jib.mass * b * b]]
         return JointMobility(levers, np.linalg.inv(masses))
 
