@@ -53,6 +53,9 @@ FALLS_FORMS: dict[str, type[SceneFile]] = {
 }
 """The same of those files that have `falls` in place of a rope."""
 
+ALL_FORMS = FORMS | {f"{crane} with falls": form for crane, form in FALLS_FORMS.items()}
+"""All forms, by what a crane is called."""
+
 DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
 
 
