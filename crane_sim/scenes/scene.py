@@ -338,7 +338,7 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     form = form_of(document)
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
-    _check_cable(document, form)
+    _check_cable(document)
     try:
         return form.model_validate(without_nulls(document))
     except ValidationError as error:
@@ -351,28 +351,28 @@ def form_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
     return (FALLS_FORMS if document.get("falls") is not None and crane in FALLS_FORMS else FORMS).get(crane)
 
 
-def _check_cable(document: Mapping[str, Any], form: type[SceneFile]) -> None:
+def _check_cable(document: Mapping[str, Any]) -> None:
     """Raise SceneError for keys of a rope beside `falls`, and for keys of falls without them."""
-    crane = document["crane"]
-    if crane == "bridge" and document.get("falls") is not None:
-        raise SceneError("falls: a bridge crane with falls is crane: gantry, whose winch is `hoist`")
-    others = FALLS_FORMS.get(crane) if form is FORMS[crane] else FORMS[crane]
-    for key in (key for key in document if others and key not in form.model_fields and document[key] is not None):
-        if key in others.model_fields:
-            beside = "stands beside falls" if form is not FORMS[crane] else "belongs to falls, and here are none"
-            raise SceneError(
-                f"{key}: {beside}; leave out {key}, or {'take out' if form is not FORMS[crane] else 'give'} falls"
-            )
+    crane, on_falls = str(document["crane"]), document.get("falls") is not None
+    if crane == "bridge" and on_falls:
+        raise SceneError("falls: belongs to crane: gantry, whose winch is `hoist`; here is crane: bridge")
+    if crane not in FALLS_FORMS:
+        return
+    forms = FORMS[crane].model_fields, FALLS_FORMS[crane].model_fields
+    known, others = forms if not on_falls else forms[::-1]
+    for key in (key for key, value in document.items() if value is not None and key in others.keys() - known.keys()):
+        why, what = ("stands beside falls", "one of both") if on_falls else ("belongs to falls, here are none", key)
+        raise SceneError(f"{key}: {why}; leave out {what}")
 
 
 def _cranes_with(key: str | None) -> str:
     """Return the end of a line on an unknown group that other cranes have, empty where none does."""
-    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields or key in _fields_with_falls(crane)]
-    return f"; {key!r} belongs to crane: {', '.join(cranes)}" if cranes else ""
-
-
-def _fields_with_falls(crane: str) -> Mapping[str, Any]:
-    return FALLS_FORMS[crane].model_fields if crane in FALLS_FORMS else {}
+    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields]
+    on_falls = [crane for crane, form in FALLS_FORMS.items() if key in form.model_fields and crane not in cranes]
+    if not cranes and not on_falls:
+        return ""
+    also = f", with falls to {', '.join(on_falls)}" if on_falls else ""
+    return f"; {key!r} belongs to crane: {', '.join(cranes)}{also}"
 
 
 def _law(file: SceneFile, document: dict[str, Any]) -> Law:
