@@ -42,7 +42,7 @@ def urdf(scene: Scene) -> str:
     elif scene.crane == "pendulum":
         pendulum.add_pendulum(robot, scene)
     elif isinstance(scene.model, FallsCrane):
-        falls.add_gantry(robot, scene)
+        falls.add_crane_on_falls(robot, scene)
     elif isinstance(scene.model, SuspendedCrane):
         suspended.add_suspended_crane(robot, scene)
     else:

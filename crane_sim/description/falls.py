@@ -1,6 +1,7 @@
-"""The URDF of a gantry crane: a portal that travels, a trolley on it, and the load, which moves freely in the base.
+"""The URDF of cranes whose load hangs on falls: the support, and the load, which moves freely in the base.
 
-The origin of `base_link` is the trolley's rail, where `trolley` and `bridge` are zero. The falls are no joints: their
+Of a gantry, a portal that travels with a trolley on it, the origin of `base_link` is the trolley's rail, where
+`trolley` and `bridge` are zero. Other supports are those of cranes with a rope. The falls are no joints: their
 ends follow from trolley and load. The load's attitude is a quaternion, which no joints of a URDF can be: its link keeps
 the axes of the base here, while a recording turns it.
 """
@@ -14,8 +15,17 @@ import numpy as np
 
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, UP, add_joint, add_link
 from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Body, Shape, point_mass
-from crane_sim.description.suspended import ATTITUDE_JOINT, add_drives, box_edges, products_of
+from crane_sim.description.suspended import (
+    ATTITUDE_JOINT,
+    add_drives,
+    add_support,
+    box_edges,
+    contact_height,
+    hung_length,
+    products_of,
+)
 from crane_sim.models.supports.actuated_support import bare_support
+from crane_sim.models.supports.bridge import Bridge
 
 if TYPE_CHECKING:
     from crane_sim.models.falls.crane import Falls, FallsCrane
@@ -25,24 +35,47 @@ if TYPE_CHECKING:
 
 def depth_of(scene: Scene) -> float:
     """Return the depth [m] of the drawn ground below the trolley's rail: a contact's surface, else below all."""
-    contact = scene.model.contact
-    if contact is not None:
-        return -float(contact.surface.height if contact.changes is None else contact.changes.heights.min())
-    return 1.2 * float(scene.model.falls.length + 2.0 * abs(scene.model.falls.bottom[:, 2].mean()))
+    surface = contact_height(scene)
+    return -surface if surface is not None else 1.2 * hung_length(scene)
 
 
-def add_gantry(robot: ElementTree.Element, scene: Scene) -> None:
+def add_crane_on_falls(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
+    if isinstance(bare_support(scene.model.support), Bridge):
+        tip = add_gantry(robot, scene)
+    else:
+        tip = add_support(robot, scene)
+        add_head(robot, scene.model.falls, tip)
+    ElementTree.SubElement(robot, "link", name="hoist_link")
+    add_joint(robot, "prismatic", "hoist", (tip, "hoist_link"), axis=DOWN)
+    add_load(robot, scene.model)
+    add_drives(robot, scene)
+
+
+def add_gantry(robot: ElementTree.Element, scene: Scene) -> str:
+    """Add portal and trolley; return the link of the trolley."""
     crane: FallsCrane = scene.model._replace(support=bare_support(scene.model.support))
     depth = depth_of(scene)
     reach = _reach(scene, depth)
     add_link(robot, "base_link", [])
     add_link(robot, "bridge_link", _portal(*reach, depth), point_mass(crane.support.bridge.mass))
     add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.trolley.mass))
-    ElementTree.SubElement(robot, "link", name="hoist_link")
     add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
     add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
-    add_joint(robot, "prismatic", "hoist", ("trolley_link", "hoist_link"), axis=DOWN)
+    return "trolley_link"
+
+
+def add_head(robot: ElementTree.Element, falls: Falls, tip: str) -> None:
+    """Add what holds the falls' upper ends at the tip, a plate that stays level."""
+    low, high = falls.top.min(axis=0), falls.top.max(axis=0)
+    (x, y, z), (a, b, _) = (0.5 * (low + high)).tolist(), (high - low + 0.02 * falls.length).tolist()
+    plate = Shape((a, b, 0.01 * falls.length), (x, y, z), STEEL)
+    add_link(robot, "head_link", [plate])
+    add_joint(robot, "fixed", "head", (tip, "head_link"))
+
+
+def add_load(robot: ElementTree.Element, crane: FallsCrane) -> None:
+    """Add the load with the joints of its place and attitude."""
     parent = "base_link"
     for axis, way in (("x", FORWARD), ("y", LEFT), ("z", UP)):
         child = f"payload_{axis}_link"
@@ -55,7 +88,6 @@ def add_gantry(robot: ElementTree.Element, scene: Scene) -> None:
         crane.load.mass, ORIGIN, (float(moments[0]), float(moments[1]), float(moments[2])), products_of(crane.load)
     )
     add_link(robot, "payload_link", spreader_visual(crane.load, crane.falls), body)
-    add_drives(robot, scene)
 
 
 def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:

@@ -9,12 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-import numpy as np
-
 from crane_sim.description.cables import ALONG, SuspendedCable, add_directed
+from crane_sim.description.falls import add_head, add_load
 from crane_sim.description.robot import add_joint, add_link
 from crane_sim.description.solids import ACROSS, DARK, ORIGIN, STEEL, YELLOW, Shape, crate, point_mass
-from crane_sim.description.suspended import add_payload, hook_block
+from crane_sim.description.suspended import add_payload, hook_block, hung_length
+from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.suspended.crane import SuspendedCrane
 
@@ -32,7 +32,10 @@ def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
         add_link(robot, below, _head(length) if axis == "z" else [])
         add_joint(robot, "prismatic", f"tip_{axis}", (above, below), ORIGIN, way)
         above = below
-    if isinstance(crane, SuspendedCrane):
+    if isinstance(crane, FallsCrane):
+        add_head(robot, crane.falls, above)
+        add_load(robot, crane)
+    elif isinstance(crane, SuspendedCrane):
         _add_links(robot, crane, above, length)
     else:
         mass = float(crane.load.mass)
@@ -41,9 +44,10 @@ def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
 
 
 def cable_length(scene: Scene) -> float:
-    """Return the length of rope and further links [m]."""
-    cable = scene.model.cable
-    return float(np.sum(cable.lengths)) if isinstance(scene.model, SuspendedCrane) else float(cable.length)
+    """Return the length of rope and further links [m], or of falls and the load below them."""
+    return (
+        hung_length(scene) if isinstance(scene.model, SuspendedCrane | FallsCrane) else float(scene.model.cable.length)
+    )
 
 
 def _add_links(robot: ElementTree.Element, crane: SuspendedCrane, above: str, size: float) -> None:

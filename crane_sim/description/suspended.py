@@ -1,5 +1,7 @@
 """The URDF of cranes with a suspended cable: the support, rope and swing, further links, the payload.
 
+The support's part is that of cranes with falls as well.
+
 The origin of `base_link` is the model's: at the height of the jib's underside on the tower's axis, on the slewing axis
 of a mobile crane, or on the trolley's rail. Further links are unit vectors in the axes of the base, so joints `level_*`
 undo the turns of rope and slew. A payload's attitude is four components of a quaternion, which no joints of a URDF can
@@ -63,9 +65,27 @@ def crane_size(scene: Scene) -> float:
     return max([start[2], *(scene.reference or ())[2:3], *(limits or ())])
 
 
+def hung_length(scene: Scene) -> float:
+    """Return the length [m] of what hangs: of rope and further links, or of falls and the load below them."""
+    falls = getattr(scene.model, "falls", None)
+    if falls is None:
+        return float(np.sum(scene.model.cable.lengths))
+    return float(falls.length + 2.0 * abs(falls.bottom[:, 2].mean()))
+
+
+def contact_height(scene: Scene) -> float | None:
+    """Return the height [m] of the surface that a load can be set down on, None where a crane has none."""
+    contact = getattr(scene.model, "contact", None)
+    if contact is None:
+        return None
+    return float(contact.surface.height if contact.changes is None else contact.changes.heights.min())
+
+
 def ground_height(scene: Scene) -> float:
-    """Return the height [m] of the drawn ground, below all that hangs; the model has none."""
-    length = float(np.sum(scene.model.cable.lengths))
+    """Return the height [m] of the drawn ground, below all that hangs: a contact's surface, if there is one."""
+    if (surface := contact_height(scene)) is not None:
+        return surface
+    length = hung_length(scene)
     support = rigid_support(bare_support(scene.model.support))
     if isinstance(support, Bridge):
         return -1.3 * length
@@ -78,24 +98,31 @@ def ground_height(scene: Scene) -> float:
 
 def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    support = bare_support(scene.model.support)
-    crane: SuspendedCrane = scene.model._replace(support=rigid_support(support))
-    bends = support if isinstance(support, FlexibleSupport) else None
-    size = crane_size(scene)
-    if isinstance(crane.support, Bridge):
-        tip = _add_bridge(robot, crane, scene, size)
-    elif isinstance(crane.support, TowerCrane):
-        tip = _add_tower(robot, crane.support, bends, size, ground_height(scene))
-    elif isinstance(crane.support, Knuckle):
-        tip = add_knuckle_boom(robot, crane.support, scene.joint_names[:3])
-    else:
-        tip = _add_boom(robot, crane.support, bends, size, scene.initial_q[2])
+    crane: SuspendedCrane = scene.model._replace(support=rigid_support(bare_support(scene.model.support)))
+    tip = add_support(robot, scene)
     for name in ("swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
     add_joint(robot, "revolute", "swing_tangential", (tip, "swing_link"), axis=FORWARD)
     add_joint(robot, "revolute", "swing_radial", ("swing_link", "rope_link"), axis=RIGHT)
-    _add_rigging(robot, crane, scene, size)
+    _add_rigging(robot, crane, scene, crane_size(scene))
     add_drives(robot, scene)
+
+
+def add_support(robot: ElementTree.Element, scene: Scene) -> str:
+    """Add links and joints of a scene's support; return the link at its tip, whose axes are level."""
+    support = bare_support(scene.model.support)
+    bends, size, rigid = (
+        support if isinstance(support, FlexibleSupport) else None,
+        crane_size(scene),
+        rigid_support(support),
+    )
+    if isinstance(rigid, Bridge):
+        return _add_bridge(robot, rigid, scene, size)
+    if isinstance(rigid, TowerCrane):
+        return _add_tower(robot, rigid, bends, size, ground_height(scene))
+    if isinstance(rigid, Knuckle):
+        return add_knuckle_boom(robot, rigid, scene.joint_names[:3])
+    return _add_boom(robot, rigid, bends, size, scene.initial_q[2])
 
 
 def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene, size: float) -> None:
@@ -249,9 +276,9 @@ def _jib_trolley(unit: float) -> list[Shape]:
     ]
 
 
-def _add_bridge(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene, size: float) -> str:
+def _add_bridge(robot: ElementTree.Element, support: Bridge, scene: Scene, size: float) -> str:
     """Add bridge and trolley; return the link of the trolley."""
-    unit, support = 0.03 * size, crane.support
+    unit = 0.03 * size
     places = [scene.initial_q[0], *(scene.reference or ())[:1], *(support.trolley.limits or ())]
     left, right = min(places) - 0.3 * size, max(places) + 0.3 * size
     girder = Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), 0.0, 1.6 * unit), YELLOW)

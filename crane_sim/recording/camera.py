@@ -10,7 +10,8 @@ import numpy as np
 from crane_sim.description.falls import depth_of
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
-from crane_sim.description.suspended import crane_size, ground_height
+from crane_sim.description.suspended import contact_height, crane_size, ground_height
+from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.suspended.crane import SuspendedCrane
 
@@ -45,7 +46,7 @@ def of_knuckle(scene: Scene) -> Framing:
     aside = heading - radians(72.0)
     return Framing(
         size=size,
-        ground=(0.0, 0.0, -pedestal_height(support)),
+        ground=(0.0, 0.0, -pedestal_height(support) if (surface := contact_height(scene)) is None else surface),
         ground_size=1.25 * size,
         eye=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
         look_at=(0.46 * size * cos(heading), 0.46 * size * sin(heading), -0.03 * size),
@@ -53,7 +54,7 @@ def of_knuckle(scene: Scene) -> Framing:
 
 
 def of_suspended(scene: Scene) -> Framing:
-    """Return how to draw a tower or a mobile crane."""
+    """Return how to draw a tower, mobile or bridge crane."""
     size, ground = crane_size(scene), ground_height(scene)
     if "slew" not in scene.joint_names:
         return _beside_bridge(scene, size, ground)
@@ -105,7 +106,7 @@ def heaviest_load(crane: Any) -> float:
 def hung_mass(crane: Any) -> float:
     """Return the mass [kg] that hangs on a crane's rope: of links and load, the heaviest one where it is exchanged."""
     if not isinstance(crane, SuspendedCrane):
-        return crane.load.mass
+        return heaviest_load(crane) if isinstance(crane, FallsCrane) else crane.load.mass
     return heaviest_load(crane) + float(crane.cable.masses[:-1].sum())
 
 

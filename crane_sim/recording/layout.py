@@ -21,7 +21,6 @@ from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
-from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.camera import (
     Framing,
     gantry_scales,
@@ -309,7 +308,7 @@ def _framing(scene: Scene, cable: Suspension | None) -> Framing:
         return of_pendulum(scene)
     if scene.crane == "knuckle":
         return of_knuckle(scene)
-    return of_suspended(scene) if isinstance(scene.model, SuspendedCrane) else of_gantry(scene)
+    return of_gantry(scene) if scene.crane == "gantry" else of_suspended(scene)
 
 
 def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
@@ -317,9 +316,9 @@ def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
         return (1.0,) * len(scene.actuated)  # m/s², or m
     if scene.crane == "knuckle":
         return knuckle_scales(scene)
-    if isinstance(scene.model, SuspendedCrane):
-        return suspended_scales(scene)
-    return effort_scales(scene, cable.hang) if cable else gantry_scales(scene)
+    if scene.crane == "gantry":
+        return gantry_scales(scene)
+    return effort_scales(scene, cable.hang) if cable else suspended_scales(scene)
 
 
 def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:

@@ -6,15 +6,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from point_masses import Extras, accelerations, body_points, mp, mpf, mpmath, on_base, plus, ring_points, rotate
-from test_suspended import INERTIA, SEA, attitude, base, turn
+import test_flexible
+from point_masses import Extras, accelerations, body_points, mp, mpf, mpmath, on_base, plus, rotate
+from test_suspended import ATTACHMENT, INERTIA, MOVES, SEA, START, attitude, base, body, support_places, turn
+from test_suspended import SUPPORTS as SLEWING
 
 from crane_sim import system
+from crane_sim.models.attitude import angular_velocity_of, rotation_of
+from crane_sim.models.cables.chain import Chain
 from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
+from crane_sim.models.supports import forward_kinematics
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.driven_point import Lift, Point
 from crane_sim.models.supports.hoist import ForceHoist
-from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
+from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, TowerCrane
+from crane_sim.models.suspended.crane import SuspendedCrane, tip_motion
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.plant import Plant
 
@@ -23,7 +30,12 @@ pytestmark = pytest.mark.interpreted
 TOP = np.array([[1.2, 0.9, 0.0], [1.1, -0.8, 0.1], [-1.0, 0.9, 0.0], [-1.2, -0.7, -0.1]])
 BOTTOM = np.array([[0.7, 0.6, 0.5], [0.6, -0.5, 0.6], [-0.7, 0.5, 0.5], [-0.6, -0.6, 0.4]])
 STIFFNESS = np.array([4e3, 5e3, 4.5e3, 5.5e3])
-SUPPORTS = {"bridge": Bridge(DrivenAxis(8.0), DrivenAxis(12.0)), "tower": TowerCrane(Slew(50.0), JibTrolley(8.0))}
+BOTH = (True, True)
+BENT = {"tower that bends": "tower", "mobile that bends": "mobile"}
+SUPPORTS: dict[str, Any] = SLEWING | {"bridge": Bridge(DrivenAxis(8.0), DrivenAxis(12.0))}
+SUPPORTS |= {name: test_flexible.support(rigid, BOTH) for name, rigid in BENT.items()}
+STARTS: dict[str, Any] = START | {"bridge": (0.8, 1.1)}
+STARTS |= {name: (*test_flexible.OWN[rigid], *test_flexible.BENT) for name, rigid in BENT.items()}
 
 
 def rigid(inertia: Any = INERTIA, mass: float = 10.0) -> RigidLoad:
@@ -37,39 +49,32 @@ def falls(relaxation: float = 0.0) -> Falls:
     return Falls(TOP, BOTTOM, 2.0, np.array([0.0, 0.01, -0.02, 0.0]), STIFFNESS, np.full(4, relaxation))
 
 
-def ends(name: str, q: Any, i: int) -> tuple[Any, Any]:
-    """Return both ends of a fall, relative to the base; q: support, length, centre, angles."""
-    top, bottom = tuple(map(mpf, TOP[i].tolist())), tuple(map(mpf, BOTTOM[i].tolist()))
-    lower = plus(tuple(q[3:6]), turn(q[6:], bottom))
+def places_of(name: str, q: Any) -> tuple[list[Any], Any, Any]:
+    """Return (points of the support, its tip, its yaw), relative to the base; q begins with the support's."""
     if name == "bridge":
-        return plus((q[0], q[1], mpf(0)), top), lower
-    return rotate(2, q[0], plus((q[1], mpf(0), mpf(0)), top)), lower
+        return [(mpf(8), (q[0], q[1], mpf(0))), (mpf(12), (mpf(0), q[1], mpf(0)))], (q[0], q[1], mpf(0)), mpf(0)
+    if name in BENT:
+        reference = test_flexible.Reference(BENT[name], BOTH)
+        return reference.places(q)[:-2], reference.nodes(q)[0], reference.axis(q)[0]  # without its hook and load
+    return (*support_places(name, q), q[0])
 
 
-def places(name: str, sea: bool) -> Any:
-    """Return the places of all points as a function of (t, q)."""
-    shape = body_points(10.0, INERTIA)
+def strain_energy(tip_of: Any, length_of: Any, load_of: Any) -> Any:
+    """Return the energy of the falls as a function of (t, q); arguments: functions of it.
 
-    def at(t: Any, q: Any) -> Any:
-        points = [(m, plus(tuple(q[3:6]), turn(q[6:], r))) for m, r in shape]
-        if name == "bridge":
-            points += [(mpf(8), (q[0], q[1], mpf(0))), (mpf(12), (mpf(0), q[1], mpf(0)))]
-        else:
-            points += [*ring_points(50.0, q[0]), (mpf(8), rotate(2, q[0], (q[1], mpf(0), mpf(0))))]
-        return [(m, on_base(SEA, t, r)) for m, r in points] if sea else points
-
-    return at
-
-
-def strain_energy(name: str) -> Any:
-    """Return the energy of the falls as a function of (t, q)."""
+    Args:
+        tip_of: (tip, yaw).
+        length_of: the falls' common length.
+        load_of: (centre, angles).
+    """
     offsets = falls().offset.tolist()
 
-    def at(_: Any, q: Any) -> Any:
-        energy = mpf(0)
+    def at(t: Any, q: Any) -> Any:
+        energy, (tip, yaw), (centre, angles) = mpf(0), tip_of(t, q), load_of(q)
         for i in range(4):
-            a, b = ends(name, q, i)
-            rest = q[2] + mpf(offsets[i])
+            top, bottom = tuple(map(mpf, TOP[i].tolist())), tuple(map(mpf, BOTTOM[i].tolist()))
+            a, b = plus(tip, rotate(2, yaw, top)), plus(centre, turn(angles, bottom))
+            rest = length_of(q) + mpf(offsets[i])
             stretch = mpmath.sqrt(sum((x - y) ** 2 for x, y in zip(a, b, strict=True))) - rest
             energy += mpf(STIFFNESS[i]) * stretch**2 / (2 * rest)
         return energy
@@ -77,14 +82,14 @@ def strain_energy(name: str) -> Any:
     return at
 
 
-def mapped(q: Any, v: Any, a: Any) -> Any:
-    """Return the crane's joint coordinates with their first and second derivatives."""
+def moved(q: Any, v: Any, a: Any, at: int) -> Any:
+    """Return coordinates with their first and second derivatives, three angles from `at` on as a quaternion."""
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         rows = []
         for s in (-h, mpf(0), h):
-            moved = [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]
-            rows.append([*moved[:6], *attitude(moved[6:])])
+            now = [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]
+            rows.append([*now[:at], *attitude(now[at:])])
         low, middle, high = rows
         first = [(x - y) / (2 * h) for x, y in zip(high, low, strict=True)]
         second = [(x - 2 * y + z) / h**2 for x, y, z in zip(high, middle, low, strict=True)]
@@ -95,20 +100,112 @@ def mapped(q: Any, v: Any, a: Any) -> Any:
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_accelerations_are_those_of_point_masses(name: str, sea: bool) -> None:
     """With all falls taut, the accelerations agree with virtual work of point masses and springs, at sea too."""
-    rng, t = np.random.default_rng(3), 0.9
-    start = (0.8, 1.1) if name == "bridge" else (0.3, 6.0)
-    x, y = start if name == "bridge" else (6.0 * np.cos(0.3), 6.0 * np.sin(0.3))
-    q = np.array([*start, 2.0, x + 0.3, y + 0.2, -2.9, 0.35, 0.05, -0.04])
+    rng, t, ns, shape = np.random.default_rng(3), 0.9, len(STARTS[name]), body_points(10.0, INERTIA)
+    x, y, z = (float(a) for a in places_of(name, [*map(mpf, STARTS[name]), *(mpf(1),) * 7])[1])
+    q = np.array([*STARTS[name], 2.0, x + 0.3, y + 0.2, z - 2.9, 0.35, 0.05, -0.04])
     v = rng.uniform(-0.3, 0.3, len(q))
+    bends = 2 if name in BENT else 0
+    commands = (*[15.0, -8.0, 20.0][: ns - bends], -120.0)
     efforts, added = np.zeros(len(q)), np.zeros(len(q))
-    efforts[:3], added[2] = (15.0, -8.0, -120.0), 1.5
-    expected = accelerations(places(name, sea), t, q, v, efforts, Extras(added, strain_energy(name)))
+    efforts[: ns - bends], efforts[ns], added[ns] = commands[:-1], -120.0, 1.5
+    efforts[ns - bends : ns] = -np.array(test_flexible.DAMPING[:bends]) * v[ns - bends : ns]
+
+    def places(t: Any, q: Any) -> Any:
+        points = [*places_of(name, q)[0]]
+        points += [(m, plus(tuple(q[ns + 1 : ns + 4]), turn(q[ns + 4 :], r))) for m, r in shape]
+        return [(m, on_base(SEA, t, r)) for m, r in points] if sea else points
+
+    strain = strain_energy(
+        lambda t, q: places_of(name, q)[1:], lambda q: q[ns], lambda q: (tuple(q[ns + 1 : ns + 4]), q[ns + 4 :])
+    )
+    bent = test_flexible.Reference(BENT[name], BOTH) if bends else None
+    extras = Extras(added, lambda t, q: strain(t, q) + (bent.springs(q) if bent else 0))
+    expected = accelerations(places, t, q, v, efforts, extras)
     crane = FallsCrane(SUPPORTS[name], falls(), rigid(), ForceHoist(1.5), base=base() if sea else None)
-    joints, rates, second = mapped(q, v, expected)
+    rows = moved(q, v, expected, ns + 4)
+    own = ns - bends
+    joints, rates, second = (np.concatenate([row[:own], row[ns:], row[own:ns]]) for row in rows)
     state = system.state(crane, t, joints, rates)
     assert state[-4:].tolist() == [1.0] * 4
-    got = system.acceleration(crane, t, state, (15.0, -8.0, -120.0))
+    assert all(np.array_equal(a, b) for a, b in zip(system.joints(crane, state), (joints, rates), strict=True))
+    got = system.acceleration(crane, t, state, commands)
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())  # rounding of stiff springs
+
+
+def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
+    """Below a point that moves on a moving base, the load's accelerations agree with virtual work.
+
+    The reference has the point's place as a function of time, with the velocity and acceleration of this instant.
+    """
+    now, tip, shape = 1.3, (0.4, 6.0, 1.0), body_points(10.0, INERTIA)
+    q = np.array([0.7, 6.2, -1.9, 0.35, 0.05, -0.04])
+    v = np.random.default_rng(5).uniform(-0.3, 0.3, len(q))
+
+    def point(t: Any) -> Any:
+        s = t - mpf(now)
+        return tuple(mpf(x) + s * mpf(u) + s * s / 2 * mpf(a) for x, u, a in zip(tip, *MOVES, strict=True))
+
+    def places(t: Any, q: Any) -> Any:
+        return [(m, on_base(SEA, t, plus(tuple(q[:3]), turn(q[3:], r)))) for m, r in shape]
+
+    strain = strain_energy(lambda t, q: (point(t), mpf(0)), lambda q: mpf(2), lambda q: (tuple(q[:3]), q[3:]))
+    joints, rates, second = moved(q, v, accelerations(places, now, q, v, np.zeros(6), Extras(potential=strain)), 3)
+    crane = FallsCrane(Point(None, Lift()), falls(), rigid(), base=base())
+    x = system.state(crane, now, np.array([*tip, *joints]), np.array([*MOVES[0], *rates]))
+    assert x[-4:].tolist() == [1.0] * 4
+    got = system.acceleration(crane, now, x, MOVES[1])
+    bound = 1e-11 * abs(second).max()  # rounding of stiff springs
+    np.testing.assert_allclose(got, [*MOVES[1], *second], rtol=0.0, atol=bound)
+
+
+@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
+def test_a_locked_slew_makes_a_gantry(sea: bool) -> None:
+    """A trolley on a jib that does not slew moves falls and load as one on a bridge that nothing moves."""
+    rng, winch = np.random.default_rng(4), ForceHoist(1.5)
+    moving = base() if sea else None
+    tower = FallsCrane(TowerCrane(LockedSlew(), JibTrolley(8.0)), falls(), rigid(), winch, base=moving)
+    gantry = FallsCrane(Bridge(DrivenAxis(8.0), DrivenAxis(1e300)), falls(), rigid(), winch, base=moving)
+    turned, spin = spinning(("0.35", "0.05", "-0.04"), rng.uniform(-0.3, 0.3, 3))
+    load, rates = [2.0, 6.3, 0.2, -2.9, *turned], rng.uniform(-0.3, 0.3, 5)
+    first = [np.array([0.0, 6.0, *load]), np.array([0.0, *rates, *spin])]
+    second = [np.array([6.0, 0.0, *load]), np.array([rates[0], 0.0, *rates[1:], *spin])]
+    one = system.acceleration(tower, 0.9, system.state(tower, 0.9, *first), (0.0, 15.0, -120.0))
+    other = system.acceleration(gantry, 0.9, system.state(gantry, 0.9, *second), (15.0, 0.0, -120.0))
+    assert one[0] == 0.0
+    np.testing.assert_allclose(one[1:], np.delete(other, 1), rtol=1e-12, atol=1e-12 * abs(other).max())
+
+
+def spinning(angles: tuple[str, str, str], omega: Any) -> tuple[list[float], list[float]]:
+    """Return the quaternion of yaw, pitch and roll, and its rates at an angular velocity in the body's axes."""
+    w, *vector = (float(a) for a in attitude(list(map(mpf, angles))))
+    return [w, *vector], [-0.5 * float(np.dot(vector, omega)), *(0.5 * (w * omega + np.cross(vector, omega))).tolist()]
+
+
+@pytest.mark.parametrize("name", START)
+def test_a_fall_that_pulls_as_a_rigid_link_moves_the_crane_alike(name: str) -> None:
+    """One fall, stretched until it has a rigid rope's tension, gives crane and load at sea the same accelerations."""
+    t, ns, length, rng = 0.9, len(START[name]), 2.5, np.random.default_rng(6)
+    commands, turned = (15.0, -8.0, 20.0)[:ns], spinning(("0.4", "0.2", "-0.3"), rng.uniform(-0.3, 0.3, 3))
+    q, v = np.array([*START[name], length, 0.3, -0.2, *turned[0]]), rng.uniform(-0.3, 0.3, ns + 7)
+    v[ns], v[-4:] = 0.0, turned[1]
+    rope = SuspendedCrane(SLEWING[name], Chain(np.array([10.0]), np.array([length])), body(), base=base())
+    x, tension = system.state(rope, t, q, v), np.empty((1, 1))
+    rigid_rope = system.rhs(rope, t, x, commands)[len(x) // 2 :]
+    system.tensions(rope, t, x, commands, tension, 0, 0)
+    pose = forward_kinematics(rope.support, (*q[:ns], *v[:ns]))
+    s, c = np.sin(q[0]), np.cos(q[0])
+    tip, tip_velocity = (np.array(part) for part in tip_motion(pose, s, c))
+    n, u = x[ns : ns + 3], x[len(x) // 2 + ns :][:3]
+    rows, omega = np.array(rotation_of(tuple(q[-4:]))), np.array(angular_velocity_of(tuple(q[-4:]), tuple(v[-4:])))
+    stiffness = 1e6
+    down = length * (1.0 + tension[0, 0] / stiffness)
+    centre, velocity = tip + down * n - rows @ ATTACHMENT, tip_velocity + down * u - rows @ np.cross(omega, ATTACHMENT)
+    one = Falls(np.zeros((1, 3)), np.array([ATTACHMENT]), length, np.zeros(1), np.full(1, stiffness), np.zeros(1))
+    crane = FallsCrane(SLEWING[name], one, body(), base=base())
+    state = system.state(crane, t, np.array([*q[:ns], *centre, *q[-4:]]), np.array([*v[:ns], *velocity, *v[-4:]]))
+    got, place = system.acceleration(crane, t, state, commands), [ns, ns + 1, ns + 2]
+    assert 1.0 < tension[0, 0] < 1e3
+    np.testing.assert_allclose(np.delete(got, place), np.delete(rigid_rope, place), rtol=0.0, atol=1e-9)  # EA × 1e-16 m
 
 
 def test_bifilar_yaw() -> None:

@@ -13,7 +13,7 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
 from crane_sim.numerics.states import leaves
-from crane_sim.scenes.scene import FORMS, Scene, load_scene
+from crane_sim.scenes.scene import ALL_FORMS, FALLS_FORMS, Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.stepping.periods import begin
 
@@ -152,10 +152,35 @@ def in_wind(document: dict[str, Any]) -> dict[str, Any]:
     return document | {"wind": wind, "payload": {"mass": 10.0} | windage} | bodies
 
 
+def on_falls(crane: str) -> dict[str, Any]:
+    """Return the document of a crane with falls in place of its rope."""
+    ends = [[x, y, 0.0] for x in (0.2, -0.2) for y in (0.3, -0.3)]
+    load = {"mass": 100.0, "inertia": [30.0, 20.0, 40.0], "attachment": [0.0, 0.0, 0.5]}
+    starts = {
+        "tower": ("tower_gust", {"q": [0.2, 25.0, 8.0]}),
+        "mobile": ("mobile_lift", {"q": [0.2, 1.0, 36.0, 8.0]}),
+        "knuckle": ("knuckle_setpoint", {"q": [0.2, 0.6, -0.2, 2.0]}),
+        "pendulum": ("pendulum_free", {"tip": [0.0, 0.0, 1.0], "length": 2.0}),
+    }
+    name, start = starts[crane]
+    kept = ("crane", "slew", "trolley", "superstructure", "boom", "telescope", "jib", "tower")
+    document = {key: value for key, value in read(name).items() if key in kept}
+    falls = {"top": ends, "bottom": ends, "axial_stiffness": 1e6}
+    return document | {"duration": 1.0, "falls": falls, "payload": load, "initial": start}
+
+
 def catalogue(crane: str) -> list[dict[str, Any]]:
     """Return the catalogue's documents with this kind of crane, and some with groups that no scene of it has."""
-    documents = [document for name in scene_files() if (document := read(name))["crane"] == crane]
+    kind, _, falls = crane.partition(" with ")
+    documents = [document for name in scene_files() if (document := read(name))["crane"] == kind]
+    if kind in FALLS_FORMS:
+        documents = [document for document in documents if bool(falls) == ("falls" in document)]
+    if falls:
+        documents += [on_falls(kind)]
     documents.append(in_wind(read(RUN[crane]) if crane in RUN else documents[0]))
+    if falls and kind in ("tower", "mobile"):
+        jib = {"jib": {"mass": 1e4, "centre": 30.0, "inertia": 3e6}} if kind == "tower" else {}
+        documents.append(on_falls(kind) | {"flexibility": {"lateral": {"stiffness": 3e8}} | jib})
     if crane == "pendulum":
         limits = {"x": [-9.0, 9.0], "y": [-9.0, 9.0], "z": [-9.0, 9.0]}
         documents.append(read("pendulum_free") | {"suspension": {"height": "driven", "limits": limits}})
@@ -173,13 +198,13 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
     return [*documents, documents[0] | {"actuators": {"all": {"motor": motor}}}]
 
 
-@pytest.mark.parametrize("crane", FORMS)
+@pytest.mark.parametrize("crane", ALL_FORMS)
 def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
     """A group left out, null or empty gives the same types, values and start, wherever a scene may have it."""
     visited = set()
     for document in catalogue(crane):
         absent = []  # groups that the scene has not; they are written all at once
-        for optional in optional_groups(FORMS[crane], document):
+        for optional in optional_groups(ALL_FORMS[crane], document):
             without = written_as(document, optional)
             kind = optional.form.__name__, optional.key, without == document
             if kind not in visited:  # once where the scene has the group, once where it has not
@@ -207,7 +232,7 @@ def with_absent(document: dict[str, Any], absent: Iterable[OptionalGroup]) -> di
 def test_every_group_is_tried() -> None:
     """Every optional group of every form can be held by a scene of the test above."""
     tried, known = set(), set()
-    for crane, form in FORMS.items():
+    for crane, form in ALL_FORMS.items():
         known |= set(all_groups(form))
         for document in catalogue(crane):
             tried |= {(optional.form.__name__, optional.key) for optional in optional_groups(form, document)}
@@ -218,19 +243,19 @@ def test_every_group_is_tried() -> None:
 def test_absent_groups_leave_no_trace_in_a_run(crane: str, name: str) -> None:
     """With every absent group written out as absent, a run has the same states, bit for bit, and no more of them."""
     silent = read(name) | {"duration": 0.5}
-    explicit = with_absent(silent, optional_groups(FORMS[crane], silent))
+    explicit = with_absent(silent, optional_groups(ALL_FORMS[crane], silent))
     assert explicit != silent
     first, second = final(load_scene(silent)), final(load_scene(explicit))
     assert first == second
 
 
-@pytest.mark.parametrize("crane", FORMS)
+@pytest.mark.parametrize("crane", ALL_FORMS)
 def test_a_group_that_is_there_shows(crane: str) -> None:
     """The comparison sees groups: every one that the catalogue uses makes a difference in one of its scenes."""
     used, effective = set(), set()
     for document in catalogue(crane):
         whole = None  # made once, and only for a scene with a group that no scene before it has shown
-        for optional in optional_groups(FORMS[crane], document):
+        for optional in optional_groups(ALL_FORMS[crane], document):
             kind, bare = (optional.form.__name__, optional.key), written_as(document, optional)
             if bare != document and kind not in effective:
                 used.add(kind)

@@ -12,7 +12,7 @@ from crane_sim.evaluation.documentation.fields import REQUIRED, Choice, Field, f
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import law_names, law_of
-from crane_sim.scenes.scene import FORMS
+from crane_sim.scenes.scene import ALL_FORMS, FALLS_FORMS
 from crane_sim.scenes.schema.hardware import HardwareGroups
 
 COMMAND = "crane describe --save docs"
@@ -45,6 +45,7 @@ TITLES = {
     "overhead": "Overhead crane",
     "pendulum": "Pendulum",
 }
+TITLES |= {f"{crane} with falls": f"{TITLES[crane]} with falls" for crane in FALLS_FORMS}
 EXAMPLES = {
     "knuckle": "knuckle_setpoint",
     "tower": "tower_gust",
@@ -53,8 +54,9 @@ EXAMPLES = {
     "gantry": "port_sts_container",
     "overhead": "overhead_hoist_energy",
     "pendulum": "pendulum_offshore",
+    "tower with falls": "tower_set_down",
 }
-"""An example scene of the catalogue for each kind of crane."""
+"""An example scene of the catalogue for each kind of crane; the others with falls are written as the tower's."""
 HEADS = "| key | value | unit | default | |\n|---|---|---|---|---|"
 
 
@@ -70,17 +72,17 @@ class Section(NamedTuple):
         """The keys as a heading, with the crane's name where not all cranes have them."""
         keys = ", ".join(f"`{key}`" for key in self.keys)
         cranes = " and ".join(TITLES[crane] for crane in self.cranes)
-        return keys if len(self.cranes) == len(FORMS) else f"{cranes}: {keys}"
+        return keys if len(self.cranes) == len(ALL_FORMS) else f"{cranes}: {keys}"
 
 
 def scene_format() -> str:
     """Return the page in Markdown."""
-    forms = {crane: list(fields(form)) for crane, form in FORMS.items()}
+    forms = {crane: list(fields(form)) for crane, form in ALL_FORMS.items()}
     common = [field for field in forms["knuckle"] if all(field in own for own in forms.values())]
     common.sort(key=lambda field: field.key in HardwareGroups.model_fields)  # these are inherited, hence first
     sections = sections_of(forms)
     links = {_identity(section.group): section.title for section in sections}
-    shared = [section for section in sections if len(section.cranes) == len(FORMS)]
+    shared = [section for section in sections if len(section.cranes) == len(ALL_FORMS)]
     lines = [
         HEAD,
         *signs.section(),
@@ -89,10 +91,10 @@ def scene_format() -> str:
         "",
         *_write_sections(shared, links),
     ]
-    for crane, form in FORMS.items():
+    for crane, form in ALL_FORMS.items():
         own = [section for section in sections if section not in shared and section.cranes[0] == crane]
         keys = [field for field in forms[crane] if field not in common]
-        lines += [f"## {TITLES[crane]}\n", _docstring(form), "", *_example(EXAMPLES[crane])]
+        lines += [f"## {TITLES[crane]}\n", _docstring(form), "", *_example(EXAMPLES.get(crane))]
         lines += [_write_fields(keys, links), "", *_write_sections(own, links)]
     return re.sub(r"\n{3,}", "\n\n", "\n".join([*lines, *_laws()])).rstrip() + "\n"
 
@@ -134,7 +136,9 @@ def sections_of(forms: dict[str, list[Field]]) -> list[Section]:
     return list(sections.values())
 
 
-def _example(name: str) -> list[str]:
+def _example(name: str | None) -> list[str]:
+    if name is None:
+        return []
     return [f"`{name}` of the catalogue:", "", "```yaml", scene_files()[name].read_text().rstrip(), "```", ""]
 
 

@@ -88,7 +88,8 @@ def ropes(scene: Scene, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarr
     """Return the ropes, each (n, 3) [m] in the world."""
     if isinstance(scene.model, FallsCrane):
         values = {name: q[[i]] for i, name in enumerate(scene.joint_names)}
-        tops, bottoms = fall_ends(scene.model.falls, values)
+        points, tip = world_points(scene.model._replace(base=None), t, q, v)
+        tops, bottoms = fall_ends(scene.model.falls, values, points[[tip]])
         return [np.array(pair) for pair in zip(tops[0], bottoms[0], strict=True)]
     points, tip = world_points(scene.model, t, q, v)
     return [points[tip:]]

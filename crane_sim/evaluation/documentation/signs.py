@@ -115,7 +115,10 @@ cranes and of the pendulum as well, are unit vectors in the axes of the base. A 
 attitude `payload_qw` .. `payload_qz`, the unit quaternion from its axes to those of the base. A drive with play
 (`backlash`) adds its position, `JOINT_drive_k`, reflected to its joint; so on tower, mobile and knuckle cranes.""",
     "gantry": """`payload_qw` .. `payload_qz` are the unit quaternion from the load's axes to those of the base. Skew,
-trim and list are its rotations about z, y and x.""",
+trim and list are its rotations about z, y and x. Tower, mobile and knuckle cranes and the pendulum with `falls` in
+place of a rope have the joints of their support, then `hoist` (but the pendulum's falls keep their length), and the
+load's as here; the falls' upper ends slew with jib or boom, and stay level. What bends, and drives,
+stand last.""",
     "base": """The base turns by yaw first, then by pitch about its new y, then by roll about its new x: its axes in
 `world` are Rz(yaw) Ry(pitch) Rx(roll).""",
 }

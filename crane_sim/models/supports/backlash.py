@@ -44,7 +44,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, routine
 from crane_sim.numerics.states import replace_entry
 from crane_sim.system import Retake, Switching
 
@@ -115,14 +115,20 @@ def _(support):
 
 @generic
 def joint_order(support, row):
-    """Return a row of the crane's coordinates or their rates, a copy, in the order of joints: drives are last."""
+    """Return a row of the crane's coordinates or their rates, a copy, in the order of joints: bending, drives last."""
     return row.copy()
 
 
 @joint_order.register(GearedSupport)
 def _(support, row):
-    own, n, count = coordinate_count(support.support), len(support.drives.inertia), len(row)
-    out = row.copy()
+    return with_trailing_last(support, row)
+
+
+@routine
+def with_trailing_last(support, row):
+    """Return a row of coordinates in the order of joints: the trailing ones of the support stand last."""
+    n, count = trailing_count(support), len(row)
+    own, out = coordinate_count(support) - n, row.copy()
     for i in range(own, count - n):
         out[i] = row[i + n]
     for i in range(n):
@@ -138,8 +144,14 @@ def coordinate_order(support, row):
 
 @coordinate_order.register(GearedSupport)
 def _(support, row):
-    own, n, count = coordinate_count(support.support), len(support.drives.inertia), len(row)
-    out = np.empty(count)
+    return with_trailing_behind_own(support, row)
+
+
+@routine
+def with_trailing_behind_own(support, row):
+    """Return a row of joints in the order of coordinates: the inverse of `with_trailing_last`."""
+    n, count = trailing_count(support), len(row)
+    own, out = coordinate_count(support) - n, np.empty(count)
     for i in range(own):
         out[i] = row[i]
     for i in range(own, count - n):

@@ -37,7 +37,13 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.models.supports.backlash import joint_efforts
+from crane_sim.models.supports.backlash import (
+    coordinate_order,
+    joint_efforts,
+    joint_order,
+    with_trailing_behind_own,
+    with_trailing_last,
+)
 from crane_sim.models.supports.compliance import (
     Compliance,
     add_elastic,
@@ -186,6 +192,16 @@ def _(support):
 @trailing_count.register(FlexibleSupport)
 def _(support):
     return compliance_count(support.lateral) + compliance_count(support.vertical)
+
+
+@joint_order.register(FlexibleSupport)
+def _(support, row):
+    return with_trailing_last(support, row)
+
+
+@coordinate_order.register(FlexibleSupport)
+def _(support, row):
+    return with_trailing_behind_own(support, row)
 
 
 @joint_motion.register(FlexibleSupport)

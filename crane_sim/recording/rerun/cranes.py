@@ -178,7 +178,7 @@ class RobotVisual:
         if ATTITUDE_JOINT in self._joints:
             self._turn(time, np.column_stack([values[name] for name in ATTITUDE]))
         if self._layout.ropes.falls is not None:
-            self._draw_lines(time, *fall_ends(self._layout.ropes.falls, values))
+            self._draw_lines(time, *fall_ends(self._layout.ropes.falls, values, nodes[:, self._layout.ropes.tip]))
         else:
             tip = self._layout.ropes.tip
             self._draw_lines(time, nodes[:, tip:-1], nodes[:, tip + 1 :])
@@ -209,13 +209,22 @@ class RobotVisual:
         self._rec.send_columns("rope", time, columns.partition([count] * frames))
 
 
-def fall_ends(falls: Falls, values: Mapping[str, Numbers]) -> tuple[Numbers, Numbers]:
-    """Return both ends (F, n, 3) of falls, relative to the base, at joint coordinates (F,) by name."""
-    rail = np.column_stack([values["trolley"], values["bridge"], np.zeros_like(values["trolley"])])
+def fall_ends(falls: Falls, values: Mapping[str, Numbers], tip: Numbers) -> tuple[Numbers, Numbers]:
+    """Return both ends (F, n, 3) of falls, relative to the base.
+
+    Args:
+        falls: the parameters.
+        values: joint coordinates (F,) by name.
+        tip: (F, 3) m, of the support, relative to the base.
+    """
+    yaw = sum((values[name] for name in ("slew", "lateral_deflection") if name in values), np.zeros(len(tip)))
+    turns = Rotation.from_euler("z", yaw[:, None]).as_matrix()
     load = np.column_stack([values[f"payload_{axis}"] for axis in "xyz"])
     attitude = np.column_stack([values[name] for name in ATTITUDE])
     rows = Rotation.from_quat(np.roll(attitude, -1, axis=1)).as_matrix()
-    return rail[:, None] + falls.top, load[:, None] + np.einsum("kij,nj->kni", rows, falls.bottom)
+    return tip[:, None] + np.einsum("kij,nj->kni", turns, falls.top), load[:, None] + np.einsum(
+        "kij,nj->kni", rows, falls.bottom
+    )
 
 
 def _as_vector(values: Numbers) -> tuple[float, float, float]:

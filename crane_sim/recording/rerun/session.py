@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from crane_sim import system
 from crane_sim.recording.layout import Block, base_of, hanging_still, of_scene, to_base, to_world
 from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.writer import RunWriter
@@ -156,9 +157,11 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
     for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True)):
         if unit == "1" and name[-2:] in UPRIGHT:
             neutral_q[:, i] = UPRIGHT[name[-2:]]
+    still = np.zeros_like(neutral_q), np.zeros_like(reference)
     if "payload_x" in scene.joint_names:
-        neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = reference[:, :2]
-    return derive(scene, t, neutral_q, np.zeros_like(neutral_q), np.zeros_like(reference)).nodes
+        above = to_base(derive(scene, t, neutral_q, *still).nodes, base)[:, system.tip_index(scene.model)]
+        neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = above[:, :2]
+    return derive(scene, t, neutral_q, *still).nodes
 
 
 def _lyapunov(scene: Scene, t: Numbers, rows: Sequence[Row]) -> Numbers | None:

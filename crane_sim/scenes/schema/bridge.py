@@ -1,6 +1,8 @@
 """The form of a scene file with a bridge crane whose load hangs on hook and sling, and the model that it describes."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
+
+import numpy as np
 
 from crane_sim.files.types import Positive, Real, Tilt
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
@@ -9,6 +11,7 @@ from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
+from crane_sim.scenes.schema.supported import JointMobility, SupportedFile, Tip
 from crane_sim.scenes.schema.suspended import SuspendedFile
 from crane_sim.trajectories.inputs import Constant
 
@@ -35,26 +38,43 @@ class InputGroup(Group):
     rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
 
 
-class BridgeFile(SuspendedFile):
-    """A scene with a bridge crane: a trolley on a bridge, a payload with a body on rope, hook and sling."""
+class BridgeGroups(SupportedFile):
+    """The groups of a trolley on a bridge or portal."""
 
     support_joints: ClassVar[SupportJoints] = (("trolley", "m", "N"), ("bridge", "m", "N"))
-    crane: Literal["bridge"]  # which form the file has
     trolley: DrivenAxis  # along x
     bridge: DrivenAxis  # along y
-    initial: Initial  # the state at t = 0
-    reference: Reference | None = None  # where the crane should go
-    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
-    def limits(self) -> tuple[TravelLimits, ...]:
-        """Travel limits of the joints that have some."""
+    def support_limits(self) -> tuple[TravelLimits, ...]:
+        """Travel limits of the support's joints that have some."""
         return limits_of(
-            ("trolley", "trolley.limits", self.trolley.limits),
-            ("bridge", "bridge.limits", self.bridge.limits),
-            ("rope", "rope.limits", self.rope.limits),
+            ("trolley", "trolley.limits", self.trolley.limits), ("bridge", "bridge.limits", self.bridge.limits)
+        )
+
+    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+        """Raise NotImplementedError: a trolley on a bridge has no radius."""
+        raise NotImplementedError
+
+    def tip(self, q: Any) -> Tip:
+        """Return where the trolley is at joint positions q."""
+        return Tip((q[0], q[1], 0.0))
+
+    def joint_mobility(self) -> JointMobility:
+        """Return the mobility of trolley and bridge."""
+        return JointMobility(
+            np.eye(2, 4), np.diag([1.0 / self.trolley.mass, 1.0 / (self.trolley.mass + self.bridge.mass)])
         )
 
     def support(self) -> Bridge:
         """Return the parameters of the support."""
         return Bridge(self.trolley, self.bridge)
+
+
+class BridgeFile(BridgeGroups, SuspendedFile):
+    """A scene with a bridge crane: a trolley on a bridge, a payload with a body on rope, hook and sling."""
+
+    crane: Literal["bridge"]  # which form the file has
+    initial: Initial  # the state at t = 0
+    reference: Reference | None = None  # where the crane should go
+    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

@@ -1,7 +1,7 @@
-"""The group `falls` of a scene file: elastic ropes between trolley and spreader, and where the load hangs at rest."""
+"""The group `falls` of a scene file: elastic ropes between support and spreader, and where the load hangs at rest."""
 
 from math import cos, sin
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -23,9 +23,13 @@ Rounded so that a run begins with the same bits on every machine: LAPACK's last 
 
 
 class FallsGroup(Group):
-    """Elastic falls, each from a point of the trolley to one of the spreader; they only pull."""
+    """Elastic falls, each from a point of the support's tip to one of the spreader; they only pull.
 
-    top: Ends  # m, upper ends, from the trolley, in the axes of the base
+    The upper ends are those of a trolley, or of a head that stays level below a boom: they slew, but do not luff.
+    """
+
+    top: Ends  # m, upper ends, from the tip, in axes that slew with the support: x outwards along jib or boom, z up; of
+    # trolley and suspension point those of the base
     bottom: Ends  # m, lower ends, from the spreader's origin, in its axes
     offsets: tuple[Real, ...] | None = None  # m, added to the length of each fall: what skews, trims or lists the load
     axial_stiffness: Positive  # N, E A of one rope
@@ -51,7 +55,7 @@ class FallsGroup(Group):
 
 
 def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | None) -> Any:
-    """Return (x, y, z) [m] of the load's centre from the trolley at rest and its attitude (w, x, y, z).
+    """Return (x, y, z) [m] of the load's centre at rest and its attitude (w, x, y, z), from the tip, in its axes.
 
     Args:
         falls, load: the parameters; the falls' length is their unstretched one.
@@ -78,15 +82,25 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
     raise SceneError("falls: no position of rest was found; give initial.position and initial.orientation")
 
 
-def _spread(falls: Falls, q: Any) -> tuple[Any, Any]:
-    """Return (lower ends from the load's centre, vectors from lower to upper ends), each (n, 3), at joints q."""
-    arms = falls.bottom @ _rotation(q[6:10]).T
-    return arms, falls.top + (q[0], q[1], 0.0) - (q[3:6] + arms)
+class FallsStart(NamedTuple):
+    """Where the ends of falls are at t = 0, in the axes of the base."""
+
+    tip: Any  # (3,) m
+    yaw: float  # rad, of the support's axes
+    load: Any  # (7,) m and -, position of the load's centre of mass, and its attitude (w, x, y, z)
 
 
-def check_ends(falls: Falls, q: Any) -> None:
-    """Raise SceneError for a fall whose ends are at the same place at joints q: it would have no direction."""
-    distances = np.linalg.norm(_spread(falls, q)[1], axis=1)
+def _spread(falls: Falls, start: FallsStart) -> tuple[Any, Any, Any]:
+    """Return (upper ends from the tip, lower ends from the load's centre, vectors from these to those), each (n, 3)."""
+    s, c = sin(start.yaw), cos(start.yaw)
+    over = falls.top @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    arms = falls.bottom @ _rotation(start.load[3:]).T
+    return over, arms, over + start.tip - (start.load[:3] + arms)
+
+
+def check_ends(falls: Falls, start: FallsStart) -> None:
+    """Raise SceneError for a fall whose ends are at the same place: it would have no direction."""
+    distances = np.linalg.norm(_spread(falls, start)[2], axis=1)
     i = int(distances.argmin())
     if distances[i] < CLOSE:
         raise SceneError(
@@ -95,32 +109,34 @@ def check_ends(falls: Falls, q: Any) -> None:
         )
 
 
-def stiffest_frequency(falls: Falls, load: RigidLoad, masses: Any, q: Any, contact: Any) -> float:
-    """Return the largest frequency [rad/s] of the load on all of its falls, and on springs of a contact, at joints q.
+def stiffest_frequency(
+    falls: Falls, load: RigidLoad, mobility: tuple[Any, float | None], start: FallsStart, contact: Any
+) -> float:
+    """Return the largest frequency [rad/s] of the load on all of its falls, and on springs of a contact.
 
     Args:
-        falls, load: parameters.
-        masses: kg, that move with the trolley along x and along y, and of the winch, None where it has none.
-        q: joint positions (10,).
+        falls, load: parameters; the falls' length is that at t = 0.
+        mobility: (of the tip (4, 4), x, y, z [1/kg] and yaw [1/(kg m²)]; mass [kg] that moves with the length, None
+            where what the falls pull does not move it).
+        start: where their ends are.
         contact: of the load, None without.
     """
-    arms, apart = _spread(falls, q)
-    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation(q[6:10])
-    stiffness, rest = falls.axial_stiffness, q[2] + falls.offset
-    winch = masses[2] if masses[2] is not None else np.inf
-    rows = [np.hstack([n, np.cross(arms, n) @ rotation, n[:, :2], np.ones((len(n), 1))])]
-    springs = [stiffness / rest]
+    over, arms, apart = _spread(falls, start)
+    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation(start.load[3:])
+    yawing = np.cross(over, n)[:, 2:]
+    rows = [np.hstack([n, np.cross(arms, n) @ rotation, n, yawing, np.ones((len(n), 1))])]
+    springs = [falls.axial_stiffness / (falls.length + falls.offset)]
     if isinstance(contact, CompliantContact):
         levers = contact.points @ rotation.T
         up = np.tile([0.0, 0.0, 1.0], (len(levers), 1))
-        rows.append(np.hstack([up, np.cross(levers, up) @ rotation, np.zeros((len(levers), 3))]))
+        rows.append(np.hstack([up, np.cross(levers, up) @ rotation, np.zeros((len(levers), 5))]))
         springs.append(np.full(len(levers), contact.stiffness))
     weighted = np.vstack(rows) * np.sqrt(np.concatenate(springs))[:, None]
-    mobility = np.zeros((9, 9))
-    mobility[:3, :3], mobility[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
-    mobility[6:, 6:] = np.diag(1.0 / np.array([masses[0], masses[1], winch]))
+    inverse = np.zeros((11, 11))
+    inverse[:3, :3], inverse[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
+    inverse[6:10, 6:10], inverse[10, 10] = mobility[0], 1.0 / mobility[1] if mobility[1] is not None else 0.0
     with np.errstate(all="ignore"):  # the largest numbers overflow
-        matrix = weighted @ mobility @ weighted.T
+        matrix = weighted @ inverse @ weighted.T
     return float(np.sqrt(np.linalg.eigvalsh(matrix).max())) if np.isfinite(matrix).all() else float("inf")
 
 

@@ -46,6 +46,11 @@ class JibBody(Group):
     centre: Positive  # m, of its mass from the tower's axis
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
 
+    @property
+    def about_axis(self) -> float:
+        """Inertia [kg m²] about the tower's axis."""
+        return self.inertia + self.mass * self.centre**2
+
 
 class JibFlexibility(BoomFlexibility):
     """Bending of the jib about the tower's head; counter-jib and ballast, which balance it, do not bend."""

@@ -1,7 +1,9 @@
 """The form of a scene file with a knuckle-boom crane, and the model that it describes."""
 
-from math import sin
-from typing import ClassVar, Literal
+from math import cos, sin
+from typing import Any, ClassVar, Literal
+
+import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
@@ -22,6 +24,7 @@ from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
+from crane_sim.scenes.schema.supported import JointMobility, SupportedFile
 from crane_sim.scenes.schema.suspended import SuspendedFile
 from crane_sim.trajectories.inputs import Constant
 
@@ -47,7 +50,8 @@ class Initial(Group):
 class Reference(ReferenceGroup):
     """Target of the actuated joints."""
 
-    q: tuple[Angle, Angle, Angle, Positive] | None = None  # rad, where slew, boom, jib and rope [m] should end
+    q: tuple[Angle, Angle, Angle, Positive] | None = None  # rad, where slew, boom, jib and rope or falls [m]
+    # should end
 
 
 class InputGroup(Group):
@@ -59,33 +63,15 @@ class InputGroup(Group):
     rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
 
 
-class KnuckleFile(SuspendedFile):
-    """A scene with a knuckle-boom crane: a tower that slews, a boom and a jib that luff, a payload on rope and links.
-
-    One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events`, `backlash` and
-    `rope.reeving`, `rope.friction`, `rope.torsion` choose the suspended cable of the other cranes, beside which
-    `swing_friction`, `springs.rope` and `friction.rope` are refused.
-    """
+class KnuckleGroups(SupportedFile):
+    """The groups of a knuckle-boom crane's support."""
 
     support_joints: ClassVar[SupportJoints] = (("slew", "rad", "N m"), ("boom", "rad", "N m"), ("jib", "rad", "N m"))
-    contact_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
-    crane: Literal["knuckle"]  # which form the file has
     boom: Rod  # the rod at the tower
     jib: Rod  # the rod at the boom's end
     tower: Tower  # what slews besides boom and jib
-    initial: Initial  # the state at t = 0
     springs: Springs = Springs()  # springs on joints
-    friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
-    # friction; below further links, or with a body, the winch has `rope.friction`
-    swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
     reference: Reference | None = None  # where the crane should go
-    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
-
-    @property
-    def tip_height(self) -> float:
-        """Height of the jib's end above the tower's foot at t = 0 [m]."""
-        _, beta, gamma, *_ = self.initial.q
-        return self.boom.length * sin(beta) + self.jib.length * sin(gamma)
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
@@ -93,14 +79,66 @@ class KnuckleFile(SuspendedFile):
         return super().windages | {"boom.windage": self.boom.windage, "jib.windage": self.jib.windage}
 
     @property
-    def limits(self) -> tuple[TravelLimits, ...]:
-        """Travel limits of the joints that have some."""
+    def support_limits(self) -> tuple[TravelLimits, ...]:
+        """Travel limits of the support's joints that have some."""
         return limits_of(
             ("slew", "tower.limits", self.tower.limits),
             ("boom", "boom.limits", self.boom.limits),
             ("jib", "jib.limits", self.jib.limits),
-            ("rope", "rope.limits", self.rope.limits),
         )
+
+    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+        """Return (radius, height) [m] of the jib's end at joint positions q; it does not bend."""
+        rods = (self.boom.length, q[1]), (self.jib.length, q[2])
+        return sum(a * cos(angle) for a, angle in rods), sum(a * sin(angle) for a, angle in rods)
+
+    def joint_mobility(self) -> JointMobility:
+        """Return the mobility of slew, boom and jib at t = 0."""
+        (_, beta, gamma, *_), boom, jib = self._start.q, self.boom, self.jib
+        (a, b), radius = (boom.length, jib.length), self._reach(self._start.q, 0.0)[0]
+        levers = np.array(
+            [
+                [0.0, radius, 0.0, 1.0],
+                [-a * sin(beta), 0.0, a * cos(beta), 0.0],
+                [-b * sin(gamma), 0.0, b * cos(gamma), 0.0],
+            ]
+        )
+        turning = self.tower.inertia + boom.mass * (0.5 * a * cos(beta)) ** 2
+        turning += jib.mass * (a * cos(beta) + 0.5 * b * cos(gamma)) ** 2
+        luffing, mixed = (
+            boom.inertia + a * a * (0.25 * boom.mass + jib.mass),
+            0.5 * jib.mass * a * b * cos(beta - gamma),
+        )
+        masses = [[turning, 0.0, 0.0], [0.0, luffing, mixed], [0.0, mixed, jib.inertia + 0.25 * jib.mass * b * b]]
+        return JointMobility(levers, np.linalg.inv(masses))
+
+    def support(self) -> Knuckle:
+        """Return the parameters of the support.
+
+        Raises:
+            SceneError: no rigid body has such an inertia, or nothing resists the joints' efforts.
+        """
+        check_rods(self.boom, self.jib)
+        slew, boom, jib = motors = tuple(reflected_inertia(self, name) for name, _, _ in self.support_joints)
+        springs, turned = self.springs, (slew, boom, jib) if any(motors) else None
+        return Knuckle(self.boom, self.jib, self.tower, springs.boom, springs.jib, turned)
+
+
+class KnuckleFile(KnuckleGroups, SuspendedFile):
+    """A scene with a knuckle-boom crane: a tower that slews, a boom and a jib that luff, a payload on rope and links.
+
+    One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events`, `backlash` and
+    `rope.reeving`, `rope.friction`, `rope.torsion` choose the suspended cable of the other cranes, beside which
+    `swing_friction`, `springs.rope` and `friction.rope` are refused.
+    """
+
+    contact_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
+    crane: Literal["knuckle"]  # which form the file has
+    initial: Initial  # the state at t = 0
+    friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
+    # friction; below further links, or with a body, the winch has `rope.friction`
+    swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
+    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
     def further_keys(self) -> list[str]:
@@ -115,20 +153,6 @@ class KnuckleFile(SuspendedFile):
         groups = {"swing_friction": self.swing_friction, "springs.rope": self.springs.rope}
         groups |= {f"{key}.rope": getattr(self, key).get("rope") for key in ("friction", "lugre")}
         return [key for key, value in groups.items() if value is not None]
-
-    def support(self) -> Knuckle:
-        """Return the parameters of the support.
-
-        Raises:
-            SceneError: no rigid body has such an inertia, or nothing resists the joints' efforts.
-        """
-        check_rods(self.boom, self.jib)
-        motors = tuple(reflected_inertia(self, name) for name, _, _ in self.support_joints)
-        slew, boom, jib = motors
-        springs = self.springs
-        return Knuckle(
-            self.boom, self.jib, self.tower, springs.boom, springs.jib, (slew, boom, jib) if any(motors) else None
-        )
 
     def model(self) -> Crane | SuspendedCrane:
         """Return the parameters of the crane.

@@ -1,7 +1,9 @@
 """The form of a scene file with a mobile crane, and the model that it describes."""
 
-from math import sin
-from typing import ClassVar, Literal
+from math import cos, sin
+from typing import Any, ClassVar, Literal
+
+import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
@@ -9,11 +11,12 @@ from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.backlash import SupportJoints
-from crane_sim.scenes.schema.flexibility import BoomFlexibility, flexible_boom
+from crane_sim.scenes.schema.flexibility import BoomFlexibility, flexible_boom, outer_inertias
 from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
+from crane_sim.scenes.schema.supported import JointMobility, SupportedFile
 from crane_sim.scenes.schema.suspended import SuspendedFile
 from crane_sim.trajectories.inputs import Constant
 
@@ -31,7 +34,8 @@ class Initial(Group):
 class Reference(ReferenceGroup):
     """Target of the actuated joints."""
 
-    q: tuple[Angle, Angle, Positive, Positive] | None = None  # rad, where slew, boom, telescope [m] and rope [m] end
+    q: tuple[Angle, Angle, Positive, Positive] | None = None  # rad, where slew, boom, telescope [m] and rope or
+    # falls [m] should end
 
 
 class InputGroup(Group):
@@ -43,32 +47,23 @@ class InputGroup(Group):
     rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
 
 
-class MobileFile(SuspendedFile):
-    """A scene with a mobile crane: a boom that slews, luffs and telescopes, a payload on rope and links."""
+class MobileGroups(SupportedFile):
+    """The groups of a mobile crane's support."""
 
     support_joints: ClassVar[SupportJoints] = (("slew", "rad", "N m"), ("boom", "rad", "N m"), ("telescope", "m", "N"))
-    crane: Literal["mobile"]  # which form the file has
     superstructure: Superstructure  # what slews besides the boom
     boom: BaseSection  # the boom's base section
     telescope: TelescopedSection  # the section that is telescoped out
     flexibility: BoomFlexibility | None = None  # how the boom bends; left out: it is rigid
-    initial: Initial  # the state at t = 0
     reference: Reference | None = None  # where the crane should go
-    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
-    def tip_height(self) -> float:
-        """Height of the boom's tip above the slewing axis' origin at t = 0 [m]."""
-        return self.superstructure.foot[1] + self.initial.q[2] * sin(self.initial.q[1])
-
-    @property
-    def limits(self) -> tuple[TravelLimits, ...]:
-        """Travel limits of the joints that have some."""
+    def support_limits(self) -> tuple[TravelLimits, ...]:
+        """Travel limits of the support's joints that have some."""
         return limits_of(
             ("slew", "superstructure.limits", self.superstructure.limits),
             ("boom", "boom.limits", self.boom.limits),
             ("telescope", "telescope.limits", self.telescope.limits),
-            ("rope", "rope.limits", self.rope.limits),
         )
 
     @property
@@ -76,10 +71,25 @@ class MobileFile(SuspendedFile):
         """Windages of the bodies by key, None where a body has none."""
         return super().windages | {"boom.windage": self.boom.windage}
 
-    @property
-    def _place(self) -> tuple[float, float]:
-        """(elevation [rad], length [m]) of the structure that carries the rope, at t = 0."""
-        return self.initial.q[1], self.initial.q[2]
+    def _place(self, q: Any) -> tuple[float, float]:
+        """Return (elevation [rad], length [m]) of the structure that carries the rope, at joint positions q."""
+        return q[1], q[2]
+
+    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+        """Return (radius, height) [m] of the boom's tip at joint positions q, bent upwards by `bend` [rad]."""
+        ahead, above = self.superstructure.foot
+        return ahead + q[2] * cos(q[1] + bend), above + q[2] * sin(q[1] + bend)
+
+    def joint_mobility(self) -> JointMobility:
+        """Return the mobility of slew, boom and telescope at t = 0; of a boom that bends, its outer section's alone."""
+        _, elevation, length, *_ = self._start.q
+        s, c, radius = sin(elevation), cos(elevation), self._reach(self._start.q, 0.0)[0]
+        first = self.boom if self.flexibility is None else BaseSection(0.0, 0.0, 0.0)
+        moving = TelescopicBoom(self.superstructure, first, self.telescope)
+        about_z, about_root = outer_inertias(moving, elevation, length)
+        about_z += self.superstructure.inertia if self.flexibility is None else 0.0
+        levers = np.array([[0.0, radius, 0.0, 1.0], [-length * s, 0.0, length * c, 0.0], [c, 0.0, s, 0.0]])
+        return JointMobility(levers, np.diag([1.0 / about_z, 1.0 / about_root, 1.0 / self.telescope.mass]))
 
     def support(self) -> TelescopicBoom | FlexibleSupport:
         """Return the parameters of the support.
@@ -87,11 +97,19 @@ class MobileFile(SuspendedFile):
         Raises:
             SceneError: the telescoped section's centre of mass lies behind the foot pin, or nothing can bend.
         """
-        shortest = min(self.initial.q[2], *(self.telescope.limits or (self.initial.q[2],))[:1])
+        start = self._start.q
+        shortest = min(start[2], *(self.telescope.limits or (start[2],))[:1])
         if shortest < self.telescope.centre:
             raise SceneError(
                 f"telescope.centre = {self.telescope.centre}: exceeds the shortest boom length, {shortest:g} m at "
                 "initial.q[2] or telescope.limits[0]: the section's centre of mass would lie behind the foot pin"
             )
-        rigid = TelescopicBoom(self.superstructure, self.boom, self.telescope)
-        return flexible_boom(rigid, self.flexibility, self.initial.q)
+        return flexible_boom(TelescopicBoom(self.superstructure, self.boom, self.telescope), self.flexibility, start)
+
+
+class MobileFile(MobileGroups, SuspendedFile):
+    """A scene with a mobile crane: a boom that slews, luffs and telescopes, a payload on rope and links."""
+
+    crane: Literal["mobile"]  # which form the file has
+    initial: Initial  # the state at t = 0
+    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

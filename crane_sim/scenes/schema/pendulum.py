@@ -18,6 +18,7 @@ from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, target_of
 from crane_sim.scenes.schema.rigged import RiggedFile
 from crane_sim.scenes.schema.rigging import ATTITUDE, UNIT_TOLERANCE, RiggingStart, Vector, link_names, rigging_start
+from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant, Inputs
 
 
@@ -58,11 +59,16 @@ class Rope(Group):
     torsion: Torsion | None = None  # what resists a twist between point and payload; left out: the payload turns freely
 
 
-class Initial(Group):
-    """The suspension point and the direction of the rope at t = 0, relative to the base."""
+class TipStart(Group):
+    """The suspension point at t = 0, relative to the base."""
 
     tip: Vector = (0.0, 0.0, 0.0)  # m, position of the suspension point
     tip_velocity: Vector = (0.0, 0.0, 0.0)  # m/s, its velocity
+
+
+class Initial(TipStart):
+    """The suspension point and the direction of the rope at t = 0, relative to the base."""
+
     direction: Vector = (0.0, 0.0, -1.0)  # -, unit vector from the point to the payload
     direction_rate: Vector = (0.0, 0.0, 0.0)  # 1/s, across the direction
     rigging: RiggingStart | None = None  # further links, and the payload's attitude
@@ -76,7 +82,66 @@ class InputGroup(Group):
     tip_z: Channel | None = None  # effort's unit, along z, with `suspension.height: driven`
 
 
-class PendulumFile(RiggedFile):
+class PendulumGroups(SceneFile):
+    """The groups of a driven suspension point."""
+
+    suspension: Suspension = Suspension()  # the suspension point
+    reference: ReferenceGroup | None = None  # where the crane should go
+    inputs: InputGroup | None = None  # of the suspension point where there is no law
+
+    @property
+    def _point(self) -> tuple[Vector, Vector]:
+        """(position [m], velocity [m/s]) of the suspension point at t = 0.
+
+        Raises:
+            SceneError: it leaves its fixed height.
+        """
+        start: TipStart = getattr(self, "initial")  # noqa: B009  (every form declares its own)
+        if self.suspension.height == "fixed" and start.tip_velocity[2] != 0.0:
+            raise SceneError(f"initial.tip_velocity[2] = {start.tip_velocity[2]}: must be 0 where the height is fixed")
+        return start.tip, start.tip_velocity
+
+    @property
+    def effort_units(self) -> tuple[str, ...]:
+        """Units of the commands."""
+        unit = "m" if self.suspension.drive == "servo" else "m/s²"
+        return (unit,) * (3 if self.suspension.height == "driven" else 2)
+
+    @property
+    def target(self) -> tuple[float, ...] | None:
+        """Target of the suspension point.
+
+        Raises:
+            SceneError: it has another number of coordinates than are driven.
+        """
+        return target_of(self.reference, self.actuated)
+
+    @property
+    def limits(self) -> tuple[TravelLimits, ...]:
+        """Travel limits of the joints that have some."""
+        box = self.suspension.limits or Box()
+        return limits_of(
+            ("tip_x", "suspension.limits.x", box.x),
+            ("tip_y", "suspension.limits.y", box.y),
+            ("tip_z", "suspension.limits.z", box.z),
+        )
+
+    def open_loop(self) -> Inputs | tuple[float, ...]:
+        """Return the open-loop inputs; where there are none, held efforts that leave the point where it is.
+
+        Raises:
+            SceneError: there is an input of a height that is fixed.
+        """
+        inputs, nu = self.inputs, len(self.actuated)
+        if inputs is None:
+            return self._point[0][:nu] if self.suspension.drive == "servo" else (0.0,) * nu
+        if inputs.tip_z is not None and nu == 2:
+            raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
+        height = Inputs(inputs.tip_z or Constant(0.0)) if nu == 3 else None
+        return Inputs(inputs.tip_x, Inputs(inputs.tip_y, height))
+
+
+class PendulumFile(PendulumGroups, RiggedFile):
     """A scene with a payload on rope and links below a driven suspension point.
 
     One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events` and `rope.torsion`
@@ -84,12 +149,9 @@ class PendulumFile(RiggedFile):
     """
 
     crane: Literal["pendulum"]  # which form the file has
-    suspension: Suspension = Suspension()  # the suspension point
     rope: Rope  # the rope, of fixed length
     initial: Initial = Initial()  # the state at t = 0
     swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
-    reference: ReferenceGroup | None = None  # where the crane should go
-    inputs: InputGroup | None = None  # of the suspension point where there is no law
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -138,24 +200,7 @@ class PendulumFile(RiggedFile):
         along = sum(x * v for x, v in zip(start.direction, start.direction_rate, strict=True))
         if abs(along) > UNIT_TOLERANCE * (1.0 + max(map(abs, start.direction_rate))):
             raise SceneError(f"initial.direction_rate = {list(start.direction_rate)}: must be across the direction")
-        if self.suspension.height == "fixed" and start.tip_velocity[2] != 0.0:
-            raise SceneError(f"initial.tip_velocity[2] = {start.tip_velocity[2]}: must be 0 where the height is fixed")
-        return (*start.tip_velocity, *start.direction_rate, *self._rigging()[1])
-
-    @property
-    def effort_units(self) -> tuple[str, ...]:
-        """Units of the commands."""
-        unit = "m" if self.suspension.drive == "servo" else "m/s²"
-        return (unit,) * (3 if self.suspension.height == "driven" else 2)
-
-    @property
-    def target(self) -> tuple[float, ...] | None:
-        """Target of the suspension point.
-
-        Raises:
-            SceneError: it has another number of coordinates than are driven.
-        """
-        return target_of(self.reference, self.actuated)
+        return (*self._point[1], *start.direction_rate, *self._rigging()[1])
 
     @property
     def rope_length(self) -> float:
@@ -167,16 +212,6 @@ class PendulumFile(RiggedFile):
         """Height of the payload's attachment above the base's origin at t = 0 [m]."""
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
         return self.initial.tip[2] + self.rope.length * self._direction[2] + sum(further)
-
-    @property
-    def limits(self) -> tuple[TravelLimits, ...]:
-        """Travel limits of the joints that have some."""
-        box = self.suspension.limits or Box()
-        return limits_of(
-            ("tip_x", "suspension.limits.x", box.x),
-            ("tip_y", "suspension.limits.y", box.y),
-            ("tip_z", "suspension.limits.z", box.z),
-        )
 
     @property
     def further_keys(self) -> list[str]:
@@ -225,17 +260,3 @@ class PendulumFile(RiggedFile):
             stops=self._stops(),
             wind=self.airflow(),
         )
-
-    def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the open-loop inputs; where there are none, held efforts that leave the point where it is.
-
-        Raises:
-            SceneError: there is an input of a height that is fixed.
-        """
-        inputs, nu = self.inputs, len(self.actuated)
-        if inputs is None:
-            return self.initial.tip[:nu] if self.suspension.drive == "servo" else (0.0,) * nu
-        if inputs.tip_z is not None and nu == 2:
-            raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
-        height = Inputs(inputs.tip_z or Constant(0.0)) if nu == 3 else None
-        return Inputs(inputs.tip_x, Inputs(inputs.tip_y, height))

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from typing import Any
 
-from crane_sim.files.types import NonNegative
-from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.hoist import MasslessHoist, RateHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
@@ -12,44 +10,24 @@ from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
-from crane_sim.scenes.schema.groups import PayloadForceGroup
-from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
-from crane_sim.scenes.schema.rigging import Link, Payload, chain_of, check_equipment, twist_frequency
-from crane_sim.scenes.schema.scene_file import SceneFile
-from crane_sim.trajectories.trajectory import Trajectory
+from crane_sim.scenes.schema.load_file import LoadFile
+from crane_sim.scenes.schema.rigging import Link, chain_of, check_equipment, twist_frequency
 
 
-class RiggedFile(SceneFile):
+class RiggedFile(LoadFile):
     """The groups of all such cranes: what hangs below the support."""
 
-    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
     links: tuple[Link, ...] = ()  # further links below the rope, from the top
-    payload: Payload  # at the end of rope or links
-    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
-    payload_force: PayloadForceGroup | None = None  # a given force on the payload
     events: tuple[LoadEvent, ...] = ()  # exchanges of the payload at given times
-
-    @property
-    def _reference(self) -> ReferenceGroup | None:
-        return getattr(self, "reference", None)
 
     @property
     def _torsion(self) -> Torsion | None:
         return getattr(self, "rope").torsion  # noqa: B009  (every form declares its own)
 
     @property
-    def payload_mass(self) -> float:
-        """Mass of the payload at t = 0 [kg]."""
-        return self.payload.mass
-
-    @property
     def windages(self) -> dict[str, AnyWindage | None]:
         """Windages of the bodies by key, None where a body has none."""
         return windages_of(self.payload, self.events)
-
-    def path(self) -> Trajectory | None:
-        """Return the compiled path, None where the scene has none."""
-        return compile_path(self._reference, self)
 
     def _twist_frequency(self) -> float:
         """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""

@@ -1,68 +1,25 @@
 """Base class of scene files of cranes whose support turns: a rope below it, further links, a payload with a body."""
 
-from abc import abstractmethod
-from collections.abc import Mapping
 from math import cos, sin
-from typing import Any, ClassVar
-
-from pydantic import ValidationInfo, field_validator
+from typing import Any
 
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.lugre import LuGre
-from crane_sim.scenes.schema.actuated import actuated, has_strength
-from crane_sim.scenes.schema.backlash import (
-    JointDrives,
-    SupportJoints,
-    drive_names,
-    drive_start,
-    drive_units,
-    geared,
-    known_joints,
-    shaft_frequency,
-)
-from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of, structure_frequency
+from crane_sim.scenes.schema.actuated import has_strength
+from crane_sim.scenes.schema.backlash import drive_names, drive_units, shaft_frequency
+from crane_sim.scenes.schema.flexibility import structure_frequency
 from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.rigged import RiggedFile
 from crane_sim.scenes.schema.rigging import ATTITUDE, RiggingStart, link_names, rigging_start
+from crane_sim.scenes.schema.supported import SupportedFile
 from crane_sim.scenes.schema.winch import ReevedRope
 from crane_sim.trajectories.inputs import Constant, Inputs
 
 
-class SuspendedFile(RiggedFile):
+class SuspendedFile(SupportedFile, RiggedFile):
     """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
 
-    support_joints: ClassVar[SupportJoints]  # each (name, unit of its position, unit of its effort)
-    contact_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction; empty: the support's
     rope: ReevedRope = ReevedRope()  # the winch
-    friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch has `rope.friction`
-    lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
-    backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
-    # have play; a joint that is left out has none
-
-    @abstractmethod
-    def support(self) -> Any:
-        """Return the parameters of the support.
-
-        Raises:
-            SceneError: its groups contradict each other.
-        """
-
-    @field_validator("friction", "lugre", "backlash", mode="before")
-    @classmethod
-    def _check_names(cls, group: Any, info: ValidationInfo) -> Any:
-        """Reject groups of joints that the support does not have, before their values are read."""
-        names = tuple(name for name, _, _ in cls.support_joints)
-        return known_joints(group, names if info.field_name == "backlash" else cls.contact_joints or names)
-
-    @property
-    def tip_height(self) -> float:
-        """Height of the rope's upper end above the model's origin at t = 0 [m]: 0 unless a form says otherwise."""
-        return 0.0
-
-    @property
-    def _start(self) -> Any:
-        return getattr(self, "initial")  # noqa: B009  (every form declares its own)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -87,37 +44,19 @@ class SuspendedFile(RiggedFile):
         return (*(unit for _, _, unit in self.support_joints), *self.rope.effort_unit)
 
     @property
-    def _bending(self) -> Mapping[str, Bending]:
-        """Modes of the structure by the name of their joint."""
-        return modes_of(getattr(self, "flexibility", None))
+    def _hung_mass(self) -> float:
+        """Mass [kg] of all that hangs below the tip at t = 0."""
+        return self.payload.mass + sum(link.mass for link in self.links)
 
     @property
-    def _place(self) -> tuple[float, float]:
-        """(elevation [rad], length [m]) of the structure that carries the rope, at t = 0; of those that can bend."""
-        raise NotImplementedError
-
-    @property
-    def _deflections(self) -> tuple[float, ...]:
-        """Angles [rad] of the structure's modes at t = 0."""
-        if not self._bending:
-            return ()
-        hung = self.payload.mass + sum(link.mass for link in self.links)
-        group = getattr(self, "flexibility", None)
-        return deflections(self.support(), group, self._place, self.gravity, hung)
-
-    @property
-    def _rise(self) -> float:
-        """Height [m] by which the tip is above that of a rigid structure at t = 0."""
-        if "vertical_deflection" not in self._bending:
-            return 0.0
-        elevation, length = self._place
-        return length * (sin(elevation + self._deflections[-1]) - sin(elevation))
+    def limits(self) -> tuple[TravelLimits, ...]:
+        """Travel limits of the joints that have some."""
+        return (*self.support_limits, *limits_of(("rope", "rope.limits", self.rope.limits)))
 
     def _rigging(self) -> tuple[Any, Any]:
         """Return (q, v) of further links and attitude."""
         ns, q, v = len(self.support_joints), self._start.q, self._start.v
-        yaw, rate = (q[0], v[0]) if self.support_joints[0][0] == "slew" else (0.0, 0.0)
-        yaw += self._deflections[0] if "lateral_deflection" in self._bending else 0.0
+        yaw, rate = self.tip(q).yaw, v[0] if self._slews else 0.0
         rope = rope_direction(yaw, rate, q[ns + 1 : ns + 3], v[ns + 1 : ns + 3])
         start = self._start.rigging or RiggingStart()
         if self.rope.torsion is not None:
@@ -125,14 +64,9 @@ class SuspendedFile(RiggedFile):
         return rigging_start(start, len(self.links), self.payload.inertia is not None, rope)
 
     @property
-    def _drives(self) -> tuple[Any, Any]:
-        """(q, v) of drives with play."""
-        return drive_start(self.backlash, self.support_joints, self._start.q, self._start.v)
-
-    @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
-        return (*self._start.q, *self._rigging()[0], *self._deflections, *self._drives[0])
+        return (*self._start.q, *self._rigging()[0], *self._bent(self._start.q), *self._drives[0])
 
     @property
     def initial_v(self) -> tuple[float, ...]:
@@ -155,14 +89,14 @@ class SuspendedFile(RiggedFile):
         """Height of the payload's attachment above the base's origin at t = 0 [m]."""
         q, ns = self._start.q, len(self.support_joints)
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
-        return self.tip_height + self._rise - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
+        return self.tip(q).position[2] - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
         stiffest = max(shaft_frequency(self.backlash), self._twist_frequency())
         if self._bending:
-            stiffest = max(stiffest, structure_frequency(self.support(), self._place))
+            stiffest = max(stiffest, structure_frequency(self.support(), self._place(self._start.q)))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _stops(self) -> Stops | None:
@@ -187,11 +121,6 @@ class SuspendedFile(RiggedFile):
         geared_joints = (*names, "rope") if self.rope.takes_motor else names
         hoist, stops = self.rope.drive_of(self), self._stops()
         return self.suspended_crane(self._driven_support(), start.q[ns], hoist, stops, geared_joints)
-
-    def _driven_support(self) -> Any:
-        """Return the support with its drives."""
-        joints = self.support_joints
-        return geared(actuated(self.support(), self, joints), self.backlash, joints)
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
         """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""

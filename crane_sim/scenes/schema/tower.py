@@ -1,6 +1,9 @@
 """The form of a scene file with a tower crane, and the model that it describes."""
 
+from math import cos, inf, sin
 from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
@@ -13,6 +16,7 @@ from crane_sim.scenes.schema.groups import Channel, Group, tagged_union_validato
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
+from crane_sim.scenes.schema.supported import JointMobility, SupportedFile
 from crane_sim.scenes.schema.suspended import SuspendedFile
 from crane_sim.trajectories.inputs import Constant
 
@@ -29,7 +33,8 @@ class Initial(Group):
 class Reference(ReferenceGroup):
     """Target of the actuated joints."""
 
-    q: tuple[Angle, Real, Positive] | None = None  # rad, where slew, trolley [m] and rope [m] should end
+    q: tuple[Angle, Real, Positive] | None = None  # rad, where slew, trolley [m] and rope or falls [m]
+    # should end
 
 
 class InputGroup(Group):
@@ -40,25 +45,21 @@ class InputGroup(Group):
     rope: Channel = Constant(0.0)  # effort's unit, as `rope.drive` says
 
 
-class TowerFile(SuspendedFile):
-    """A scene with a tower crane: a jib that slews, a trolley on the jib, a payload on rope and links."""
+class TowerGroups(SupportedFile):
+    """The groups of a tower crane's support."""
 
     support_joints: ClassVar[SupportJoints] = (("slew", "rad", "N m"), ("trolley", "m", "N"))
-    crane: Literal["tower"]  # which form the file has
     slew: Annotated[Any, tagged_union_validator("drive", {"force": Slew, "locked": LockedSlew})]  # jib and counter-jib
     trolley: JibTrolley  # on the jib
     flexibility: JibFlexibility | None = None  # how the jib bends; left out: it is rigid
-    initial: Initial  # the state at t = 0
     reference: Reference | None = None  # where the crane should go
-    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
-    def limits(self) -> tuple[TravelLimits, ...]:
-        """Travel limits of the joints that have some."""
+    def support_limits(self) -> tuple[TravelLimits, ...]:
+        """Travel limits of the support's joints that have some."""
         return limits_of(
             ("slew", "slew.limits", getattr(self.slew, "limits", None)),
             ("trolley", "trolley.limits", self.trolley.limits),
-            ("rope", "rope.limits", self.rope.limits),
         )
 
     @property
@@ -67,10 +68,21 @@ class TowerFile(SuspendedFile):
         own = {f"slew.{key}": getattr(self.slew, key, None) for key in ("jib_windage", "counter_jib_windage")}
         return super().windages | own
 
-    @property
-    def _place(self) -> tuple[float, float]:
-        """(elevation [rad], length [m]) of the structure that carries the rope, at t = 0."""
-        return 0.0, self.initial.q[1]
+    def _place(self, q: Any) -> tuple[float, float]:
+        """Return (elevation [rad], length [m]) of the structure that carries the rope, at joint positions q."""
+        return 0.0, q[1]
+
+    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+        """Return (radius, height) [m] of the trolley at joint positions q, the jib bent upwards by `bend` [rad]."""
+        return q[1] * cos(bend), q[1] * sin(bend)
+
+    def joint_mobility(self) -> JointMobility:
+        """Return the mobility of slew, trolley and what bends at t = 0; of a jib that bends, the jib's alone."""
+        radius, mass, bends = self._start.q[1], self.trolley.mass, self.flexibility is not None
+        jib = getattr(self.slew, "inertia", inf) if self.flexibility is None else self.flexibility.jib.about_axis
+        turning = 1.0 / (jib + mass * radius * radius)
+        levers = np.array([[0.0, radius, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, bends * radius, 0.0]])
+        return JointMobility(levers, np.diag([turning, 1.0 / mass, turning]))
 
     def support(self) -> TowerCrane | FlexibleSupport:
         """Return the parameters of the support.
@@ -78,12 +90,19 @@ class TowerFile(SuspendedFile):
         Raises:
             SceneError: a locked slew turns, or should, or nothing can bend.
         """
+        start = self._start
         if isinstance(self.slew, LockedSlew):
             goal = self.reference.q[0] if self.reference is not None and self.reference.q is not None else None
-            if self.initial.v[0] != 0.0:
-                raise SceneError(f"initial.v[0] = {self.initial.v[0]}: slew.drive: locked does not turn")
-            if goal is not None and goal != self.initial.q[0]:
-                raise SceneError(
-                    f"reference.q[0] = {goal}: slew.drive: locked stays at initial.q[0] = {self.initial.q[0]}"
-                )
-        return flexible_jib(TowerCrane(self.slew, self.trolley), self.flexibility, self.initial.q)
+            if start.v[0] != 0.0:
+                raise SceneError(f"initial.v[0] = {start.v[0]}: slew.drive: locked does not turn")
+            if goal is not None and goal != start.q[0]:
+                raise SceneError(f"reference.q[0] = {goal}: slew.drive: locked stays at initial.q[0] = {start.q[0]}")
+        return flexible_jib(TowerCrane(self.slew, self.trolley), self.flexibility, start.q)
+
+
+class TowerFile(TowerGroups, SuspendedFile):
+    """A scene with a tower crane: a jib that slews, a trolley on the jib, a payload on rope and links."""
+
+    crane: Literal["tower"]  # which form the file has
+    initial: Initial  # the state at t = 0
+    inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

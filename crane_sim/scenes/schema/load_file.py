@@ -1,0 +1,31 @@
+"""Base class of scene files of cranes with a load below any support: on rope and links, or on elastic falls."""
+
+from crane_sim.files.types import NonNegative
+from crane_sim.models.effects import PayloadDrag
+from crane_sim.scenes.schema.groups import PayloadForceGroup
+from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
+from crane_sim.scenes.schema.rigging import Payload
+from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.trajectories.trajectory import Trajectory
+
+
+class LoadFile(SceneFile):
+    """The groups of all such cranes: gravity, and what acts on the load."""
+
+    gravity: NonNegative = 9.81  # m/s², acceleration of free fall
+    payload: Payload  # at the end of rope or links
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
+
+    @property
+    def _reference(self) -> ReferenceGroup | None:
+        return getattr(self, "reference", None)
+
+    @property
+    def payload_mass(self) -> float:
+        """Mass of the payload at t = 0 [kg]."""
+        return self.payload.mass
+
+    def path(self) -> Trajectory | None:
+        """Return the compiled path, None where the scene has none."""
+        return compile_path(self._reference, self)

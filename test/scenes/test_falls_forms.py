@@ -1,0 +1,91 @@
+"""Falls below every support, as scene files: rest, balance of energy on a moving base, contact, and what is refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import acceleration, load_scene
+
+pytestmark = pytest.mark.interpreted
+
+ENDS = [[x, y, 0.0] for x in (0.2, -0.2) for y in (0.3, -0.3)]
+LOAD = {"mass": 100.0, "inertia": [30.0, 20.0, 40.0], "attachment": [0.05, 0.02, 0.5]}
+FALLS = {"top": ENDS, "bottom": [[0.7 * x, 0.9 * y, 0.0] for x, y, _ in ENDS], "axial_stiffness": 4e4}
+SLEW = {"initial": {"q": [0.4, 6.0, 2.0]}, "slew": {"drive": "force", "inertia": 5e3}, "trolley": {"mass": 80.0}}
+BOOM = {
+    "boom": {"mass": 100.0, "centre": 2.0, "inertia": 80.0},
+    "superstructure": {"inertia": 600.0, "foot": [0.5, 1.2]},
+}
+KNUCKLE = {
+    "boom": {"length": 5.0, "mass": 80.0, "inertia": 170.0},
+    "jib": {"length": 4.0, "mass": 60.0, "inertia": 80.0},
+}
+CRANES: dict[str, Any] = {
+    "tower": SLEW,
+    "bent tower": SLEW
+    | {
+        "crane": "tower",
+        "flexibility": {"vertical": {"stiffness": 1e5}, "jib": {"mass": 50.0, "centre": 3, "inertia": 80}},
+    },
+    "mobile": BOOM
+    | {"telescope": {"mass": 60.0, "centre": 1.5, "inertia": 40.0}, "initial": {"q": [0.4, 0.6, 7.0, 2.0]}},
+    "knuckle": KNUCKLE | {"tower": {"inertia": 200.0}, "initial": {"q": [0.4, 0.6, -0.2, 2.0]}},
+    "pendulum": {"initial": {"tip": [1.0, 2.0, 3.0], "length": 2.0}},
+}
+SEA = {"heave": {"amplitude": 0.2, "frequency": 1.1}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
+
+
+def document(name: str) -> dict[str, Any]:
+    """Return the scene of a crane whose load hangs at rest."""
+    exact = {"method": "dop853", "rtol": 1e-11, "atol": 1e-12}
+    common = {"crane": name, "duration": 0.3, "falls": FALLS, "payload": LOAD, "integrator": exact}
+    return common | CRANES[name]
+
+
+@pytest.mark.parametrize("name", CRANES)
+def test_the_load_begins_at_rest(name: str) -> None:
+    """Below any support, slewed and bent, a load whose place is left out hangs in equilibrium."""
+    scene = load_scene(document(name))
+    q = np.array(scene.initial_q)
+    first = scene.joint_names.index("payload_x")
+    qdd = acceleration(scene, q, 0.0 * q, np.zeros(len(scene.actuated)))
+    assert np.abs(qdd[first : first + 7]).max() < 1e-6  # m/s² or 1/s²: a place is rounded to 1e-10 m
+    assert np.abs(q[first + 3 : first + 7]).max() < 1.0 or name == "pendulum"  # it has turned with the support
+
+
+@pytest.mark.parametrize("name", CRANES)
+def test_runs_at_sea_keep_their_balance_of_energy(name: str) -> None:
+    """A load held askew and released below each support on a moving base: no energy appears or is lost."""
+    scene = document(name)
+    run = crane_sim.simulate(scene | {"base_motion": SEA, "initial": scene["initial"] | {"skew": "20 deg"}})
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("tower", {"rope": {"drive": "rate"}}, "rope: stands beside falls; leave out one of both"),
+        ("pendulum", {"rope": {"length": 2.0}}, "rope: stands beside falls; leave out one of both"),
+        ("mobile", {"links": [{"mass": 1.0, "length": 1.0}]}, "links: stands beside falls"),
+        (
+            "tower",
+            {"crane": "bridge"},
+            "falls: belongs to crane: gantry, whose winch is `hoist`; here is crane: bridge",
+        ),
+        ("tower", {"falls": None, "hoist": {}}, "hoist: belongs to falls, here are none; leave out hoist"),
+        ("tower", {"payload": {"mass": 1.0}}, "payload.inertia: is missing; a load on falls is a rigid body"),
+        (
+            "knuckle",
+            {"springs": {"rope": {"stiffness": 1.0, "rest": 1.0}}},
+            "springs.rope: belongs to one rope and a point mass, here is falls; leave out one of both",
+        ),
+    ],
+    ids=lambda case: str(case)[:30],
+)
+def test_what_contradicts_falls_is_a_single_line_error(name: str, changes: Any, message: str) -> None:
+    """Keys of a rope beside falls, and of falls without them, are refused in one line that names both."""
+    with pytest.raises(crane_sim.SceneError) as caught:
+        load_scene(document(name) | changes)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
