@@ -77,7 +77,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
     """
     options = read_settings(Settings, settings)
     length, gains = swing_gains(nominal)
-    frequency, tables = sqrt(_gravity(nominal) / length), _tables(options, nominal)
+    frequency, tables = sqrt(gravity(nominal) / length), _tables(options, nominal)
     weights, delays = [1.0], [0.0]
     if options.shaping is not None:
         shaping = options.shaping
@@ -120,7 +120,7 @@ def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
     return length, np.where(np.abs(gains) > STEP, gains, 0.0)
 
 
-def _gravity(scene: Scene) -> float:
+def gravity(scene: Scene) -> float:
     """Return the acceleration of free fall [m/s²]; raises SceneError where there is none."""
     file: Any = scene.file
     if not file.gravity > 0.0:

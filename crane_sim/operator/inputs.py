@@ -16,6 +16,8 @@ FIRST_HOLD = 0.7
 """Seconds for which a key holds after its first press: usual terminals begin to repeat after 0.25 to 0.66 s."""
 REPEAT_HOLD = 0.2
 """Seconds for which a key holds after a repetition: usual terminals repeat 10 to 40 times a second."""
+STOP, RELEASE, ASSISTANCE = "space", "enter", "tab"
+"""Keys of the emergency stop, of its release and of the assistance."""
 LEVELS = (0.1, 0.25, 0.5, 1.0)
 """Parts of the largest speed that keys may ask for."""
 
@@ -76,7 +78,7 @@ class Keyboard:
                 del self._until[other]  # the opposite way
             repeated = self._until.get(key, now) > now
             self._until[key] = max(self._until.get(key, now), now + (REPEAT_HOLD if repeated else FIRST_HOLD))
-        elif key in "+-" and key:
+        elif key in ("+", "-"):
             self.level = min(max(self.level + (1 if key == "+" else -1), 0), len(LEVELS) - 1)
         else:
             self._pressed.add(key)
@@ -90,8 +92,4 @@ class Keyboard:
                 axes[i] = sign * LEVELS[self.level]
         pressed, self._pressed = self._pressed, set()
         held = any(now < until + tail for until in self._until.values())
-        return Demand(tuple(axes), held, " " in pressed, "\r" in pressed, "\t" in pressed)
-
-    def release(self) -> None:
-        """Release all keys."""
-        self._until.clear()
+        return Demand(tuple(axes), held, *(key in pressed for key in (STOP, RELEASE, ASSISTANCE)))

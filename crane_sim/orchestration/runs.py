@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.laws import slow_half
+from crane_sim.orchestration.desk_link import OPERATOR, Operator, desk_link
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
@@ -26,6 +27,7 @@ class _RunSettings(NamedTuple):
     recorder: dict[str, object]  # empty: no recorder
     controller: bool  # ours is started
     restart: bool
+    operator: Operator | None = None
 
 
 def run(
@@ -44,6 +46,7 @@ def run(
     command_stamps: str | None = None,
     tf: str | None = None,
     fifo: int | None = None,
+    operator: Operator | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
     on_activated: Callable[[str, int], object] | None = None,
@@ -67,6 +70,7 @@ def run(
             parameter of that name.
         tf: which transforms the plant publishes: "all", those of the "base", or "off"; None: the default of the plant's
             parameter `publish_tf`.
+        operator: commands the crane through the node `operator`, with `controller` False, in realtime.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with single-line messages for the terminal.
@@ -81,7 +85,10 @@ def run(
     optional = {"rate": rate, "on_silence": on_silence, "command_stamps": command_stamps, "fifo_priority": fifo}
     optional |= {"publish_tf": tf}
     plant |= {name: value for name, value in optional.items() if value is not None}
-    settings = _RunSettings(plant, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
+    recorder = _recorder_settings(record, mcap, live_port)
+    if operator and recorder:
+        recorder["commanded"] = True
+    settings = _RunSettings(plant, recorder, controller and scene.sampled, restart, operator)
     with (
         collect_signals() as interrupts,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
@@ -89,7 +96,7 @@ def run(
         ProcessGroup(node_environment(domain, Path(folder)), interrupts) as group,
     ):
         roles = _start(group, scene, Path(folder), settings)
-        if not controller:
+        if not (controller or operator):
             limit = f", {max(wait, READY):g} s at most" if isfinite(wait) else ""
             callbacks.on_news(
                 f"the run waits for your node on /{scene.crane}/joint_commands, ROS domain {domain}{limit}"
@@ -125,6 +132,9 @@ def _start(group: ProcessGroup, scene: "Scene", folder: Path, settings: _RunSett
     if settings.controller:
         controller = common | {"mode": settings.plant["mode"]}
         roles.append(Role(group, spec("controller", "crane_control.nodes", controller), settings.restart))
+    if settings.operator:
+        operator = common | dict(settings.operator.parameters)
+        roles.append(Role(group, spec(OPERATOR, "crane_control.nodes", operator), settings.restart))
     if has_tracker:
         tracker = scene_only | {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
         roles.append(Role(group, spec("tracker", "crane_control.nodes", tracker), settings.restart))
@@ -142,6 +152,8 @@ def _supervise(supervisor: Supervisor, roles: list[Role], scene: "Scene", settin
     plant, error = supervisor.plant, ""
     try:
         supervisor.wait_ready()
+        if settings.operator:
+            settings.operator.begin(desk_link(roles))
         supervisor.run()
     except RunError as failure:
         error = str(failure)
