@@ -81,7 +81,8 @@ class OperatorNode:
         self._assignment = assign(scene.actuated, changes)
         self._desk = Desk(joints, settings.device_timeout, settings.assistance)
         self._limits, self._brakes = SoftLimits(joints, scene.period), Brakes(host)
-        self._keyboard, self._device = Keyboard(self._assignment), self._open_device()
+        self._keyboard = Keyboard(self._assignment)
+        self._device = self._open_device()
         host.orders["key"] = lambda key: self._keyboard.press(key, time.monotonic())
         self._assistance, self._no_assistance = _assistance(scene)
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]

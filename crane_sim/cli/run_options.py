@@ -72,8 +72,10 @@ class RunOptions(NamedTuple):
     @classmethod
     def of_drive(cls, given: Mapping[str, Any]) -> "RunOptions":
         """Return the options of `crane drive`: in real time, commanded by the operator, braked without commands."""
-        others = {"mode": "realtime", "no_controller": True, "wait": None, "command_stamps": None}
-        return cls(**(others | dict(given) | {"on_silence": given["on_silence"] or CommandTimeoutAction.BRAKE.value}))
+        values: dict[str, Any] = {"mode": "realtime", "no_controller": True, "wait": None, "command_stamps": None}
+        values |= given
+        values["on_silence"] = given["on_silence"] or CommandTimeoutAction.BRAKE.value
+        return cls(**values)
 
     def check(self) -> None:
         """Raise a single-line SceneError for an impossible value or combination."""
