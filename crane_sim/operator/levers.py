@@ -94,7 +94,9 @@ def _changed(assignment: Assignment, changes: Sequence[str]) -> Assignment:
         if name in levers:
             sign = -1.0 if value.startswith("-") else 1.0
             levers[name] = levers[name]._replace(axis=int(digits), sign=sign)
-        elif name in Buttons._fields and not value.startswith("-"):
+        elif name in Buttons._fields and value.startswith("-"):
+            raise SceneError(f"--map {shorten(change)}: a button has no sign")
+        elif name in Buttons._fields:
             buttons = buttons._replace(**{name: int(digits)})
         else:
             raise SceneError(f"--map {shorten(change)}: {unknown_key(name, (*levers, *Buttons._fields), 'name')}")
