@@ -29,7 +29,9 @@ def reference_by_quadrature(motion: Motion, command: float, bounds: Bounds, s: f
 
 
 @pytest.mark.parametrize("s", [0.2, 1.0, 2.5, 6.0])
-@pytest.mark.parametrize(("v", "a", "command"), [(0.0, 0.0, 0.8), (0.5, -0.1, 0.3), (-0.4, 0.15, 0.6), (0.6, 0.1, -0.5)])
+@pytest.mark.parametrize(
+    ("v", "a", "command"), [(0.0, 0.0, 0.8), (0.5, -0.1, 0.3), (-0.4, 0.15, 0.6), (0.6, 0.1, -0.5)]
+)
 def test_the_reference_in_closed_form(s: float, v: float, a: float, command: float) -> None:
     """The reference after a while is that of a bang-bang jerk; the steps of the second derivation err by their size."""
     bounds, start = RAMPS[0], Motion(1.0, v, a)

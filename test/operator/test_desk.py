@@ -44,7 +44,7 @@ def test_levers_begin_at_rest() -> None:
 
 
 def test_a_lost_device_stops() -> None:
-    """Without a sign of life for longer than the time-out, speeds are zero; when it is back, levers are to rest first."""
+    """Without a sign of life for longer than the time-out, speeds are zero; back again, levers are to rest first."""
     desk = moving_desk()
     assert desk.take(Demand(LEVERS, True), TIMEOUT) == SPEEDS
     assert desk.take(Demand(LEVERS, True), TIMEOUT + 0.001) == REST and desk.mode == Mode.LOST

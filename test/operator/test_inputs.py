@@ -1,4 +1,4 @@
-"""The operator's devices: keys that hold for a while, axes and buttons of a controller, levers by the names of joints."""
+"""The operator's devices: keys that hold for a while, axes and buttons of a controller, levers by names of joints."""
 
 from math import inf, nan
 
