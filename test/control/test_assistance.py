@@ -1,6 +1,6 @@
 """Assistance for an operator: the shaped speeds and the feedback of the law, in their own time."""
 
-from math import pi, sqrt
+from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_a_step_becomes_two() -> None:
 
 
 def test_feedback_is_that_of_the_law() -> None:
-    """A swing angle a along a joint's way adds 2 z sqrt(g l) a to its speed and nothing to the others."""
+    """A swing angle a along a joint's way adds 2 z sqrt(g l) sin a to its speed and nothing to the others."""
     scene = workshop_crane()
     assistance, q = Assistance(scene), list(scene.initial_q)
     moved = set()
@@ -51,7 +51,7 @@ def test_feedback_is_that_of_the_law() -> None:
         at_rest = assistance.speeds(0.0, q)
         q[swing] = 0.05
         added = np.abs(np.array(assistance.speeds(PERIOD, q)) - at_rest)
-        assert added.max() == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY * 5.0) * 0.05, rel=1e-6)
+        assert added.max() == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY * 5.0) * sin(0.05), rel=1e-6)
         assert np.sort(added)[:2].max() < 1e-9
         moved.add(int(np.argmax(added)))
     assert moved == {0, 1}  # trolley and bridge
@@ -77,6 +77,24 @@ def test_a_reset_forgets() -> None:
 
 
 def test_nothing_to_assist() -> None:
-    """A crane whose load does not swing has no assistance, and one line says so."""
-    with pytest.raises(SceneError, match="nothing swings at gravity = 0"):
-        Assistance(operated(load_scene("overhead_energy", {"gravity": 0.0})))
+    """A crane that cannot move the load's suspension point has no assistance, and one line says so."""
+    changes = {"trolley": {"drive": "fixed"}, "control": None, "reference": None}
+    hoist_only = operated(load_scene("overhead_hoist_energy", changes))
+    with pytest.raises(SceneError, match="no actuated joint moves a point below which the load swings"):
+        Assistance(hoist_only)
+
+
+def test_coordinates_of_any_kind() -> None:
+    """Loads that are described by places, not angles, get the same feedback: none where the load hangs still."""
+    scene = operated(load_scene("overhead_elastic"))
+    assistance = Assistance(scene)
+    still = [2.0 if name == "trolley" or name.endswith("_x") else q for name, q in named(scene)]
+    assert assistance.speeds(0.0, still) == pytest.approx((0.0,), abs=1e-9)
+    aside = [q + 0.1 if name == scene.joint_names[-2] else q for name, q in zip(scene.joint_names, still, strict=True)]
+    length = abs(still[-1])
+    assert assistance.speeds(PERIOD, aside)[0] == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY / length) * 0.1, rel=1e-3)
+
+
+def named(scene: Scene) -> list[tuple[str, float]]:
+    """Return the joints' names and initial positions."""
+    return list(zip(scene.joint_names, scene.initial_q, strict=True))
