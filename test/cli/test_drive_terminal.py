@@ -6,14 +6,14 @@ import pty
 import re
 import select
 import struct
-import sys
+import subprocess
 import termios
 import time
 from pathlib import Path
 
 import pytest
-from command_line import run_cli
-from process_helpers import started_program
+from command_line import CRANE
+from process_helpers import run_to_completion, started_program
 from rich.console import Console
 
 from crane_sim.cli.operator_console import bar, lever_note, lever_table, panel, read_keys
@@ -65,7 +65,7 @@ def test_the_table_of_levers() -> None:
 
 
 def test_the_panel() -> None:
-    """The panel says the desk's mode, velocities and places, what a soft limit holds, and why there is no assistance."""
+    """The panel says the desk's mode, velocities and places, what a soft limit holds, why there is no assistance."""
     shown = {"t": 12.3, "mode": "emergency stop", "assisted": False, "no_assistance": "", "device": "keyboard"}
     shown |= {"level": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
     shown |= {"limited": ["rope"], "swing_deg": 2.51}
@@ -117,7 +117,7 @@ class Terminal:
 
 def test_a_drive_by_keys(tmp_path: Path) -> None:
     """Keys move, stop, release and assist; q ends the run with exit code 0, and the terminal is as it was before."""
-    command = [Path(sys.executable).with_name("crane"), "drive", "bridge_speed_drive", "--no-record"]
+    command = [CRANE, "drive", "bridge_speed_drive", "--no-record"]
     terminal = Terminal()
     before = termios.tcgetattr(terminal.slave)
     ends = {"stdin": terminal.slave, "stdout": terminal.slave, "stderr": terminal.slave, "cwd": tmp_path}
@@ -150,5 +150,5 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
 )
 def test_mistakes_are_one_line(arguments: list[str], line: str) -> None:
     """What cannot be driven, or with what, is one line with exit code 2."""
-    result = run_cli("drive", "knuckle_setpoint", *arguments)
+    result = run_to_completion([CRANE, "drive", "knuckle_setpoint", *arguments], stdin=subprocess.DEVNULL)
     assert result.returncode == 2 and result.stderr.splitlines()[-1].startswith(f"crane: {line}"), result.stderr
