@@ -58,6 +58,7 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
         ready = operated(loaded, given["duration"], _parse_speeds(given["speeds"]))
         _warm(ready)
     console = _open_console(ready, given, as_json)
+    console.log(_describe_drives(loaded, ready))
     arguments = options.arguments(loaded.name)
     try:
         summary = orchestration.run(ready, operator=console, on_news=console.log, **arguments)
@@ -97,6 +98,13 @@ def _open_console(scene: Any, given: dict[str, Any], as_json: bool) -> OperatorC
     console.console.print(lever_table(joints, assignment, device))
     console.console.print(lever_note(assignment, device), highlight=False, soft_wrap=True)
     return console
+
+
+def _describe_drives(scene: Any, operated_scene: Any) -> str:
+    """Return one line on the drives that the operator has in place of the scene's own."""
+    kinds = zip(scene.actuated, scene.commands, operated_scene.commands, strict=True)
+    changed = [joint for joint, before, after in kinds if before != after]
+    return f"drives by speed in place of the scene's own: {', '.join(changed) or 'none'} (docs/operator.md)"
 
 
 def _warm(scene: Any) -> None:
