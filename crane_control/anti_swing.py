@@ -77,7 +77,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
     """
     options = read_settings(Settings, settings)
     length, gains = swing_gains(nominal)
-    frequency, tables = sqrt(_gravity(nominal) / length), _tables(options, nominal)
+    frequency, tables = sqrt(gravity(nominal) / length), _tables(options, nominal)
     weights, delays = [1.0], [0.0]
     if options.shaping is not None:
         shaping = options.shaping
@@ -101,6 +101,26 @@ def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
     Raises:
         SceneError: the payload hangs on nothing that swings.
     """
+    length, ahead, moved = swing_geometry(scene)
+    gains = ahead @ moved.T / length
+    gains = np.where(np.abs(gains) > STEP, gains, 0.0)
+    positions = [unit == "m" for unit in scene.joint_units]
+    if not np.any(gains) or np.any(gains[:, positions]):
+        raise SceneError("control.law = 'anti_swing': no actuated joint moves a rope that swings by angles")
+    return length, gains
+
+
+class SwingGeometry(NamedTuple):
+    """The swing below a suspension point, horizontally."""
+
+    length: float  # m, from the suspension point to the payload
+    ahead: npt.NDArray[np.float64]  # (nu, 2) of a place of the payload: how far it is ahead of each joint's way, in the
+    # joint's unit
+    moved: npt.NDArray[np.float64]  # (nq, 2) of the passive joints: how far they move the payload below the point
+
+
+def swing_geometry(scene: Scene) -> SwingGeometry:
+    """Return the geometry of a scene's swing at its initial posture, the load hanging, by differences."""
     n, nu = len(scene.joint_names), len(scene.actuated)
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     hanging = np.array(scene.initial_q)
@@ -109,18 +129,15 @@ def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
     q = np.concatenate([hanging + STEP * np.eye(n), hanging - STEP * np.eye(n), [hanging]])
     derived = derive(scene, np.zeros(2 * n + 1), q, np.zeros_like(q), np.zeros((2 * n + 1, nu)))
     offset = derived.payload - derived.tip
-    length = float(np.linalg.norm(offset[-1]))
     moved = (offset[:n] - offset[n : 2 * n])[:, :2] / (2.0 * STEP)
     ways = (derived.tip[:n] - derived.tip[n : 2 * n])[actuated, :2] / (2.0 * STEP)
     moved[actuated] = 0.0
     sizes = np.sum(ways**2, axis=1, keepdims=True)
-    gains = np.divide(ways @ moved.T, sizes * length, out=np.zeros((nu, n)), where=sizes > STEP)
-    if not np.any(np.abs(gains) > STEP):
-        raise SceneError("control.law = 'anti_swing': no actuated joint moves a rope that swings by angles")
-    return length, np.where(np.abs(gains) > STEP, gains, 0.0)
+    ahead = np.divide(ways, sizes, out=np.zeros((nu, 2)), where=sizes > STEP)
+    return SwingGeometry(float(np.linalg.norm(offset[-1])), ahead, moved)
 
 
-def _gravity(scene: Scene) -> float:
+def gravity(scene: Scene) -> float:
     """Return the acceleration of free fall [m/s²]; raises SceneError where there is none."""
     file: Any = scene.file
     if not file.gravity > 0.0:

@@ -46,7 +46,16 @@ def run(scene: str, as_json: bool, **scene_changes: Any) -> None:
         _warm_plant(loaded)
     with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as reporter:
         summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
-    process_signals.exit_now(_print_outcome(dict(loaded.notes) | summary, loaded, as_json))
+    process_signals.exit_now(report.print_outcome(dict(loaded.notes) | summary, loaded, as_json))
+
+
+@app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def drive(arguments: tuple[str, ...]) -> None:
+    """Drive a crane by hand, in real time: by keyboard, gamepad or sensor_msgs/Joy (crane drive -h)."""
+    from crane_sim.cli.drive import drive as command  # here: it imports what an operator needs
+
+    command.main(list(arguments), prog_name="crane drive", standalone_mode=False)
 
 
 @app.command()
@@ -67,7 +76,7 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
             raise
         result, failure = error.run, {"error": str(error)}
     raise SystemExit(
-        _print_outcome(result.summary | report.speed(result) | report.WITHOUT_ROS | failure, loaded, as_json)
+        report.print_outcome(result.summary | report.speed(result) | report.WITHOUT_ROS | failure, loaded, as_json)
     )
 
 
@@ -232,14 +241,3 @@ def _warm_plant(scene: Any) -> None:
     demand = scene.law(0.0, plant.q, plant.v) if scene.law else (0.0,) * len(scene.actuated)
     plant.advance(demand if scene.sampled else None)
     plant.summary()
-
-
-def _print_outcome(summary: dict[str, Any], scene: Any, as_json: bool) -> int:
-    """Print the summary; return the exit code."""
-    if as_json:
-        print(json.dumps(report.json_value(summary)))
-    elif summary.get("steps"):
-        report.print_summary(summary, scene)
-    if "error" in summary:
-        print(f"crane: {summary['error']}", file=sys.stderr)
-    return int("error" in summary)

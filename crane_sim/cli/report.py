@@ -1,5 +1,6 @@
 """Terminal output: the progress bar, the summary, the catalogue."""
 
+import json
 import math
 import os
 import re
@@ -180,6 +181,17 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     if "state_sha256" in summary:
         console.print(f"state sha256  {summary['state_sha256']}", highlight=False)
     _print_files(console, summary)
+
+
+def print_outcome(summary: dict[str, Any], scene: "Scene", as_json: bool) -> int:
+    """Print the summary of a run; return the exit code."""
+    if as_json:
+        print(json.dumps(json_value(summary)))
+    elif summary.get("steps"):
+        print_summary(summary, scene)
+    if "error" in summary:
+        print(f"crane: {summary['error']}", file=sys.stderr)
+    return int("error" in summary)
 
 
 def print_notes(notes: Mapping[str, Any], console: Console) -> None:

@@ -4,7 +4,7 @@ import math
 import re
 import socket
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,7 +16,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import lock_file, unfinished_name
 from crane_sim.ros.common.command_stamps import COMMAND_STAMPS
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES
-from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS
+from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
 
 _PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of names of frames
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
@@ -52,6 +52,9 @@ _OPTIONS = (
 )
 
 
+_OF_DRIVE = ("rate", "record", "no_record", "mcap", "live", "domain_id", "restart", "on_silence", "tf", "fifo")
+
+
 class RunOptions(NamedTuple):
     """The options of one run as given; None: not given (`arguments` leaves those out or fills in the default)."""
 
@@ -71,6 +74,14 @@ class RunOptions(NamedTuple):
     frame_prefix: str | None
     paused: bool
     fifo: int | None
+
+    @classmethod
+    def of_drive(cls, given: Mapping[str, Any]) -> "RunOptions":
+        """Return the options of `crane drive`: in real time, commanded by the operator, braked without commands."""
+        values: dict[str, Any] = {"mode": "realtime", "no_controller": True, "wait": None, "command_stamps": None}
+        values |= given
+        values["on_silence"] = given["on_silence"] or CommandTimeoutAction.BRAKE.value
+        return cls(**values)
 
     def check(self) -> None:
         """Raise a single-line SceneError for an impossible value or combination."""
@@ -159,6 +170,15 @@ def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of `RunOptions` to a command."""
     for option in reversed(_OPTIONS):
         command = option(command)
+    return command
+
+
+def drive_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of `RunOptions` that `crane drive` has to a command."""
+    for option in reversed(_OPTIONS):
+        named = option(lambda: None)
+        if named.__click_params__[0].name in _OF_DRIVE:  # type: ignore[attr-defined]
+            command = option(command)
     return command
 
 

@@ -29,6 +29,7 @@ class Child:
         active: it is neither deactivated nor, as the plant, paused.
         passes: resets of the plant that it has recorded, of a recorder.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
+        panel: what an operator's node shows, as it reported last.
     """
 
     def __init__(self, name: str, start: Callable[[int, int], ForkedProcess]) -> None:
@@ -37,6 +38,7 @@ class Child:
         self.active, self.ready, self.exited, self.fatal = True, False, False, False
         self.step = self.recorded = self.bagged = self.passes = 0
         self.summary: dict[str, Any] | None = None
+        self.panel: dict[str, Any] = {}
         control, self._control = os.pipe()
         self.reports, report = os.pipe()
         self._process = start(control, report)
@@ -107,6 +109,8 @@ class Child:
                 self.recorded, self.bagged, self.passes = (more.get(key, 0) for key in ("recorded", "bagged", "passes"))
             case {"event": "waiting", "why": str(why)}:
                 self.waiting = why
+            case {"event": "panel", **shown}:
+                self.panel = shown
             case {"event": "resumed"}:
                 self.waiting = ""
             case {"event": "done", "summary": dict(summary)}:

@@ -2,12 +2,13 @@
 
 import tempfile
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.laws import slow_half
+from crane_sim.orchestration.desk_link import OPERATOR, Operator, desk_link
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
@@ -26,6 +27,7 @@ class _RunSettings(NamedTuple):
     recorder: dict[str, object]  # empty: no recorder
     controller: bool  # ours is started
     restart: bool
+    operator: Operator | None = None
 
 
 def run(
@@ -46,6 +48,7 @@ def run(
     frame_prefix: str | None = None,
     paused: bool = False,
     fifo: int | None = None,
+    operator: Operator | None = None,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
     on_activated: Callable[[str, int], object] | None = None,
@@ -71,6 +74,7 @@ def run(
             parameter `publish_tf`.
         frame_prefix: begins the names of all frames but `world`; None: no prefix.
         paused: begin paused, until a service plays the run.
+        operator: commands the crane through the node `operator`, with `controller` False, in realtime.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with single-line messages for the terminal.
@@ -85,7 +89,8 @@ def run(
     optional = {"rate": rate, "on_silence": on_silence, "command_stamps": command_stamps, "fifo_priority": fifo}
     optional |= {"publish_tf": tf, "frame_prefix": frame_prefix}
     plant |= {name: value for name, value in optional.items() if value is not None}
-    settings = _RunSettings(plant, _recorder_settings(record, mcap, live_port), controller and scene.sampled, restart)
+    recorder = _recorder_settings(record, mcap, live_port, operator is not None)
+    settings = _RunSettings(plant, recorder, controller and scene.sampled, restart, operator)
     with (
         collect_signals() as interrupts,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
@@ -93,7 +98,7 @@ def run(
         ProcessGroup(node_environment(domain, Path(folder)), interrupts) as group,
     ):
         roles = _start(group, scene, Path(folder), settings)
-        if not controller:
+        if not (controller or operator):
             limit = f", {max(wait, READY):g} s at most" if isfinite(wait) else ""
             callbacks.on_news(
                 f"the run waits for your node on /{scene.crane}/joint_commands, ROS domain {domain}{limit}"
@@ -105,36 +110,25 @@ def _ignore(*_: object) -> None:
     """Do nothing."""
 
 
-def _recorder_settings(record: Path | None, mcap: Path | None, live_port: int | None) -> dict[str, object]:
+def _recorder_settings(
+    record: Path | None, mcap: Path | None, live_port: int | None, commanded: bool
+) -> dict[str, object]:
     """Return the recorder's parameters, empty where nothing is recorded."""
     if record is None and mcap is None:
         return {}
     paths = {"path": record, "mcap": mcap}
     files: dict[str, object] = {name: str(Path(path).absolute()) if path else "" for name, path in paths.items()}
-    return files | {"live_port": live_port or 0, "recording_id": uuid.uuid4().hex[:12]}
+    return files | {"commanded": commanded, "live_port": live_port or 0, "recording_id": uuid.uuid4().hex[:12]}
 
 
 def _start(group: ProcessGroup, scene: "Scene", folder: Path, settings: _RunSettings) -> list[Role]:
     scene_file = folder / "scene.yaml"
     scene.dump(scene_file)
-    scene_only: dict[str, object] = {"scene": str(scene_file)}
-    common = scene_only | {"expected_recorders": int(bool(settings.recorder))}
-    has_tracker = settings.controller and slow_half(scene.law) is not None
-
-    def spec(name: str, package: str, parameters: dict[str, object]) -> RoleSpec:
-        return RoleSpec(name, f"{package}.{name}_node", scene.crane, parameters)
-
-    plant = common | settings.plant | {"expected_trackers": int(has_tracker)}
-    roles = [Role(group, spec("plant", "crane_sim.ros", plant))]
-    if settings.controller:
-        controller = common | {"mode": settings.plant["mode"]}
-        roles.append(Role(group, spec("controller", "crane_control.nodes", controller), settings.restart))
-    if has_tracker:
-        tracker = scene_only | {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
-        roles.append(Role(group, spec("tracker", "crane_control.nodes", tracker), settings.restart))
-    if settings.recorder:
-        recorder = scene_only | settings.recorder
-        roles.append(RecorderRole(group, spec("recorder", "crane_sim.ros", recorder), settings.restart))
+    roles: list[Role] = []
+    for name, package, parameters in _nodes(scene, str(scene_file), settings):
+        spec = RoleSpec(name, f"{package}.{name}_node", scene.crane, parameters)
+        role = RecorderRole if name == "recorder" else Role
+        roles.append(role(group, spec, settings.restart and name != "plant"))
     if settings.restart:
         group.preload(scene_file)
         for role in roles:
@@ -142,10 +136,29 @@ def _start(group: ProcessGroup, scene: "Scene", folder: Path, settings: _RunSett
     return roles
 
 
+def _nodes(scene: "Scene", file: str, settings: _RunSettings) -> Iterator[tuple[str, str, dict[str, object]]]:
+    """Yield name, package and parameters of each node, the plant's first."""
+    scene_only: dict[str, object] = {"scene": file}
+    common = scene_only | {"expected_recorders": int(bool(settings.recorder))}
+    has_tracker = settings.controller and slow_half(scene.law) is not None
+    yield "plant", "crane_sim.ros", common | settings.plant | {"expected_trackers": int(has_tracker)}
+    if settings.controller:
+        yield "controller", "crane_control.nodes", common | {"mode": settings.plant["mode"]}
+    if settings.operator:
+        yield OPERATOR, "crane_control.nodes", common | dict(settings.operator.parameters)
+    if has_tracker:
+        bagged = {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
+        yield "tracker", "crane_control.nodes", scene_only | bagged
+    if settings.recorder:
+        yield "recorder", "crane_sim.ros", scene_only | settings.recorder
+
+
 def _supervise(supervisor: Supervisor, roles: list[Role], scene: "Scene", settings: _RunSettings) -> dict[str, Any]:
     plant, error = supervisor.plant, ""
     try:
         supervisor.wait_ready()
+        if settings.operator:
+            settings.operator.begin(desk_link(roles))
         supervisor.run()
     except RunError as failure:
         error = str(failure)

@@ -20,7 +20,7 @@ _KILL_TIMEOUT = 0.2  # s for a killed process to exit
 
 def collect_controller_summary(supervisor: Supervisor, roles: Sequence[Role]) -> dict[str, Any]:
     """Order the law's processes to finish; return what they add to the summary."""
-    laws = [role.active for role in roles if role.name in ("controller", "tracker")]
+    laws = [role.active for role in roles if role.name in ("controller", "tracker", "operator")]
     for child in laws:
         child.send("finish")
     supervisor.drain([child for child in laws if child.ready], *_DRAIN)

@@ -76,13 +76,13 @@ class StepAssembler:
             commands.append(effort)
         self._newest_command = max(self._newest_command, stamp)
 
-    def add_accepted(self, stamp: int, effort: Vector) -> None:
-        """Take a command that the plant has accepted; from the first one on no other counts."""
+    def add_accepted(self, stamp: int, effort: Vector | None) -> None:
+        """Take a command that the plant has accepted; from the first one on no other counts. None: there is none."""
         if not self._acceptance_known:
             self._acceptance_known = True
             self._commands.clear()
         if self._expects(stamp):
-            self._commands[stamp] = [effort]
+            self._commands[stamp] = [] if effort is None else [effort]
             self._newest_command = max(self._newest_command, stamp)
 
     def _expects(self, stamp: int) -> bool:

@@ -13,12 +13,13 @@ from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
 from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
-from crane_sim.ros.common.node_host import Fault, NodeHost
+from crane_sim.ros.common.node_host import QUIT, Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES, TransformScope
 from crane_sim.ros.plant import standard_services
 from crane_sim.ros.plant.base_odometry import BaseOdometry
 from crane_sim.ros.plant.braking import brake_to_rest
+from crane_sim.ros.plant.held_commands import HeldCommands
 from crane_sim.ros.plant.instrument_topics import camera_topic, imu_topic
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.peers import peer_names
@@ -100,7 +101,8 @@ class PlantNode:
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)
         further = self._further_publishers(scene)
-        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads, further)
+        held = HeldCommands(host.node, scene) if settings.mode == RunMode.REALTIME and scene.sampled else None
+        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads, further, held)
         self._remark_on_transforms()
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()
@@ -124,7 +126,8 @@ class PlantNode:
             self._scheduler.run()
         if host.brake_reason and simulation.running and not host.stop_reason:
             brake_to_rest(host, simulation, self._scheduler, self._wall_period)
-        error = self._simulation.failure or ("" if self._simulation.finished else "interrupted")
+        ended = self._simulation.finished or host.stop_reason == QUIT
+        error = self._simulation.failure or ("" if ended else "interrupted")
         simulation.end()
         self._report(error)
         self._topics.flush()  # after the report: a subscriber that does not acknowledge delays nothing else

@@ -26,6 +26,7 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
     "path": Option("runs/run.rrd", "the Rerun recording, with .part behind its name while it grows; empty: none"),
     "mcap": Option("", "MCAP file of the messages as they came, with .part while it grows; empty: none"),
+    "commanded": Option(False, "ignore the scene's own law and inputs, as a plant with this parameter does"),
     "live_port": Option(0, "serve the recording to viewers on this local port, too; 0: do not", 0, 65535),
     "recording_id": Option("", "identifier of the recording in the viewer; empty: a new one"),
     "standby": Option(False, "stand by, and resume, at the order go, where another recorder has failed"),
@@ -46,6 +47,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -
     """
     check_settings(settings)
     scene = load_scene(settings.scene)
+    scene = scene.with_external_commands() if settings.commanded else scene
     if settings.standby:
         subscriptions, outputs = _stand_by(host, scene, settings, keep_alive)
     else:

@@ -45,6 +45,10 @@ class FakeSimulation:
         """Whether steps remain."""
         return len(self.efforts) < self.steps
 
+    def brake(self, on: bool, source: str) -> None:
+        """Apply or release the brakes, which have one source here."""
+        self.plant.braking = on
+
     def step(self, effort: tuple[float, ...]) -> None:
         """Record the effort."""
         self.efforts.append(effort)

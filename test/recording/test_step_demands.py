@@ -81,3 +81,23 @@ def test_invalid_commands_are_no_demands(topic: str) -> None:
     decode(JointWire(names[:3], EFFORT).encode(PERIOD_NS, EFFORT_A[:3]))
     decode(JointWire(names[::-1], EFFORT).encode(PERIOD_NS, EFFORT_A[::-1]))
     assert received == [(PERIOD_NS, EFFORT_A)]
+
+
+def test_held_commands_are_the_demands() -> None:
+    """What a period took is its demand, whatever was accepted for it later; none while the brakes acted."""
+    assembler = StepAssembler(PERIOD_NS, None)
+    demands: list[tuple[int, tuple | None]] = []
+    recorder = SimpleNamespace(accept_effort=lambda stamp, effort: demands.append((stamp, effort)))
+    scene = load_scene("knuckle_setpoint")
+    callbacks = MessageDecoder(scene, recorder).callbacks()  # type: ignore[arg-type]
+    wire, nan = JointWire(scene.actuated, EFFORT), float("nan")
+    sent = [("accepted_command", 1, EFFORT_A), ("held_command", 1, EFFORT_A), ("held_command", 2, EFFORT_A)]
+    sent += [("accepted_command", 2, EFFORT_B), ("held_command", 3, (nan,) * 4), ("held_command", 4, EFFORT_B)]
+    for topic, k, effort in sent:
+        callbacks[topic](wire.encode(k * PERIOD_NS, effort))
+    for stamp, effort in demands:
+        assembler.add_accepted(stamp, effort)
+    for k in range(1, 5):
+        assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)
+        assembler.add_effort(k * PERIOD_NS, EFFORT_C)
+    assert [row.demanded for row in assembler.take(final=True)] == [EFFORT_A, EFFORT_A, None, EFFORT_B]

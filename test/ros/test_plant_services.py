@@ -133,3 +133,22 @@ def test_brakes_in_real_time_wait_for_no_recorder(period: float, waits: int, mon
     brake_to_rest(host, simulation, scheduler, period)
     assert simulation.plant.k == STEPS_TO_REST
     assert polls == [False] * (2 * waits)
+
+
+@pytest.mark.parametrize(("mode", "refusal"), [("realtime", ""), ("lockstep", "only in real time")])
+def test_brakes_by_service(mode: str, refusal: str) -> None:
+    """In real time brakes stay applied while any source applies them, also over a reset, and warn; lockstep refuses."""
+    simulation, host = start_run(FakeTopics()), SimpleNamespace(active=True)
+    scheduler: Any = None
+    plant: Any = simulation.plant
+    plant.reset = lambda q, v: setattr(plant, "braking", False)
+    control = RunControl(host, simulation, scheduler, SimpleNamespace(mode=mode))  # type: ignore[arg-type]
+    assert control.set_brakes(True).startswith(refusal) and simulation.plant.braking == (not refusal)
+    if refusal:
+        return
+    simulation.brake(True, "time-out")
+    simulation.brake(False, "time-out")
+    assert simulation.plant.braking and "~/set_brakes" in simulation.warning
+    simulation.restart()
+    assert simulation.plant.braking
+    assert control.set_brakes(False) == "" and not simulation.plant.braking and simulation.warning == ""

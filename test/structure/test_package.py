@@ -14,7 +14,7 @@ from crane_sim.ros import plant_node, recorder_node
 from crane_sim.ros.common.lifecycle import MANAGED
 
 ROOT = Path(__file__).parents[2]
-NODES = ("plant_node", "controller_node", "tracker_node", "recorder_node", "crane")
+NODES = ("plant_node", "controller_node", "tracker_node", "recorder_node", "operator_node", "crane")
 
 
 def test_the_manifest_is_an_ament_python_package() -> None:

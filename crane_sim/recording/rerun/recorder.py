@@ -88,8 +88,8 @@ class Recorder:
         """Take the effort (nu,) demanded in answer to the state of a stamp."""
         self._assembler.add_command(stamp, effort)
 
-    def accept_effort(self, stamp: int, effort: Sequence[float]) -> None:
-        """Take the effort (nu,) that the plant has accepted in answer to the state of a stamp."""
+    def accept_effort(self, stamp: int, effort: Sequence[float] | None) -> None:
+        """Take the effort (nu,) that the plant has accepted in answer to the state of a stamp; None: there is none."""
         self._assembler.add_accepted(stamp, effort)
 
     def reference(self, stamp: int, target: Sequence[float]) -> None:

@@ -22,6 +22,8 @@ from rclpy.utilities import try_shutdown
 from crane_sim.ros.common.lifecycle import MANAGED, ManagedNode
 from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
 
+QUIT = "quit"
+"""Order that ends a run before its time, on purpose: no fault."""
 _POLL = 0.05  # s between two reads of the control pipe
 
 
@@ -71,8 +73,9 @@ class NodeHost:
     Attributes:
         started: the supervisor has sent "go", or there is none.
         resume_state: the argument of that order.
+        orders: further orders by their first word; each is called with the rest of the line.
         brake_reason: why there will be no more commands and the plant is to brake to rest, empty while it is not.
-        stop_reason: why the node is to end ("interrupted", "orphaned", "finish …", "shutdown"), empty while it is not.
+        stop_reason: why the node is to end ("interrupted", "orphaned", "finish …", "quit", "shutdown"), or empty.
     """
 
     def __init__(self, node: Node, pipes: Pipes, executor: str = "events") -> None:
@@ -83,6 +86,7 @@ class NodeHost:
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
         self._executor.add_node(node)
         self._next_poll = 0.0
+        self.orders: dict[str, Callable[[str], object]] = {}
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self.stop("interrupted"))
 
@@ -109,6 +113,8 @@ class NodeHost:
             word, _, argument = line.partition(" ")
             if word == "go":
                 self._start(argument)
+            elif word in self.orders:
+                self.orders[word](argument)
             elif word == "brake":
                 self.brake_reason = self.brake_reason or argument or "no controller is left"
             else:

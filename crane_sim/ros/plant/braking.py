@@ -20,7 +20,8 @@ def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: StepSche
     """
     plant = simulation.plant
     last = plant.k + ceil(_LIMIT / simulation.scene.period)
-    plant.braking, simulation.ending, simulation.waiting = True, host.brake_reason, ""
+    simulation.brake(True, "ending")
+    simulation.ending, simulation.waiting = host.brake_reason, ""
     simulation.resume()
     simulation.warn(f"{host.brake_reason}: the brakes act until the crane rests", "commands")
     effort = (0.0,) * len(simulation.scene.actuated) if simulation.scene.sampled else None

@@ -171,7 +171,7 @@ class Realtime:
         timeout, action = self._watchdog.timeout, CommandTimeoutAction(self._settings.on_silence)
         self._timed_out = timed_out
         self._command_timeouts += timed_out
-        self._simulation.plant.braking = timed_out and action == CommandTimeoutAction.BRAKE
+        self._simulation.brake(timed_out and action == CommandTimeoutAction.BRAKE, "time-out")
         self._simulation.warn(
             f"no valid command for {timeout:g} s: {action.description}" if timed_out else "", "commands"
         )

@@ -4,6 +4,7 @@ from functools import partial
 from types import SimpleNamespace
 
 from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.common.parameters import RunMode
 from crane_sim.ros.plant.scheduler import BLOCK, StepScheduler, should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
@@ -69,6 +70,16 @@ class RunControl:
                 self._scheduler.reset()
             except ValueError as error:
                 return str(error)
+        return why_not
+
+    def set_brakes(self, on: bool) -> str:
+        """Apply the brakes of all actuated joints until they are released; no command releases them."""
+        why_not = self.why_not_running()
+        if not why_not and self._settings.mode != RunMode.REALTIME:
+            why_not = "only in real time: in lockstep the controller decides about every step"
+        if not why_not:
+            self._simulation.brake(on, "user")
+            self._simulation.warn("the brakes act, by ~/set_brakes" if on else "", "brakes")
         return why_not
 
     def quit(self) -> None:

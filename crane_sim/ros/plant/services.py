@@ -30,7 +30,7 @@ class FaultServices:
 
 
 class PlantServices:
-    """Services `~/set_pause`, `~/step_simulation` and `~/reset_simulation`.
+    """Services `~/set_pause`, `~/set_brakes`, `~/step_simulation` and `~/reset_simulation`.
 
     The parameters `step_count`, `reset_positions` and `reset_velocities` fix the number of steps and the state after a
     reset.
@@ -40,6 +40,7 @@ class PlantServices:
         """Offer the services; `settings` holds the current values of the node's parameters."""
         self._control, self._settings = control, settings
         node.create_service(SetBool, "~/set_pause", self._set_pause)
+        node.create_service(SetBool, "~/set_brakes", self._set_brakes)
         node.create_service(Trigger, "~/step_simulation", self._step)
         node.create_service(Trigger, "~/reset_simulation", self._reset)
 
@@ -48,6 +49,11 @@ class PlantServices:
         response.success = not response.message
         if response.success and not self._control.paused:
             response.message = self._control.why_waiting()  # the pause is over, and yet nothing moves
+        return response
+
+    def _set_brakes(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        response.message = self._control.set_brakes(request.data)
+        response.success = not response.message
         return response
 
     def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

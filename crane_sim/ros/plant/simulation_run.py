@@ -8,6 +8,7 @@ from crane_sim.description.transforms import payload_orientation
 from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
+from crane_sim.ros.plant.held_commands import HeldCommands
 from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.scenes.scene import Scene
@@ -40,6 +41,7 @@ class SimulationRun:
         largest: Sequence[float],
         clock_leads: bool = False,
         further: Sequence[StatePublisher] = (),
+        held_commands: HeldCommands | None = None,
     ) -> None:
         """Prepare a run; nothing is published yet.
 
@@ -48,6 +50,7 @@ class SimulationRun:
             largest: bounds (nu,) of efforts, N m or N.
             clock_leads: the scheduler publishes the clock, by `advance_clock`, before the state of that time.
             further: what is published of every state besides.
+            held_commands: publisher of the command of each period, where they are published.
         """
         self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
         self._further, self.remarks = further, dict[str, object]()
@@ -55,6 +58,8 @@ class SimulationRun:
         self.stamp, self.deadline_misses, self.steps_before_reset = 0, 0, 0
         self.waiting = self.ending = self.failure = ""
         self._pauses: set[str] = set()  # by what ordered them
+        self._brakes: set[str] = set()  # likewise
+        self._held_commands, self._last_command = held_commands, scene.idle_command
         self._topics, self._pipes = topics, pipes
         self._warnings: dict[str, str] = {}
         self._start_time = self._end_time = 0.0
@@ -86,6 +91,11 @@ class SimulationRun:
         (self._pauses.add if paused else self._pauses.discard)(source)
         self._publish_mode()
 
+    def brake(self, on: bool, source: str) -> None:
+        """Apply or release a source's brakes: those of all actuated joints act while any source applies them."""
+        (self._brakes.add if on else self._brakes.discard)(source)
+        self.plant.braking = bool(self._brakes)
+
     def resume(self) -> None:
         """End all pauses, and publish the mode."""
         self._pauses.clear()
@@ -115,6 +125,7 @@ class SimulationRun:
         steps = self.plant.k
         self.plant.reset(q, v)
         self.steps_before_reset += steps
+        self.plant.braking, self._last_command = bool(self._brakes), self.scene.idle_command
         self.validator = CommandValidator(self.scene.actuated, self._largest, self.scene.joint_names)
         self.deadline_misses = 0
         self.start()
@@ -137,9 +148,11 @@ class SimulationRun:
 
     def step(self, effort: Sequence[float] | None) -> None:
         """Advance one period with `effort` (nu,) held; the state is published first: the controller waits for it."""
-        stamp = self.stamp
+        stamp, command = self.stamp, self._taken(effort)
+        if self._held_commands and command is not None:
+            self._held_commands.publish(stamp, command, self.plant.braking)
         try:
-            self.plant.advance(effort)
+            self.plant.advance(command)
         except SimulationError as error:
             self.failure = str(error)
             return
@@ -147,6 +160,17 @@ class SimulationRun:
         if self._topics.effort_subscribed:
             self._topics.publish_effort(stamp, self.plant.applied)
         self._publish_what_follows()
+
+    def _taken(self, effort: Sequence[float] | None) -> Sequence[float] | None:
+        """Return the command (nu,) that the drives are given: while brakes act zero, the last one of position drives.
+
+        So a record of the commands and of the brakes determines the run.
+        """
+        if effort is None or not self.plant.braking:
+            self._last_command = self._last_command if effort is None else tuple(effort)
+            return effort
+        kinds = zip(self.scene.commands, self._last_command, strict=True)
+        return tuple(last if kind == "position" else 0.0 for kind, last in kinds)
 
     def throttle_for_recorder(self, block: int, should_stop: Callable[[], bool]) -> None:
         """Wait for a recorder every `block` steps, unless `should_stop`: the publishers' queues are limited."""

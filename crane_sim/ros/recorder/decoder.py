@@ -21,6 +21,7 @@ TOPICS = (
     "applied_effort",
     "joint_commands",
     "accepted_command",
+    "held_command",
     "joint_trajectory",
     "simulation_state",
 )
@@ -32,7 +33,7 @@ class MessageDecoder:
 
     def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
         """Create a decoder for the joints of a scene."""
-        self._recorder, self._scene, self._quitting = recorder, scene, False
+        self._recorder, self._scene, self._quitting, self._holds = recorder, scene, False, False
         self._state_wire = JointWire(scene.joint_names, STATE)
         self._effort_wire, self._command_wire = JointWire(scene.actuated, EFFORT), CommandWire(scene)
         self._validator = CommandValidator(
@@ -46,6 +47,7 @@ class MessageDecoder:
             "applied_effort": self._on_effort,
             "joint_commands": self._on_command,
             "accepted_command": self._on_accepted,
+            "held_command": self._on_held,
             "joint_trajectory": self._on_reference,
             "simulation_state": self._on_simulation_state,
         }
@@ -68,8 +70,15 @@ class MessageDecoder:
             self._recorder.command(stamp, command)
 
     def _on_accepted(self, data: bytes) -> None:
-        stamp, command = self._read_command(data)
+        stamp, command = (0, None) if self._holds else self._read_command(data)
         if command is not None:
+            self._recorder.accept_effort(stamp, command)
+
+    def _on_held(self, data: bytes) -> None:
+        """Take what the drives were given: it counts more than what was accepted; none while the brakes act."""
+        stamp, command = self._read_command(data)
+        if stamp:
+            self._holds = True
             self._recorder.accept_effort(stamp, command)
 
     def _read_command(self, data: bytes) -> tuple[int, tuple[float, ...] | None]:

@@ -47,6 +47,7 @@ _SOURCES = {
     "applied_effort": _Source(JointState, _STREAM),
     "joint_commands": _Source(JointState, _STREAM),
     "accepted_command": _Source(JointState, _STREAM),
+    "held_command": _Source(JointState, _STREAM),
     "joint_trajectory": _Source(JointTrajectory, _STREAM),
     "tip_demand": _Source(JointTrajectory, _STREAM),
     "payload_pose": _Source(PoseStamped, _SENSOR),

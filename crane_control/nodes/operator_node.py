@@ -1,0 +1,222 @@
+"""The node `operator`: answers every joint state with an operator's speeds, from keys, a gamepad or a joystick."""
+
+import sys
+import time
+from math import degrees, hypot
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from rclpy.duration import Duration
+from rclpy.task import Future
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool
+
+from crane_control.assistance import Assistance
+from crane_sim.files.errors import SceneError
+from crane_sim.operator.desk import Desk, Mode, SoftLimits
+from crane_sim.operator.drives import driven_joints
+from crane_sim.operator.inputs import LEVELS, Demand, Keyboard
+from crane_sim.operator.levers import assign
+from crane_sim.ros.common import messages, node_host
+from crane_sim.ros.common.command_wire import CommandWire
+from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.controller.responder import ActivationBuffer, serve_responder
+from crane_sim.ros.controller.states import State, StateReader
+from crane_sim.ros.operator.devices import Device, GamepadDevice, JoyDevice, KeyboardDevice
+from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.metrics import derive
+
+DEVICES = ("keyboard", "gamepad", "joy")
+PARAMETERS = {
+    "scene": Option("bridge_speed_drive", "scene, whose drives all follow speeds: a name of the catalogue or a path"),
+    "device": Option("joy", "the operator's device; keys come from the terminal of `crane drive`", choices=DEVICES),
+    "joy_topic": Option("/joy", "topic of sensor_msgs/Joy"),
+    "gamepad": Option("", "device file of the gamepad; empty: the first one"),
+    "mapping": Option("", "changes of levers and buttons, NAME=NUMBER, with commas between them"),
+    "assistance": Option(False, "begin with assistance against swing"),
+    "device_timeout": Option(0.5, "s without a sign of the device after which it counts as lost", 0.05, 60.0),
+    "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
+}
+_PANEL = 0.1  # s between two reports to the terminal
+_RETRY = 1.0  # s without an answer of the brakes until they are ordered again
+
+
+class Brakes:
+    """The plant's brakes, ordered by its service until it has answered."""
+
+    def __init__(self, host: NodeHost) -> None:
+        """Find the service in the node's namespace."""
+        self._client = host.node.create_client(SetBool, "plant/set_brakes")
+        self._applied, self._ordered, self._next_order = False, False, 0.0
+        self._answer: Future | None = None  # of the newest order
+
+    def order(self, on: bool, now: float) -> bool:
+        """Apply or release them; return whether that has just been done."""
+        answer = self._answer
+        if answer is not None and answer.done():
+            result, self._answer, self._next_order = answer.result(), None, now
+            if result is not None and result.success:
+                self._applied = self._ordered
+                return True
+        if on != self._applied and now >= self._next_order:
+            self._next_order, self._ordered = now + _RETRY, on
+            self._answer = self._client.call_async(SetBool.Request(data=on))
+        return False
+
+
+class OperatorNode:
+    """The operator's desk on the ROS graph.
+
+    Attributes:
+        fault: one line on why it cannot go on, empty while it can.
+    """
+
+    def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
+        """Open the device; raises SceneError where the scene or the device does not allow it."""
+        self.fault, self._host, self._settings = "", host, settings
+        self._scene = scene = load_scene(settings.scene).with_external_commands()
+        joints, changes = driven_joints(scene), [part for part in settings.mapping.split(",") if part]
+        self._assignment = assign(scene.actuated, changes)
+        self._desk = Desk(joints, settings.device_timeout, settings.assistance)
+        self._limits, self._brakes = SoftLimits(joints, scene.period), Brakes(host)
+        self._keyboard = Keyboard(self._assignment)
+        self._device = self._open_device()
+        host.orders["key"] = lambda key: self._keyboard.press(key, time.monotonic())
+        self._assistance, self._no_assistance = _assistance(scene)
+        self._driven = [scene.joint_names.index(name) for name in scene.actuated]
+        self._warm_up()
+        self._reader, self._wire = StateReader(host.node, scene), CommandWire(scene)
+        self._last: State | None = None
+        self._speeds = (0.0,) * len(joints)
+        self._next_panel, self._counts = 0.0, {"stops": 0, "losses": 0}
+        self._commands = host.node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
+        self._activation = ActivationBuffer(self._on_state)
+        self._states = host.node.create_subscription(
+            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM, raw=True
+        )
+
+    def activate(self, active: bool) -> None:
+        """See `Responder`."""
+        self._activation.activate(active)
+
+    def missing(self) -> str:
+        """See `Responder`; the device may come later."""
+        if not self._states.get_publisher_count():
+            return f"a publisher of {self._states.topic_name}"
+        number = 1 + self._settings.expected_recorders - self._commands.get_subscription_count()
+        return f"{number} more subscriber(s) of {self._commands.topic_name}" if number > 0 else ""
+
+    def heartbeat(self) -> None:
+        """Report the panel to the terminal when it is due."""
+        now = time.monotonic()
+        if now >= self._next_panel and self._last:
+            self._next_panel = now + _PANEL
+            self._host.pipes.report("panel", **self._panel(self._last))
+
+    def finish(self) -> dict[str, Any]:
+        """See `Responder`."""
+        self._commands.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
+        return {"operator": {"device": self._device.name, **self._counts}}
+
+    def _open_device(self) -> Device:
+        settings, node = self._settings, self._host.node
+        if settings.device == "joy":
+            return JoyDevice(node, settings.joy_topic, self._desk, self._assignment)
+        if settings.device == "gamepad":
+            return GamepadDevice(settings.gamepad, self._desk, self._assignment)
+        return KeyboardDevice(self._desk, self._keyboard)
+
+    def _warm_up(self) -> None:
+        """Compile what is called at every state."""
+        scene, zeros = self._scene, (0.0,) * len(self._driven)
+        start = [scene.initial_q[i] for i in self._driven]
+        for sign in (1.0, -1.0):
+            self._limits.take([sign * 1e-9] * len(zeros), start, zeros)
+        self._limits.reset()
+        _swing(scene, scene.initial_q)
+
+    def _on_state(self, data: bytes) -> None:
+        state, last = self._reader.read(data), self._last
+        if state is None:
+            return
+        if last and state.stamp <= last.stamp:
+            self._limits.reset()
+        now, before, self._last = time.monotonic(), self._desk.mode, state
+        operator = self._desk.take(self._demand(now), now)
+        q, v = ([values[i] for i in self._driven] for values in (state.q, state.v))
+        self._speeds = self._limits.take(self._assisted(state, operator), q, v)
+        self._commands.publish(self._wire.encode(state.stamp, self._speeds))
+        if self._brakes.order(self._desk.stopped, now):
+            self._limits.reset()
+        self._count(before)
+
+    def _demand(self, now: float) -> Demand:
+        """Return the device's demand; keys of the terminal that act once count with every device."""
+        tail = self._assistance.delay if self._assistance and self._desk.assisted else 0.0
+        demand = self._device.demand(now, tail)
+        if isinstance(self._device, KeyboardDevice):
+            return demand
+        keys = self._keyboard.demand(now)
+        either = {name: getattr(demand, name) or getattr(keys, name) for name in ("stop", "release", "assistance")}
+        return demand._replace(**either)
+
+    def _assisted(self, state: State, speeds: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the operator's speeds, through the assistance where that is on and the crane may move."""
+        if self._assistance is None:
+            return speeds
+        self._assistance.note(state.t, speeds)
+        if self._desk.mode != Mode.MOVING or not self._desk.assisted:
+            return speeds
+        return self._assistance.speeds(state.t, state.q)
+
+    def _count(self, before: Mode) -> None:
+        for name, mode in (("stops", Mode.STOPPED), ("losses", Mode.LOST)):
+            self._counts[name] += self._desk.mode == mode != before
+
+    def _panel(self, state: State) -> dict[str, Any]:
+        desk = self._desk
+        return {
+            "t": state.t,
+            "mode": desk.mode.value,
+            "assisted": desk.assisted and self._assistance is not None,
+            "no_assistance": self._no_assistance,
+            "device": self._device.name,
+            "level": LEVELS[self._keyboard.level],
+            "speeds": self._speeds,
+            "positions": [state.q[i] for i in self._driven],
+            "velocities": [state.v[i] for i in self._driven],
+            "limited": self._limits.held,
+            "swing_deg": _swing(self._scene, state.q),
+        }
+
+
+def _assistance(scene: Scene) -> tuple[Assistance | None, str]:
+    """Return (assistance, why there is none)."""
+    try:
+        return Assistance(scene), ""
+    except SceneError as error:
+        return None, str(error).partition(": ")[2]
+
+
+def _swing(scene: Scene, q: tuple[float, ...]) -> float:
+    """Return the angle [°] from the vertical of the line from the suspension point to the payload."""
+    positions, efforts = np.array([q]), np.zeros((1, len(scene.actuated)))
+    derived = derive(scene, np.zeros(1), positions, np.zeros_like(positions), efforts)
+    x, y, z = (derived.payload - derived.tip)[0]
+    return degrees(np.arctan2(hypot(x, y), -z))
+
+
+def serve(host: NodeHost, settings: SimpleNamespace) -> None:
+    """Answer states until the order to finish."""
+    serve_responder(host, OperatorNode(host, settings), settings.autostart)
+
+
+def main() -> int:
+    """Run the node; see `node_host.main` for the exit code."""
+    return node_host.main("operator", PARAMETERS, serve, managed=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,115 @@
+"""The command `crane drive`: an operator's hands on a crane, in real time over Fast DDS."""
+
+import sys
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import Any
+
+import click
+
+from crane_sim import process_signals
+from crane_sim.cli import report
+from crane_sim.cli.help_lines import HELP
+from crane_sim.cli.operator_console import OperatorConsole, lever_note, lever_table
+from crane_sim.cli.run_options import RunOptions, drive_options
+from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, load_scene_with_options
+from crane_sim.files.errors import SceneError, shorten
+from crane_sim.operator.drives import driven_joints, operated
+from crane_sim.operator.gamepad import MISSING
+from crane_sim.operator.levers import assign
+
+DEVICES = ("keyboard", "gamepad", "joy")
+_OPTIONS = (
+    click.argument("scene", default=DEFAULT_SCENE),
+    click.option(
+        "--input", "device", default="keyboard", help=f"The device: {' | '.join(DEVICES)} (default keyboard)."
+    ),
+    click.option("--gamepad", default="", metavar="FILE", help="Of --input gamepad: its device (default: the first)."),
+    click.option("--joy-topic", default="/joy", help="Of --input joy: topic of sensor_msgs/Joy (default /joy)."),
+    click.option("--map", "mapping", multiple=True, metavar="NAME=N", help="Axis N of a joint, -N inverted; a button."),
+    click.option("--speed", "speeds", multiple=True, metavar="JOINT=V", help="Largest speed of a joint, m/s or rad/s."),
+    click.option("--assist", is_flag=True, help="Begin with the assistance against swing."),
+    click.option("--duration", type=float, help="Simulated seconds (default 3600, or until you end it)."),
+    click.option("--seed", type=int, help="Seed of all random numbers."),
+    click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
+    as_json_option,
+)
+
+
+def drive_command(command: Any) -> Any:
+    """Add the options of `crane drive` to a command."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+@click.command(context_settings=HELP)
+@drive_command
+@drive_options
+def drive(scene: str, as_json: bool, **given: Any) -> None:
+    """Drive a crane by hand, in real time: by keyboard, gamepad or sensor_msgs/Joy."""
+    from crane_sim import orchestration
+
+    options = RunOptions.of_drive({name: given.pop(name) for name in RunOptions._fields if name in given})
+    options.check()
+    _check_device(given["device"])
+    loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
+    with report.compiling(hidden=as_json):
+        ready = operated(loaded, given["duration"], _parse_speeds(given["speeds"]))
+        _warm(ready)
+    console = _open_console(ready, given, as_json)
+    console.log(_describe_drives(loaded, ready))
+    arguments = options.arguments(loaded.name)
+    try:
+        summary = orchestration.run(ready, operator=console, on_news=console.log, **arguments)
+    finally:
+        console.close()
+    process_signals.exit_now(report.print_outcome(dict(ready.notes) | summary, ready, as_json))
+
+
+def _check_device(device: str) -> None:
+    """Raise SceneError where the device is none, or cannot be there."""
+    if device not in DEVICES:
+        raise SceneError(f"--input = {device!r}: possible: {', '.join(DEVICES)}")
+    if device == "keyboard" and not sys.stdin.isatty():
+        raise SceneError("--input keyboard: needs a terminal, and the input is none; possible: gamepad, joy")
+    if device == "gamepad" and find_spec("evdev") is None:
+        raise SceneError(f"--input gamepad: {MISSING}")
+
+
+def _parse_speeds(speeds: Sequence[str]) -> dict[str, float]:
+    parsed = {}
+    for entry in speeds:
+        joint, _, value = entry.partition("=")
+        try:
+            parsed[joint] = float(value)
+        except ValueError:
+            raise SceneError(f"--speed {shorten(entry)}: must be JOINT=NUMBER") from None
+    return parsed
+
+
+def _open_console(scene: Any, given: dict[str, Any], as_json: bool) -> OperatorConsole:
+    """Print the table of levers; return the console, closed."""
+    joints, assignment = driven_joints(scene), assign(scene.actuated, given["mapping"])
+    device = given["device"]
+    parameters = {"device": device, "joy_topic": given["joy_topic"], "gamepad": given["gamepad"]}
+    parameters |= {"mapping": ",".join(given["mapping"]), "assistance": given["assist"]}
+    console = OperatorConsole(parameters, scene.name, joints, as_json or not sys.stderr.isatty())
+    console.console.print(lever_table(joints, assignment, device))
+    console.console.print(lever_note(assignment, device), highlight=False, soft_wrap=True)
+    return console
+
+
+def _describe_drives(scene: Any, operated_scene: Any) -> str:
+    """Return one line on the drives that the operator has in place of the scene's own."""
+    kinds = zip(scene.actuated, scene.commands, operated_scene.commands, strict=True)
+    changed = [joint for joint, before, after in kinds if before != after]
+    return f"drives by speed in place of the scene's own: {', '.join(changed) or 'none'} (docs/operator.md)"
+
+
+def _warm(scene: Any) -> None:
+    """Compile the scene once, before several nodes would compile it in parallel."""
+    from crane_sim.ros.plant.warm_up import warm_up
+    from crane_sim.simulation.plant import Plant
+
+    warm_up(Plant(scene.with_external_commands()), braking=True)

@@ -1,0 +1,164 @@
+"""The operator's terminal: keys without echo, sent as they are pressed, and a panel that follows the crane."""
+
+import os
+import select
+import sys
+import termios
+import threading
+import tty
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from math import degrees, inf, isfinite
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from crane_sim.operator.desk import DrivenJoint, Mode
+from crane_sim.operator.levers import Assignment, axis_name, button_names
+from crane_sim.orchestration.desk_link import DeskLink
+
+END = "q"
+_REFRESH = 0.1  # s
+_BAR = 12  # characters of each half of a speed's bar
+_NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
+_ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
+_COLORS = {Mode.STOPPED: "bold white on red", Mode.LOST: "bold white on red", Mode.MOVING: "bold green"}
+
+
+def read_keys(data: bytes) -> list[str]:
+    """Return the names of the keys in what a terminal has sent; sequences other than arrows are dropped."""
+    keys, text, i = list[str](), data.decode(errors="ignore"), 0
+    while i < len(text):
+        if text[i] == "\x1b" and text[i + 1 : i + 2] in ("[", "O"):
+            last = next((j for j in range(i + 2, len(text)) if text[j].isalpha() or text[j] == "~"), len(text) - 1)
+            keys += [_ARROWS[text[last]]] if text[last] in _ARROWS else []
+            i = last + 1
+        else:
+            keys.append(_NAMES.get(text[i], text[i].lower()))
+            i += 1
+    return [key for key in keys if key.isprintable()]
+
+
+class OperatorConsole:
+    """The terminal of `crane drive`: an `orchestration.desk_link.Operator`.
+
+    Attributes:
+        parameters: of the node `operator`.
+        console: for everything that is printed while it is open.
+    """
+
+    def __init__(
+        self, parameters: Mapping[str, object], title: str, joints: Sequence[DrivenJoint], hidden: bool
+    ) -> None:
+        """Create it closed; `hidden`: show nothing."""
+        self.parameters, self.console = parameters, Console(stderr=True, quiet=hidden)
+        self._title, self._joints = title, joints
+        self._keys = sys.stdin.isatty()
+        self._live = Live(console=self.console, auto_refresh=False, transient=True) if not hidden else None
+        self._closing, self._modes = threading.Event(), None
+        self._thread: threading.Thread | None = None
+
+    def begin(self, desk: DeskLink) -> None:
+        """Take the terminal: from now on keys go to the desk."""
+        if self._keys:
+            self._modes = termios.tcgetattr(sys.stdin)
+            tty.setcbreak(sys.stdin)
+        self._thread = threading.Thread(target=self._run, args=(desk,), name="operator", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Give the terminal back as it was."""
+        self._closing.set()
+        if self._thread:
+            self._thread.join()
+        if self._modes:
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._modes)
+
+    def log(self, line: str) -> None:
+        """Print a line above the panel."""
+        self.console.print(f"crane: {line}", highlight=False, markup=False, soft_wrap=True)
+
+    def _run(self, desk: DeskLink) -> None:
+        with suppress(OSError):  # the run is over, and its pipes are closed
+            if self._live:
+                with self._live:
+                    self._serve(desk)
+            else:
+                self._serve(desk)
+
+    def _serve(self, desk: DeskLink) -> None:
+        while not self._closing.is_set():
+            if self._keys and select.select([sys.stdin], [], [], _REFRESH)[0]:
+                data = os.read(sys.stdin.fileno(), 1024)
+                self._keys = bool(data)  # the terminal is gone
+                for key in read_keys(data):
+                    desk.end() if key == END else desk.send(f"key {key}")
+            elif not self._keys:
+                self._closing.wait(_REFRESH)
+            if self._live and (shown := desk.panel()):
+                self._live.update(panel(self._title, self._joints, shown, self._keys), refresh=True)
+
+
+def lever_table(joints: Sequence[DrivenJoint], assignment: Assignment, device: str) -> Table:
+    """Return the table of levers: what moves which joint, how fast, and how far."""
+    lever = "keys" if device == "keyboard" else "lever"
+    table = Table("joint", lever, "moves", "largest speed", "ramp", "soft limits", title_justify="left")
+    for joint, levers in zip(joints, assignment.levers, strict=True):
+        way = " / ".join(levers.keys) if device == "keyboard" else axis_name(levers)
+        speed, ramp = (
+            _number(joint.bounds.speed, joint.unit, "/s"),
+            _number(joint.bounds.acceleration, joint.unit, "/s²"),
+        )
+        table.add_row(joint.name, way, " / ".join(levers.ways), speed, ramp, _travel(joint))
+    return table
+
+
+def lever_note(assignment: Assignment, device: str) -> str:
+    """Return one line on dead man's switch, emergency stop and the rest."""
+    if device == "keyboard":
+        return "speeds last while a key is held; space: emergency stop, enter: release, tab: assistance, q: end"
+    names = button_names(assignment.buttons)
+    held = f"hold {names['dead_man']} to move; emergency stop: {names['stop']}, release: {names['release']}"
+    return f"{held}, assistance: {names['assistance']}; in this terminal space, enter, tab, q do the same"
+
+
+def panel(title: str, joints: Sequence[DrivenJoint], shown: Mapping[str, Any], keys: bool) -> Table:
+    """Return the panel: the desk's mode, and each joint's speed, velocity and place."""
+    mode, table = Mode(shown["mode"]), Table.grid(padding=(0, 2))
+    outer = Table.grid()
+    head = Text.assemble(f"{title}  {shown['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow")))
+    assistance = shown["no_assistance"] or ("on" if shown["assisted"] else "off")
+    outer.add_row(head)
+    for i, joint in enumerate(joints):
+        speed, largest = shown["speeds"][i], joint.bounds.speed
+        note = "soft limit" if joint.name in shown["limited"] else ""
+        velocity = _number(shown["velocities"][i], joint.unit, "/s")
+        table.add_row(joint.name, bar(speed / largest), velocity, _number(shown["positions"][i], joint.unit), note)
+    outer.add_row(table)
+    level = f"   keys: {100.0 * shown['level']:.0f} % of the speed" if keys and shown["device"] == "keyboard" else ""
+    outer.add_row(f"swing {shown['swing_deg']:.1f}°   assistance: {assistance}   device: {shown['device']}{level}")
+    if keys:
+        outer.add_row(Text("space emergency stop · enter release · tab assistance · + - speed · q end", style="dim"))
+    return outer
+
+
+def bar(part: float) -> str:
+    """Return a bar about a middle for a part of the largest speed, -1 .. 1."""
+    length = min(round(abs(part) * _BAR), _BAR)
+    left = "━" * length if part < 0.0 else ""
+    right = "━" * length if part > 0.0 else ""
+    return f"{left:>{_BAR}}┃{right:<{_BAR}}"
+
+
+def _travel(joint: DrivenJoint) -> str:
+    low, high = (_number(end, joint.unit) if isfinite(end) else "-" for end in (joint.low, joint.high))
+    return "none" if joint.low == -inf and joint.high == inf else f"{low} .. {high}"
+
+
+def _number(value: float, unit: str, rate: str = "") -> str:
+    """Return a number with its unit; angles in degrees."""
+    shown, name = (degrees(value), "°") if unit == "rad" else (value, " m")
+    return f"{shown + 0.0:.2f}{name}{rate}"

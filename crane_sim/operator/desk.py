@@ -1,0 +1,132 @@
+"""The operator's desk: interlocks between levers and drives, and soft limits; no ROS, no devices.
+
+- Dead man's switch: while it is not held, every speed is zero.
+- Interlock of zero position: after the start, a stop or a loss of the device, levers count again only when all of them
+  have been at rest.
+- Emergency stop: latched; a release counts only while the dead man's switch is open and all levers rest.
+- Loss: without a sign of life for longer than the time-out, every speed is zero.
+- Soft limits: see `hardware.soft_limits`.
+"""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from math import inf
+from typing import NamedTuple
+
+from crane_sim.hardware.reference_profiles import Bounds
+from crane_sim.hardware.soft_limits import Motion, follow, permitted_speed
+from crane_sim.operator.inputs import Demand
+
+AHEAD = 0.1
+"""Seconds for which a speed may hold until the next one counts: transport, and late steps on a busy machine."""
+
+
+class Mode(StrEnum):
+    """What the desk lets through, and why not."""
+
+    STOPPED = "emergency stop"
+    LOST = "device lost"
+    INTERLOCKED = "levers to zero"
+    OPEN = "dead man's switch open"
+    MOVING = "in operation"
+
+
+class DrivenJoint(NamedTuple):
+    """A joint as its operator has it."""
+
+    name: str
+    unit: str  # m or rad
+    bounds: Bounds  # of its reference, whose speed is that of the lever's end
+    low: float = -inf  # m or rad, ends of the travel that soft limits keep
+    high: float = inf
+    lag: float = 0.0  # s, with which the joint follows its reference
+
+
+class Desk:
+    """The interlocks, with what they remember.
+
+    Attributes:
+        mode: since the last demand.
+        stopped: the emergency stop is latched.
+        assisted: assistance is switched on.
+    """
+
+    def __init__(self, joints: Sequence[DrivenJoint], timeout: float, assisted: bool = False) -> None:
+        """Begin interlocked; `timeout`: s without a sign of life until the device counts as lost."""
+        self._joints, self._timeout = tuple(joints), timeout
+        self.mode, self.stopped, self.assisted = Mode.INTERLOCKED, False, assisted
+        self._interlocked, self._last_sign, self._switched = True, -inf, False
+
+    def sign_of_life(self, now: float) -> None:
+        """Note that the device is there at `now` [s]."""
+        self._last_sign = now
+
+    def lose(self) -> None:
+        """Note that the device is gone."""
+        self._last_sign = -inf
+
+    def take(self, demand: Demand, now: float) -> tuple[float, ...]:
+        """Return the operator's speeds (nu,), exactly the levers' parts of the largest ones; zero where interlocked."""
+        self._switch_assistance(demand.assistance)
+        at_rest = not any(demand.axes)
+        self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.held))
+        lost = now - self._last_sign > self._timeout
+        self._interlocked = self.stopped or lost or (self._interlocked and not at_rest)
+        self.mode = self._mode(lost, demand.held)
+        if self.mode != Mode.MOVING:
+            return (0.0,) * len(self._joints)
+        return tuple(axis * joint.bounds.speed for axis, joint in zip(demand.axes, self._joints, strict=True))
+
+    def _switch_assistance(self, pressed: bool) -> None:
+        self.assisted ^= pressed and not self._switched
+        self._switched = pressed
+
+    def _mode(self, lost: bool, held: bool) -> Mode:
+        if self.stopped:
+            return Mode.STOPPED
+        if lost:
+            return Mode.LOST
+        if self._interlocked:
+            return Mode.INTERLOCKED
+        return Mode.MOVING if held else Mode.OPEN
+
+
+class SoftLimits:
+    """Speeds from which the crane can stop within its travel, with the references that its drives follow.
+
+    Attributes:
+        held: names of the joints whose last speed was reduced.
+    """
+
+    def __init__(self, joints: Sequence[DrivenJoint], period: float) -> None:
+        """Begin at rest; `period` [s] of commands."""
+        self._joints, self._period, self.held = tuple(joints), period, list[str]()
+        self._references = [Motion(0.0, 0.0, 0.0)] * len(self._joints)
+
+    def reset(self) -> None:
+        """Let the references rest: brakes have stopped the crane."""
+        self._references = [Motion(0.0, 0.0, 0.0)] * len(self._joints)
+
+    def take(self, speeds: Sequence[float], q: Sequence[float], v: Sequence[float]) -> tuple[float, ...]:
+        """Return the permitted speeds (nu,) at the joints' positions and velocities (nu,)."""
+        allowed = tuple(
+            self._permitted(joint, reference, speed, *state)
+            for joint, reference, speed, *state in zip(self._joints, self._references, speeds, q, v, strict=True)
+        )
+        joints = zip(self._joints, allowed, speeds, strict=True)
+        self.held = [joint.name for joint, least, speed in joints if least != speed]
+        self._references = [
+            follow(reference, speed, joint.bounds, self._period)
+            for joint, reference, speed in zip(self._joints, self._references, allowed, strict=True)
+        ]
+        return allowed
+
+    def _permitted(self, joint: DrivenJoint, reference: Motion, speed: float, q: float, v: float) -> float:
+        """Return the permitted speed of a joint: its motion is the faster one of what it does and what it follows."""
+        speed = min(max(speed, -joint.bounds.speed), joint.bounds.speed)
+        if speed == 0.0 or (joint.low == -inf and joint.high == inf):
+            return speed
+        fastest = max(v, reference.velocity) if speed > 0.0 else min(v, reference.velocity)
+        lagging = joint.lag * v
+        motion = Motion(q + lagging, fastest, reference.acceleration)
+        return permitted_speed(motion, speed, joint.bounds, joint.low, joint.high, AHEAD)

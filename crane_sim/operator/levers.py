@@ -1,0 +1,116 @@
+"""Levers: which key, axis and button of an operator's device does what, by the name of a joint.
+
+Axes and buttons are numbered as by the node `game_controller_node` of ROS's package joy, whose axes are positive to the
+left and forwards. Levers follow what is usual on cranes: the left one slews or travels, the right one hoists (pulled
+back: upwards) and luffs.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from crane_sim.files.errors import SceneError, shorten, unknown_key
+
+AXES = ("left stick across", "left stick along", "right stick across", "right stick along")
+"""The axes that are used, by their numbers."""
+NO_AXIS = -1
+BUTTON_NAMES = {1: "B", 3: "Y", 6: "start", 9: "left shoulder"}
+
+
+class Lever(NamedTuple):
+    """What moves a joint."""
+
+    joint: str
+    keys: tuple[str, str]  # for its positive and its negative direction
+    ways: tuple[str, str]  # these directions in words
+    axis: int  # of a controller, NO_AXIS: none
+    sign: float = 1.0  # of the joint's speed where the axis is positive
+
+
+class Buttons(NamedTuple):
+    """Numbers of a controller's buttons."""
+
+    dead_man: int = 9  # is to be held
+    stop: int = 1  # emergency stop
+    release: int = 6  # ends it
+    assistance: int = 3  # on and off
+
+
+class Assignment(NamedTuple):
+    """Levers and buttons of one crane."""
+
+    levers: tuple[Lever, ...]  # (nu,) of the actuated joints
+    buttons: Buttons
+
+
+_KINDS = {
+    "slew": (("a", "d"), ("left", "right"), 0, 1.0),
+    "bridge": (("a", "d"), ("left", "right"), 0, 1.0),
+    "trolley": (("w", "s"), ("out", "in"), 1, 1.0),
+    "telescope": (("w", "s"), ("out", "in"), 1, 1.0),
+    "jib": (("w", "s"), ("up", "down"), 1, 1.0),
+    "boom": (("r", "f"), ("up", "down"), 2, 1.0),
+    "rope": (("down", "up"), ("lower", "raise"), 3, 1.0),
+    "hoist": (("down", "up"), ("lower", "raise"), 3, 1.0),
+    "tip_x": (("w", "s"), ("forward", "back"), 1, 1.0),
+    "tip_y": (("a", "d"), ("left", "right"), 0, 1.0),
+    "tip_z": (("up", "down"), ("up", "down"), 3, -1.0),
+}
+_SPARE_KEYS = (("t", "g"), ("y", "h"), ("u", "j"), ("i", "k"), ("o", "l"))
+
+
+def assign(joints: Sequence[str], changes: Sequence[str] = ()) -> Assignment:
+    """Return the levers of the actuated joints, and the buttons.
+
+    Args:
+        joints: their names; one that no kind of crane has known yet gets keys and an axis that are free.
+        changes: `NAME=NUMBER` each: the axis of a joint, with a minus sign if inverted, or one of `Buttons`.
+
+    Raises:
+        SceneError: a change is no such thing; one line.
+    """
+    levers: list[Lever] = []
+    for joint in joints:
+        levers.append(_lever(joint, levers))
+    return _changed(Assignment(tuple(levers), Buttons()), changes)
+
+
+def _lever(joint: str, others: Sequence[Lever]) -> Lever:
+    known = _KINDS.get(joint)
+    taken_keys, taken_axes = {lever.keys for lever in others}, {lever.axis for lever in others}
+    if known is not None and known[0] not in taken_keys:
+        return Lever(joint, *known)
+    keys = next((keys for keys in _SPARE_KEYS if keys not in taken_keys), ("", ""))
+    axis = next((axis for axis in range(len(AXES)) if axis not in taken_axes), NO_AXIS)
+    return Lever(joint, keys, ("+", "-"), axis)
+
+
+def _changed(assignment: Assignment, changes: Sequence[str]) -> Assignment:
+    levers, buttons = {lever.joint: lever for lever in assignment.levers}, assignment.buttons
+    for change in changes:
+        name, _, value = change.partition("=")
+        digits = value.removeprefix("-")
+        if not digits.isdecimal():
+            raise SceneError(f"--map {shorten(change)}: must be NAME=NUMBER, a joint's axis or a button")
+        if name in levers:
+            sign = -1.0 if value.startswith("-") else 1.0
+            levers[name] = levers[name]._replace(axis=int(digits), sign=sign)
+        elif name in Buttons._fields and value.startswith("-"):
+            raise SceneError(f"--map {shorten(change)}: a button has no sign")
+        elif name in Buttons._fields:
+            buttons = buttons._replace(**{name: int(digits)})
+        else:
+            raise SceneError(f"--map {shorten(change)}: {unknown_key(name, (*levers, *Buttons._fields), 'name')}")
+    return Assignment(tuple(levers.values()), buttons)
+
+
+def axis_name(lever: Lever) -> str:
+    """Return where a lever is on a controller, in words."""
+    if lever.axis == NO_AXIS:
+        return "-"
+    name = AXES[lever.axis] if lever.axis < len(AXES) else f"axis {lever.axis}"
+    return f"{name}, inverted" if lever.sign < 0.0 else name
+
+
+def button_names(buttons: Buttons) -> Mapping[str, str]:
+    """Return the names of the buttons by what they do."""
+    return {field: BUTTON_NAMES.get(number, f"button {number}") for field, number in buttons._asdict().items()}

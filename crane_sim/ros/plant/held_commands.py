@@ -1,0 +1,30 @@
+"""Publisher of the command that each period takes, from which a run can be repeated to the last bit."""
+
+from collections.abc import Sequence
+from math import nan
+
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from crane_sim.ros.common import messages
+from crane_sim.ros.common.command_wire import CommandWire
+from crane_sim.scenes.scene import Scene
+
+HELD = "held_command"
+
+
+class HeldCommands:
+    """Publisher of held commands (nu,), each stamped like the state at the start of its period; NaN while brakes act.
+
+    A command that comes late, a time-out and an emergency stop show in it: it is what the drives were given.
+    """
+
+    def __init__(self, node: Node, scene: Scene) -> None:
+        """Create the publisher."""
+        self._publisher = node.create_publisher(JointState, HELD, messages.DEEP_STREAM)
+        self._wire, self._braked = CommandWire(scene), (nan,) * len(scene.actuated)
+
+    def publish(self, stamp: int, command: Sequence[float], braking: bool) -> None:
+        """Publish the command (nu,) of the period that begins at a stamp [ns], if there are subscribers."""
+        if self._publisher.get_subscription_count():
+            self._publisher.publish(self._wire.encode(stamp, self._braked if braking else command))

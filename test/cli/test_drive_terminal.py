@@ -1,0 +1,154 @@
+"""The terminal of `crane drive`: names of keys, the panel, and a whole drive by keys in a pseudo-terminal."""
+
+import fcntl
+import os
+import pty
+import re
+import select
+import struct
+import subprocess
+import termios
+import time
+from pathlib import Path
+
+import pytest
+from command_line import CRANE
+from process_helpers import run_to_completion, started_program
+from rich.console import Console
+
+from crane_sim.cli.operator_console import bar, lever_note, lever_table, panel, read_keys
+from crane_sim.hardware.reference_profiles import Bounds
+from crane_sim.operator.desk import DrivenJoint
+from crane_sim.operator.levers import assign
+
+LIMIT = 400.0  # s for what a terminal is waited for: the first run of a kind of scene compiles
+SLEW = DrivenJoint("slew", "rad", Bounds(0.1, 0.05, 0.2))
+ROPE = DrivenJoint("rope", "m", Bounds(0.4, 0.4, 1.6), 1.0, 7.0)
+
+
+@pytest.mark.parametrize(
+    ("data", "keys"),
+    [
+        (b"wA", ["w", "a"]),
+        (b"\x1b[A\x1b[B", ["up", "down"]),
+        (b"\x1bOA\x1b[1;5D", ["up", "left"]),
+        (b" \r\n\t=", ["space", "enter", "enter", "tab", "+"]),
+        (b"\x1b[15~\x1b[3~w", ["w"]),
+        (b"\x00\x07\xff\x1b", []),
+        (b"\x1b[", []),
+    ],
+)
+def test_names_of_keys(data: bytes, keys: list[str]) -> None:
+    """Letters, arrows and the keys with names are read; other sequences and bytes are dropped."""
+    assert read_keys(data) == keys
+
+
+def test_a_bar_shows_sign_and_size() -> None:
+    """A speed's bar grows from the middle to its side, as long as its part, and never longer."""
+    assert bar(0.0).strip() == "┃" and bar(0.5).strip() == "┃" + "━" * 6 and bar(-2.0) == "━" * 12 + "┃" + " " * 12
+
+
+def printed(*things: object) -> str:
+    """Return what rich prints."""
+    console = Console(width=120, record=True, file=open(os.devnull, "w"))
+    console.print(*things)
+    return console.export_text()
+
+
+def test_the_table_of_levers() -> None:
+    """The table names each joint's lever, speed, ramp and soft limits in the units of people."""
+    assignment = assign(("slew", "rope"))
+    keys, sticks = (printed(lever_table((SLEW, ROPE), assignment, device)) for device in ("keyboard", "joy"))
+    assert "a / d" in keys and "5.73°/s" in keys and "none" in keys and "1.00 m .. 7.00 m" in keys
+    assert "left stick across" in sticks and "right stick along" in sticks
+    assert "emergency stop: B" in lever_note(assignment, "gamepad") and "space" in lever_note(assignment, "keyboard")
+
+
+def test_the_panel() -> None:
+    """The panel says the desk's mode, velocities and places, what a soft limit holds, why there is no assistance."""
+    shown = {"t": 12.3, "mode": "emergency stop", "assisted": False, "no_assistance": "", "device": "keyboard"}
+    shown |= {"level": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
+    shown |= {"limited": ["rope"], "swing_deg": 2.51}
+    text = printed(panel("tower_gust", (SLEW, ROPE), shown, True))
+    for part in (
+        "12.3 s",
+        "emergency stop",
+        "1.15°/s",
+        "28.65°",
+        "6.90 m",
+        "soft limit",
+        "25 %",
+        "swing 2.5°",
+        "q end",
+    ):
+        assert part in text, part
+    assert "nothing hangs" in printed(panel("x", (SLEW, ROPE), shown | {"no_assistance": "nothing hangs"}, False))
+
+
+class Terminal:
+    """A pseudo-terminal with a program at its other end."""
+
+    def __init__(self) -> None:
+        """Open it, 120 columns wide."""
+        self.master, self.slave = pty.openpty()
+        fcntl.ioctl(self.master, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
+        self.text = ""
+
+    def type_until(self, key: bytes, expected: str) -> None:
+        """Press a key ten times a second until the program has written something new that is expected."""
+        self.text, deadline = "", time.monotonic() + LIMIT
+        while expected not in self.text:
+            assert time.monotonic() < deadline, (
+                f"{expected!r} after {key!r}: not within {LIMIT:g} s; {self.text[-2000:]}"
+            )
+            os.write(self.master, key)
+            self._read(0.1)
+
+    def close(self) -> None:
+        """Close both ends."""
+        os.close(self.master)
+        os.close(self.slave)
+
+    def _read(self, seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0 and select.select([self.master], [], [], left)[0]:
+            self.text += re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", os.read(self.master, 65536).decode(errors="ignore"))
+
+
+def test_a_drive_by_keys(tmp_path: Path) -> None:
+    """Keys move, stop, release and assist; q ends the run with exit code 0, and the terminal is as it was before."""
+    command = [CRANE, "drive", "bridge_speed_drive", "--no-record"]
+    terminal = Terminal()
+    before = termios.tcgetattr(terminal.slave)
+    ends = {"stdin": terminal.slave, "stdout": terminal.slave, "stderr": terminal.slave, "cwd": tmp_path}
+    env = os.environ | {"TERM": "xterm-256color"}
+    with started_program(command, env=env, **ends) as process:
+        terminal.type_until(b"", "dead man's switch open")
+        terminal.type_until(b"w", "in operation")
+        terminal.type_until(b"w", "━━━━")
+        terminal.type_until(b" ", "emergency stop ")
+        terminal.type_until(b"w", "emergency stop ")
+        terminal.type_until(b"\r", "dead man's switch open")
+        os.write(terminal.master, b"\t")
+        terminal.type_until(b"", "assistance: on")
+        terminal.type_until(b"a", "in operation")
+        terminal.type_until(b"q", "state sha256")
+        assert process.wait(LIMIT) == 0
+    assert termios.tcgetattr(terminal.slave) == before
+    terminal.close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["--input", "mouse"], "--input = 'mouse': possible: keyboard, gamepad, joy"),
+        ([], "--input keyboard: needs a terminal, and the input is none; possible: gamepad, joy"),
+        (["--input", "joy", "--speed", "slew"], "--speed 'slew': must be JOINT=NUMBER"),
+        (["--input", "joy", "--map", "slw=1"], "--map 'slw=1': unknown name 'slw', did you mean 'slew'?"),
+        (["--input", "joy", "--on-silence", "stop"], "--on-silence = 'stop': possible: zero, hold, brake"),
+    ],
+)
+def test_mistakes_are_one_line(arguments: list[str], line: str) -> None:
+    """What cannot be driven, or with what, is one line with exit code 2."""
+    result = run_to_completion([CRANE, "drive", "knuckle_setpoint", *arguments], stdin=subprocess.DEVNULL)
+    assert result.returncode == 2 and result.stderr.splitlines()[-1].startswith(f"crane: {line}"), result.stderr

@@ -1,0 +1,100 @@
+"""Assistance for an operator: the shaped speeds and the feedback of the law, in their own time."""
+
+from math import pi, sin, sqrt
+
+import numpy as np
+import pytest
+
+from crane_control.assistance import DAMPING, Assistance
+from crane_sim import load_scene
+from crane_sim.files.errors import SceneError
+from crane_sim.operator.drives import operated
+from crane_sim.scenes.scene import Scene
+
+GRAVITY = 9.81
+PERIOD = 0.01
+
+pytestmark = pytest.mark.interpreted
+
+
+def workshop_crane() -> Scene:
+    """Return the crane with a rope of 5 m."""
+    return operated(load_scene("bridge_speed_drive"))
+
+
+def half_swing(length: float) -> float:
+    """Return half a period [s] of the damped swing on a rope of this length [m]."""
+    return pi / sqrt(GRAVITY / length * (1.0 - DAMPING**2))
+
+
+def test_a_step_becomes_two() -> None:
+    """A step of the operator's speed is passed on in two parts half a swing apart, which add up to it."""
+    scene = workshop_crane()
+    assistance, q, seen = Assistance(scene), list(scene.initial_q), []
+    for k in range(400):
+        assistance.note(k * PERIOD, (0.4, 0.0, 0.1))
+        seen.append(assistance.speeds(k * PERIOD, q))
+    trolley = np.array(seen)[:, 0]
+    first, jump = trolley[0], int(np.argmax(np.diff(trolley))) + 1
+    assert first == pytest.approx(0.4 / (1.0 + np.exp(-DAMPING * pi / sqrt(1.0 - DAMPING**2))))
+    assert abs(jump * PERIOD - half_swing(5.0)) < PERIOD and trolley[-1] == pytest.approx(0.4)
+    assert assistance.delay == pytest.approx(half_swing(5.0))
+
+
+def test_feedback_is_that_of_the_law() -> None:
+    """A swing angle a along a joint's way adds 2 z sqrt(g l) sin a to its speed and nothing to the others."""
+    scene = workshop_crane()
+    assistance, q = Assistance(scene), list(scene.initial_q)
+    moved = set()
+    for swing in (3, 4):
+        q[3:5] = 0.0, 0.0
+        at_rest = assistance.speeds(0.0, q)
+        q[swing] = 0.05
+        added = np.abs(np.array(assistance.speeds(PERIOD, q)) - at_rest)
+        assert added.max() == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY * 5.0) * sin(0.05), rel=1e-6)
+        assert np.sort(added)[:2].max() < 1e-9
+        moved.add(int(np.argmax(added)))
+    assert moved == {0, 1}  # trolley and bridge
+
+
+def test_the_rope_has_its_present_length() -> None:
+    """Half a second after the rope was hoisted, the shaper and the feedback are those of its new length."""
+    scene = workshop_crane()
+    assistance, q = Assistance(scene), list(scene.initial_q)
+    assistance.speeds(0.0, q)
+    q[2] = 2.0
+    assistance.speeds(1.0, q)
+    assert assistance.delay == pytest.approx(half_swing(2.0), rel=1e-6)
+
+
+def test_a_reset_forgets() -> None:
+    """After the plant was reset nothing of the run before is passed on."""
+    scene = workshop_crane()
+    assistance = Assistance(scene)
+    assistance.note(50.0, (0.4, 0.4, 0.1))
+    assistance.note(0.0, (0.0, 0.0, 0.0))
+    assert assistance.speeds(0.0, scene.initial_q) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+
+
+def test_nothing_to_assist() -> None:
+    """A crane that cannot move the load's suspension point has no assistance, and one line says so."""
+    changes = {"trolley": {"drive": "fixed"}, "control": None, "reference": None}
+    hoist_only = operated(load_scene("overhead_hoist_energy", changes))
+    with pytest.raises(SceneError, match="no actuated joint moves a point below which the load swings"):
+        Assistance(hoist_only)
+
+
+def test_coordinates_of_any_kind() -> None:
+    """Loads that are described by places, not angles, get the same feedback: none where the load hangs still."""
+    scene = operated(load_scene("overhead_elastic"))
+    assistance = Assistance(scene)
+    still = [2.0 if name == "trolley" or name.endswith("_x") else q for name, q in named(scene)]
+    assert assistance.speeds(0.0, still) == pytest.approx((0.0,), abs=1e-9)
+    aside = [q + 0.1 if name == scene.joint_names[-2] else q for name, q in zip(scene.joint_names, still, strict=True)]
+    length = abs(still[-1])
+    assert assistance.speeds(PERIOD, aside)[0] == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY / length) * 0.1, rel=1e-3)
+
+
+def named(scene: Scene) -> list[tuple[str, float]]:
+    """Return the joints' names and initial positions."""
+    return list(zip(scene.joint_names, scene.initial_q, strict=True))

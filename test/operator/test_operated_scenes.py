@@ -1,0 +1,105 @@
+"""Scenes for an operator: every drive follows a speed, with what the scene says of it, and nothing else is changed."""
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+from crane_sim import load_scene
+from crane_sim.files.errors import SceneError
+from crane_sim.operator.drives import BANDWIDTH, DURATION, RISE, SOFT_MARGIN, driven_joints, operated
+from crane_sim.simulation.plant import Plant
+
+pytestmark = pytest.mark.interpreted
+
+
+def actuators_of(name: str, overrides: dict[str, Any] | None = None, **options: Any) -> dict[str, Any]:
+    """Return the drives of a scene for an operator."""
+    return operated(load_scene(name, overrides), **options).to_dict()["actuators"]
+
+
+def test_a_scene_loses_its_law_and_keeps_its_crane() -> None:
+    """Law, inputs and reference are left out, the run is long, and everything but the drives is the scene's own."""
+    scene = load_scene("tower_gust")
+    before, after = scene.to_dict(), operated(scene).to_dict()
+    assert after.pop("duration") == DURATION
+    dropped = {"control", "reference", "duration", "actuators"}
+    assert {key: value for key, value in before.items() if key not in dropped} == {
+        key: value for key, value in after.items() if key != "actuators"
+    }
+    assert operated(scene, duration=5.0).duration == 5.0
+
+
+def test_drives_by_force_follow_speeds() -> None:
+    """A drive by force gets a loop with both poles at the bandwidth on the joint's inertia, and keeps its limit."""
+    trolley = actuators_of("tower_gust")["trolley"]
+    mass, omega = 5000.0, BANDWIDTH  # trolley, hook block and machine: the rope's direction is locked
+    servo = trolley["servo"]
+    assert trolley["drive"] == "velocity" and trolley["limit"] == 8.0e3
+    assert servo["gain"] == pytest.approx(2.0 * omega * mass, rel=1e-6)
+    assert servo["gain"] / servo["integral_time"] == pytest.approx(omega**2 * mass, rel=1e-6)
+    assert servo["max_jerk"] == pytest.approx(servo["max_acceleration"] / RISE)
+
+
+def test_weak_drives_get_slow_ramps() -> None:
+    """A ramp takes at most half of what the drive has left beside the static load."""
+    slew = actuators_of("tower_gust")["slew"]
+    inertia = slew["servo"]["gain"] / (2.0 * BANDWIDTH)
+    assert slew["servo"]["max_acceleration"] == pytest.approx(0.5 * 240.0e3 / inertia, rel=1e-6)
+
+
+def test_what_the_scene_says_of_a_drive_stays() -> None:
+    """A drive by speed keeps its settings, a winch by rate its limit; the operator's own speed goes before them."""
+    own = load_scene("bridge_speed_drive").to_dict()["actuators"]
+    drives = actuators_of("bridge_speed_drive")
+    assert {joint: drives[joint] for joint in own} == own
+    assert actuators_of("tower_gust")["rope"]["limit"] == 0.42
+    faster = actuators_of("bridge_speed_drive", speeds={"trolley": 0.7, "rope": 0.1})
+    assert faster["trolley"]["servo"] == own["trolley"]["servo"] | {"max_speed": 0.7} and faster["rope"]["limit"] == 0.1
+
+
+def test_keys_of_drives_by_effort_are_left_out() -> None:
+    """Lag, rate limit and dead band of an effort, also those for all joints, do not pass over to a drive by speed."""
+    changes = {"actuators.all": {"lag": 0.1, "rate_limit": 1e5}, "actuators.slew.deadband": 10.0}
+    drives = actuators_of("knuckle_setpoint", changes)
+    assert all(not {"lag", "rate_limit", "deadband"} & drive.keys() for drive in drives.values())
+    position = {"drive": "position", "servo": {"gain": 50.0, "position_gain": 1.0, "max_speed": 0.2}}
+    slew = actuators_of("knuckle_setpoint", {"actuators": {"slew": position}, "control": None})["slew"]
+    assert slew["drive"] == "velocity" and "position_gain" not in slew["servo"] and slew["servo"]["gain"] == 50.0
+
+
+def test_soft_limits_stand_inside_the_travel() -> None:
+    """Soft limits are a part of the travel inside limits and limit switches, and the shortest rope is a part of it."""
+    changes = {"actuators.trolley.limit_switches": [-8.0, 8.5]}
+    trolley, bridge, rope = driven_joints(operated(load_scene("bridge_speed_drive", changes)))
+    assert (trolley.low, trolley.high) == pytest.approx((-8.0 + SOFT_MARGIN * 16.5, 8.5 - SOFT_MARGIN * 16.5))
+    assert (bridge.low, bridge.high) == (-inf, inf) and rope.lag == 0.2
+    *_, free = driven_joints(operated(load_scene("knuckle_setpoint")))
+    assert (free.name, free.low, free.high) == ("rope", pytest.approx(0.2), inf)
+
+
+@pytest.mark.parametrize(
+    ("name", "speeds", "line"),
+    [
+        ("overhead_sway", {}, "scene overhead_sway: has no joint that is driven"),
+        ("offshore_vision", {}, "scene offshore_vision: the tip_x takes positions"),
+        ("tower_gust", {"slw": 1.0}, "--speed slw: unknown joint 'slw', did you mean 'slew'?"),
+        ("tower_gust", {"slew": -1.0}, "--speed slew=-1: must be a number greater than 0"),
+        ("tower_gust", {"slew": nan}, "--speed slew=nan: must be a number greater than 0"),
+    ],
+)
+def test_scenes_that_no_operator_has(name: str, speeds: dict[str, float], line: str) -> None:
+    """What cannot be driven is refused in one line."""
+    with pytest.raises(SceneError) as error:
+        operated(load_scene(name), speeds=speeds)
+    assert str(error.value).startswith(line) and "\n" not in str(error.value)
+
+
+def test_a_crane_that_nobody_moves_stands() -> None:
+    """Under gravity a knuckle boom with a drive by speed on every joint stands where it is with all speeds zero."""
+    scene = operated(load_scene("knuckle_setpoint"), duration=1.0)
+    plant = Plant(scene.with_external_commands())
+    for _ in range(50):
+        plant.advance((0.0,) * 4)
+    moved = [abs(a - b) for a, b in zip(plant.q, scene.initial_q, strict=True)]
+    assert max(moved[:4]) < 1e-6  # the loop's integral begins with the static load, from differences of energies
