@@ -15,6 +15,7 @@ from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP, Group
 from crane_sim.cli.run_options import RunOptions, check_folder, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
+from crane_sim.cli.viewing import clip, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
 
@@ -222,6 +223,10 @@ def test(arguments: tuple[str, ...]) -> None:
         raise SceneError(f"{tree}: has no tests; run this in the source tree")
     os.chdir(tree)
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
+
+
+for command in (view, shot, clip):
+    app.add_command(command)
 
 
 def _warm_plant(scene: Any) -> None:

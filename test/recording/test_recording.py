@@ -13,8 +13,9 @@ from rerun.chunk import RrdReader
 
 from crane_sim.recording.rerun.cranes import turn_from_z
 from crane_sim.recording.rerun.reader import read_curves, read_summary
-from crane_sim.recording.rerun.screenshot import NO_DRAWING, PictureError, picture
+from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 from crane_sim.simulation.metrics import derive
 
 

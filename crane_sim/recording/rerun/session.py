@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.rerun.live import LiveServer
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
 
@@ -30,14 +31,14 @@ class Session:
     """
 
     def __init__(
-        self, scene: Scene, path: Path, live_port: int | None = None, run_id: str = "", repairs: bool = True
+        self, scene: Scene, path: Path, live: LiveServer | None = None, run_id: str = "", repairs: bool = True
     ) -> None:
         """Start the file, after recovering what an earlier, killed recorder left beside it.
 
         Args:
             scene: what is recorded.
             path: the complete file.
-            live_port: serve the run to viewers on this port, too.
+            live: serves the run to viewers, too.
             run_id: the viewer's recording id, the same for parts of one; empty: one of its own.
             repairs: look for leftovers.
 
@@ -49,7 +50,7 @@ class Session:
         if repairs:
             repair_leftovers(path.parent)
         name = f"{scene.name}-{run_id or uuid.uuid4().hex[:12]}"
-        self._writer = RunWriter(path, of_scene(scene, name), live_port)
+        self._writer = RunWriter(path, of_scene(scene, name), live)
 
     @property
     def part(self) -> Path:

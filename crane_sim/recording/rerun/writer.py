@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fcntl
 import shutil
-import socket
 from io import BufferedIOBase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,12 +14,15 @@ from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.layout import Block, Layout
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
+from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from crane_sim.recording.rerun.live import LiveServer
 
 APPLICATION = "crane_sim"
 STATE_COLORS = {
@@ -33,38 +35,28 @@ FLUSH_SECONDS = 5.0
 INDEXED = 120.0  # s of scene time; of a longer run the file has no footer, for which 0.1 MB a block stay in memory
 
 
-class RecordingError(RuntimeError):
-    """The recording could not be written; the message is one line.
-
-    Afterwards the Rerun library may wait for ever for its writer thread, even at interpreter exit: a process that gets
-    this error ends with `os._exit`.
-    """
-
-
 class RunWriter:
     """A recording that grows block by block in `<path>.part` and becomes `<path>` when it is closed."""
 
-    def __init__(self, path: Path, layout: Layout, live_port: int | None = None) -> None:
+    def __init__(self, path: Path, layout: Layout, live: LiveServer | None = None) -> None:
         """Start the file with the blueprint, the run properties and the crane.
 
         Args:
             path: the complete recording's path; its folder is made when missing.
             layout: names and units of the run.
-            live_port: serve the run to viewers on this local port, too.
+            live: serves the run to viewers, too.
 
         Raises:
-            RecordingError: the file cannot be written, or the port is taken.
+            RecordingError: the file cannot be written.
         """
         self.path, self.part = path, unfinished_name(path)
         self._layout, self._channels = layout, channels(layout)
-        if live_port is not None:
-            _require_free(live_port)
         self._lock = _claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
         self._rec.set_log_tick_enabled(False)
-        _connect(self._rec, self.part, layout, live_port)
+        _connect(self._rec, self.part, layout, live)
         self._rec.send_recording_name(layout.name)
         self._rec.send_property("run", rr.AnyValues(**layout.properties))
         self._log_styles()
@@ -147,20 +139,12 @@ def _claim(part: Path) -> BufferedIOBase:
     return file
 
 
-def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live_port: int | None) -> None:
+def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live: LiveServer | None) -> None:
     indexed = layout.properties["duration"] <= INDEXED
-    sinks: list[rr.FileSink | rr.GrpcServerSink] = [rr.FileSink(str(part), write_footer=indexed)]
-    if live_port is not None:
-        sinks.append(rr.GrpcServerSink("127.0.0.1", live_port))
+    sinks: list[rr.FileSink | rr.GrpcSink] = [rr.FileSink(str(part), write_footer=indexed)]
+    if live is not None:
+        sinks.append(live.sink(APPLICATION, layout.run_id))
     rec.set_sinks(*sinks, default_blueprint=blueprint(layout))
-
-
-def _require_free(port: int) -> None:
-    with socket.socket() as probe:
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError as error:
-            raise RecordingError(f"live port {port}: {error.strerror}") from error
 
 
 def _style(channel: Channel) -> rr.SeriesLines:
