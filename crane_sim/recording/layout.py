@@ -201,6 +201,13 @@ class Ropes(NamedTuple):
     falls: Falls | None  # the ropes of a load that hangs on several
 
 
+class Span(NamedTuple):
+    """Least and largest value of the curves of an entity."""
+
+    low: float
+    high: float
+
+
 class Layout(NamedTuple):
     """Everything about a run that stays fixed while it is recorded."""
 
@@ -226,6 +233,7 @@ class Layout(NamedTuple):
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
+    spans: Mapping[str, Span]  # of the curves that are written, by entity; none before the run
 
     @property
     def tension(self) -> str:
@@ -263,6 +271,7 @@ class Block(NamedTuple):
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J
     energy: Numbers  # (K,) J, their sum
+    raised: Numbers  # (K,) J, potential energy since the start of the run
     tension: Numbers  # (K,) N
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
@@ -294,6 +303,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         properties=_scene_properties(scene, origin),
+        spans={},
     )
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crane_sim.recording.layout import Block, Layout, label
+from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, errors, rates
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -162,19 +163,16 @@ def _stored_curves(layout: Layout) -> list[Channel]:
 
 
 def _shown_curves(layout: Layout) -> list[Channel]:
-    torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
     length_plots = [(plot.entity, [layout.joints.index(name) for name in plot.joints]) for plot in layout.length_plots]
     return [
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
         *(curves for entity, which in length_plots for curves in _with_targets(layout, entity, which, np.asarray)),
         *_swings(layout),
-        _of(
-            layout,
-            "shown/rate",
-            layout.moving if layout.has_hidden_coordinates else [],
-            lambda b: b.v[:, layout.moving],
-        ),
-        _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
+        *_split(layout, errors(layout), lambda b: _minus(b.reference, b.q[:, layout.driven])),
+        *_split(layout, rates(layout), lambda b: b.v[:, layout.moving]),
+        *_split(layout, efforts(layout), lambda b: b.effort),
+        *_split(layout, commands(layout), lambda b: b.demanded),
+        _energy_changes(),
     ]
 
 
@@ -186,6 +184,30 @@ def _swings(layout: Layout) -> list[Channel]:
         return [joints, *cable_channels(layout.suspension)]
     total = Channel("shown/swing_total_deg", ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
     return [joints, total]
+
+
+def _split(layout: Layout, plots: list[UnitPlot], values: Callable[[Block], Numbers | None]) -> list[Channel]:
+    """Return the curves of a quantity (K, components) in plots of one unit each."""
+
+    def channel(plot: UnitPlot) -> Channel:
+        def shown(block: Block) -> Numbers | None:
+            rows = values(block)
+            return None if rows is None else plot.convert(rows[:, plot.columns])
+
+        return Channel(plot.entity, plot.names, _colors(layout, plot.coordinates), shown)
+
+    return [channel(plot) for plot in plots]
+
+
+def _energy_changes() -> Channel:
+    """Return the energies without the potential energy of the start, beside which the kinetic one could not be seen."""
+    names = ("kinetic", "potential since the start", "sum")
+    return Channel(
+        "shown/energy_J",
+        names,
+        (PALETTE[0], PALETTE[2], PALETTE[1]),
+        lambda b: np.column_stack([b.kinetic, b.raised, b.kinetic + b.raised]),
+    )
 
 
 def _with_targets(

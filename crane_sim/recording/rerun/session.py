@@ -116,10 +116,17 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
         kinetic=known.kinetic,
         potential=known.potential,
         energy=known.energy,
+        raised=known.potential - _potential_at_start(scene),
         tension=known.tension,
         swing=known.swing,
         lyapunov=_lyapunov(scene, t, rows),
     )
+
+
+def _potential_at_start(scene: Scene) -> float:
+    """Return the potential energy [J] at the initial state."""
+    q, v, u = (np.array([row]) for row in (scene.initial_q, scene.initial_v, (0.0,) * len(scene.actuated)))
+    return float(derive(scene, np.zeros(1), q, v, u).potential[0])
 
 
 def _array(vectors: Any) -> Numbers:

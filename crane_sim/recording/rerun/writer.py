@@ -8,10 +8,11 @@ from io import BufferedIOBase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import rerun as rr
 
 from crane_sim.recording.files import unfinished_name
-from crane_sim.recording.layout import Block, Layout
+from crane_sim.recording.layout import Block, Layout, Span
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
 from crane_sim.recording.rerun.errors import RecordingError
@@ -22,6 +23,7 @@ from crane_sim.recording.rerun.timelines import set_time, times
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from crane_sim.recording.layout import Numbers
     from crane_sim.recording.rerun.live import LiveServer
 
 APPLICATION = "crane_sim"
@@ -51,6 +53,7 @@ class RunWriter:
         """
         self.path, self.part = path, unfinished_name(path)
         self._layout, self._channels = layout, channels(layout)
+        self._spans: dict[str, Span] = {}
         self._lock = _claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
@@ -76,6 +79,7 @@ class RunWriter:
                 columns = rr.Scalars.columns(scalars=values.ravel())
                 width = values.size // len(block.step)
                 self._rec.send_columns(channel.entity, time, columns.partition([width] * len(block.step)))
+                self._widen_span(channel.entity, values[np.isfinite(values)])
         self._stage.draw(block)
         self._check()
 
@@ -97,8 +101,8 @@ class RunWriter:
         Raises:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
-        if framing := self._stage.fit_to_motion():
-            self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing)))
+        framing = self._stage.fit_to_motion() or self._layout.framing
+        self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
         text = summary_table(self._layout.name, summary)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         self._rec.send_property("summary", rr.AnyValues(**summary_properties(summary)))
@@ -107,6 +111,11 @@ class RunWriter:
         self.part.replace(self.path)
         self._lock.close()
         return self.path
+
+    def _widen_span(self, entity: str, values: Numbers) -> None:
+        if values.size:
+            known = self._spans.get(entity, Span(np.inf, -np.inf))
+            self._spans[entity] = Span(min(known.low, values.min()), max(known.high, values.max()))
 
     def _log_styles(self) -> None:
         for channel in self._channels:
