@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
     from crane_sim.trajectories.base_motion import AnyBase
+    from crane_sim.trajectories.waves import SineSum
 
     Numbers = NDArray[np.float64]
 
@@ -223,6 +224,7 @@ class Layout(NamedTuple):
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
     stand: str  # the frame that the crane stands in: the world, or a base that moves in it
+    sea: SineSum | None  # the elevation of the water at the origin, of a base in a sea
     ropes: Ropes
     provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
@@ -293,6 +295,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         swings=_swings(scene, cable),
         suspension=cable,
         stand=WORLD if base_of(scene) is None else BASE,
+        sea=_sea(scene),
         ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
         provenance=origin,
         period_ns=scene.period_ns,
@@ -320,6 +323,11 @@ def _framing(scene: Scene, cable: Suspension | None) -> Framing:
     if scene.crane == "knuckle":
         return of_knuckle(scene)
     return of_suspended(scene) if isinstance(scene.model, SuspendedCrane) else of_gantry(scene)
+
+
+def _sea(scene: Scene) -> SineSum | None:
+    motion = getattr(scene.file, "base_motion", None)
+    return None if motion is None or motion.sea is None else motion.sea.waves(scene.seed)
 
 
 def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:

@@ -11,6 +11,7 @@ import rerun as rr
 from crane_sim.recording.layout import WORLD, base_rotations, to_base
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
+from crane_sim.recording.rerun.vessel import Vessel
 
 if TYPE_CHECKING:
     from crane_sim.recording.camera import Framing
@@ -37,6 +38,7 @@ class Scene3D:
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in layout.actuated:
             rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.effort_arrow(name).frame), static=True)
+        self._vessel = None if layout.stand == WORLD else Vessel(rec, layout.stand, layout.sea)
         self._fit(layout.framing)
 
     def draw(self, block: Block) -> None:
@@ -49,6 +51,8 @@ class Scene3D:
         self._fit(self._cast.move(time, block.q[rows], to_base(block.nodes[rows], base)))
         if base is not None:
             self._carry(time, base)
+        if self._vessel:
+            self._vessel.move(time, np.float64(1e-9 * self._layout.period_ns) * (block.step[rows] - 1))
         self._trail(time, block.nodes[rows, -1])
         self._push(time, block.effort[rows])
         if block.target is not None:
@@ -83,7 +87,10 @@ class Scene3D:
             self._log_ball()
         for name in self._layout.actuated:
             rec.log(f"effort/{name}", rr.Arrows3D.from_fields(colors=PUSH, radii=0.007 * size), static=True)
-        self._log_ground(framing)
+        if self._vessel:
+            self._vessel.fit(framing)
+        else:
+            self._log_ground(framing)
 
     def _log_ball(self) -> None:
         """Log how the target looks; a ball without a centre would stand in the world's origin."""
