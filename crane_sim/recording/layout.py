@@ -9,6 +9,7 @@ What a recording shows of an overhead crane's cable: which angles are plotted, w
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -235,7 +236,7 @@ class Layout(NamedTuple):
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
-    spans: Mapping[str, Span]  # of the curves that are written, by entity; none before the run
+    spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
 
     @property
     def tension(self) -> str:
@@ -281,7 +282,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable, origin = suspension(scene), source_note(scene)
+    cable = suspension(scene)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -297,7 +298,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         stand=WORLD if base_of(scene) is None else BASE,
         sea=_sea(scene),
         ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
-        provenance=origin,
+        provenance=source_note(scene),
         period_ns=scene.period_ns,
         robot=urdf(scene),
         framing=_framing(scene, cable),
@@ -305,8 +306,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_scene_properties(scene, origin),
-        spans={},
+        properties=_scene_properties(scene),
     )
 
 
@@ -361,13 +361,13 @@ def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:
     return tuple(names) if cable is None else tuple(f"swing_{k}" for k in cable.links if f"swing_{k}" in names)
 
 
-def _scene_properties(scene: Scene, origin: str) -> dict[str, Any]:
+def _scene_properties(scene: Scene) -> dict[str, Any]:
     return {
         "scene": scene.name,
         "law": scene.law_name or "none",
         "seed": scene.seed,
         "period": scene.period,
         "duration": scene.duration,
-        "derived": origin or "from the true state",
+        "derived": source_note(scene) or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
