@@ -9,6 +9,7 @@ What a recording shows of an overhead crane's cable: which angles are plotted, w
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, 
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
 from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.recording import provenance
 from crane_sim.recording.camera import (
     Framing,
     gantry_scales,
@@ -42,9 +44,13 @@ if TYPE_CHECKING:
     from crane_sim.hardware.settings import HardwareConfig
     from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.rollout import Rollout
     from crane_sim.trajectories.base_motion import AnyBase
 
     Numbers = NDArray[np.float64]
+
+
+FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 
 
 WORLD = "world"  # the frame of everything that is not part of the crane
@@ -228,6 +234,11 @@ class Layout(NamedTuple):
     properties: Mapping[str, Any]  # run properties that are known at the start
 
     @property
+    def frame_stride(self) -> int:
+        """Return the number of steps from one frame of the 3D scene to the next."""
+        return max(1, FRAME_NS // self.period_ns)
+
+    @property
     def tension(self) -> str:
         """Return what the recorded tension is."""
         return tension_name(self.suspension)
@@ -270,7 +281,8 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable, origin = suspension(scene), source_note(scene)
+    cable, origin, robot = suspension(scene), source_note(scene), urdf(scene)
+    framing = _framing(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -287,14 +299,21 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
         provenance=origin,
         period_ns=scene.period_ns,
-        robot=urdf(scene),
-        framing=_framing(scene, cable),
+        robot=robot,
+        framing=framing,
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_scene_properties(scene, origin),
+        properties=_scene_properties(scene, origin) | {"urdf": robot, "crane": _crane_facts(scene, framing)},
     )
+
+
+def of_rollout(rollout: Rollout, run_id: str) -> Layout:
+    """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
+    layout = of_scene(rollout.scene, run_id)
+    facts = {"law": str(rollout.summary["law"] or "none"), "derived": "from the true state"}
+    return layout._replace(provenance="", properties={**layout.properties, **facts})
 
 
 def label(name: str) -> str:
@@ -352,4 +371,19 @@ def _scene_properties(scene: Scene, origin: str) -> dict[str, Any]:
         "duration": scene.duration,
         "derived": origin or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
+        "provenance": json.dumps(provenance.of_this_process()),
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
+
+
+def _crane_facts(scene: Scene, framing: Framing) -> str:
+    """Return what a reader of the curves must know of the crane, as JSON."""
+    facts = {
+        "kind": scene.crane,
+        "joint_names": scene.joint_names,
+        "joint_units": scene.joint_units,
+        "actuated": scene.actuated,
+        "effort_units": scene.effort_units,
+        "command_units": scene.command_units,
+        "tip_index": int(system.tip_index(scene.model)),
+    }
+    return json.dumps(facts | {"framing": framing._asdict()})

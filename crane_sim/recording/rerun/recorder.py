@@ -6,9 +6,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, set_aside
 from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous
-from crane_sim.recording.rerun.session import Session, block_of
+from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.writer import RecordingError
 from crane_sim.recording.step_assembler import Row, StepAssembler
 

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Block, Layout, Numbers
 
-FRAME_NS = 33_000_000  # of scene time between two frames
 TRAIL, TARGET, PUSH = (255, 132, 74), (64, 214, 132), (88, 176, 255)
 GROUND, GRID = (70, 77, 86), (108, 117, 128)
 
@@ -27,7 +26,7 @@ class Scene3D:
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
         """Log the crane's solids and everything else that does not move."""
         self._rec, self._layout, self._framing = rec, layout, layout.framing
-        self._stride = max(1, FRAME_NS // layout.period_ns)
+        self._stride = layout.frame_stride
         self._last: Numbers | None = None
         self._aimed = False
         self._cast = (
