@@ -38,7 +38,8 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     effort = _array(row.effort for row in rows)
     step = np.array([row.step for row in rows], dtype=np.int64)
     motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows))
-    return _complete(scene, motion, derive(scene, (step - 1) * scene.period, q, v, effort))
+    t = ((step - 1) * scene.period).astype(np.float64)
+    return _complete(scene, motion, derive(scene, t, q, v, effort))
 
 
 def block_of_rollout(rollout: Rollout) -> Block:
@@ -59,7 +60,7 @@ def block_of_rollout(rollout: Rollout) -> Block:
 
 def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
     """Return the block of a motion with what is derived from it."""
-    t, reference = (motion.step - 1) * scene.period, motion.reference
+    t, reference = ((motion.step - 1) * scene.period).astype(np.float64), motion.reference
     base = _base(scene, t)
     local = to_base(known.nodes, base)
     return Block(

@@ -159,7 +159,7 @@ class RecordedRun:
 
     @property
     def status(self) -> str:
-        """ "finished", or "failed: " and why."""
+        """How the run ended: "finished", or "failed: " and why."""
         return f"failed: {self.error}" if self.error else "finished"
 
     def to_dataframe(self) -> Any:

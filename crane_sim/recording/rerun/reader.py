@@ -141,7 +141,7 @@ def _curves(batches: Batches, entity: str) -> Curves | None:
     time = np.concatenate([_nanoseconds(batch) for batch in found])
     values = np.concatenate([_rows(batch[SCALARS], batch.num_rows) for batch in found])
     _, order = np.unique(step, return_index=True)  # where two recorders wrote one step, they wrote the same
-    return Curves(step[order], time[order] * 1e-9, values[order])
+    return Curves(step[order], 1e-9 * time[order].astype(np.float64), values[order])
 
 
 def read_summary(path: Path) -> dict[str, Any]:
