@@ -17,6 +17,7 @@ from crane_sim.cli.run_options import RunOptions, check_folder, check_recording,
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.read import read_recording
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -72,6 +73,28 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
     recorded = {} if record is None else _record(result, record)
     summary = result.summary | report.speed(result) | report.WITHOUT_ROS | recorded | failure
     raise SystemExit(_print_outcome(summary, loaded, as_json))
+
+
+@app.command()
+@click.argument("recording", type=click.Path(path_type=Path), metavar="RUN")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="FILE.png, FILE.pdf or FILE.svg.")
+def plot(recording: Path, output: Path) -> None:
+    """Draw the curves of a recorded run, RUN.rrd: positions and targets, speeds, efforts, swing, tension, energy."""
+    from crane_sim.evaluation.report.figure import save_run_figure
+
+    save_run_figure(read_recording(recording), output)
+    print(output)
+
+
+@app.command("report")
+@click.argument("recording", type=click.Path(path_type=Path), metavar="RUN")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="FILE.html.")
+def write_report(recording: Path, output: Path) -> None:
+    """Write a recorded run, RUN.rrd, as one HTML page that plays it, without a network or any other file."""
+    from crane_sim.evaluation.report.page import save_page
+
+    save_page(read_recording(recording), output)
+    print(output)
 
 
 @app.command()

@@ -65,6 +65,7 @@ LAYERS = (
     "crane_sim.interfaces",
     "crane_sim.orchestration",
     "crane_sim.evaluation.plotting",
+    "crane_sim.evaluation.report",
     "crane_sim.evaluation.reproduce",
     "crane_sim.evaluation.bench",
     "crane_sim.evaluation.league",

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
 
 LEVELS = 2**31 - 1  # of a quantised number, to either side of the middle
+STILL = 1e-12  # m or rad: what moves less than rounding counts as still
 
 
 def rows_with_peaks(values: Numbers, count: int) -> NDArray[np.int64]:
@@ -46,8 +47,13 @@ def encode_columns(columns: Numbers) -> dict[str, Any]:
     scale 0 and no integers.
     """
     low, high = columns.min(axis=0), columns.max(axis=0)
-    offset, scale = low + 0.5 * (high - low), 0.5 * (high - low) / LEVELS
+    span = np.where(high - low > STILL, high - low, 0.0)
+    offset, scale = low + 0.5 * span, 0.5 * span / LEVELS
     varying = scale > 0.0
     integers = np.rint((columns[:, varying] - offset[varying]) / scale[varying]).astype("<i4")
     scales = [[float(o), float(s)] for o, s in zip(offset, scale, strict=True)]
-    return {"rows": len(columns), "scales": scales, "data": b64encode(np.asfortranarray(integers).tobytes("F")).decode()}
+    return {
+        "rows": len(columns),
+        "scales": scales,
+        "data": b64encode(np.asfortranarray(integers).tobytes("F")).decode(),
+    }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from crane_sim.evaluation.report.panels import PREFIXED, PREFIXES
 from crane_sim.recording.layout import label
 from crane_sim.recording.rerun.summary import UNITS
 
@@ -44,7 +45,8 @@ def joint_table(run: RecordedRun) -> list[list[str]]:
     kinds = [key for key in JOINTS if summary.get(key)]
     unit_of = {"final_error": units, "settling_time": dict.fromkeys(crane.actuated, "s"), "peak_effort": efforts}
     rows = [
-        [label(name), *(_format(summary[key].get(name), unit_of[key][name]) for key in kinds)] for name in crane.actuated
+        [label(name), *(_format(summary[key].get(name), unit_of[key][name]) for key in kinds)]
+        for name in crane.actuated
     ]
     return [["joint", *(JOINTS[key] for key in kinds)], *rows] if kinds else []
 
@@ -60,5 +62,7 @@ def _unit(key: str) -> str:
 def _format(value: Any, unit: str) -> str:
     if value is None:
         return "–"
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return f"{text} {unit}".strip()
+    if not isinstance(value, float):
+        return f"{value} {unit}".strip()
+    factor, prefix = next(((f, p) for f, least, p in PREFIXES if unit in PREFIXED and abs(value) >= least), (1.0, ""))
+    return f"{value / factor:.4g} {prefix}{unit}".strip()

@@ -3,6 +3,7 @@
 
 const Z = new THREE.Vector3(0, 0, 1);
 const ROPE_COLOR = 0x3c4650, TRAIL_COLOR = 0xd9480f, TARGET_COLOR = 0x2a9d5c;
+const FIELD = 40; // degrees from top to bottom of the view
 const TRAIL_SECONDS = 6, ROPE_RADIUS = 0.0035; // radius in sizes of the crane
 
 class CraneView {
@@ -15,12 +16,48 @@ class CraneView {
     this.renderer.shadowMap.enabled = true;
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
     this.buildScene();
-    this.camera = new THREE.PerspectiveCamera(45, 1, 0.002 * this.size, 400 * this.size);
+    this.camera = new THREE.PerspectiveCamera(FIELD, 1, 0.002 * this.size, 400 * this.size);
     this.camera.up.copy(Z);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.render());
+    this.controls.addEventListener("start", () => (this.turned = true)); // a person chose another view
     this.following = Boolean(run.framing.follows);
     this.resetView();
+  }
+
+  // Return the middle and half the edge of the ground: what the recording says, and below all of the crane.
+  measureFloor() {
+    const { ground, ground_size } = this.run.framing, { middle, listed } = this.corners();
+    const reach = Math.max(...listed.flatMap((corner) => [Math.abs(corner.x), Math.abs(corner.y)]));
+    const wide = 1.15 * reach > ground_size;
+    return { at: wide ? [middle.x, middle.y, ground[2]] : ground, half: Math.ceil(wide ? 1.25 * reach : ground_size) };
+  }
+
+  // Return the corners of what the whole run takes, from the middle between them.
+  corners() {
+    const box = new THREE.Box3().setFromObject(this.root), { frames } = this, [first, count] = frames.parts.nodes;
+    for (let k = 0; k < count; k += 3) {
+      const [x, y, z] = [0, 1, 2].map((i) => limits(frames.columns[first + k + i]));
+      box.expandByPoint(new THREE.Vector3(x[0], y[0], z[0])).expandByPoint(new THREE.Vector3(x[1], y[1], z[1]));
+    }
+    const middle = box.getCenter(new THREE.Vector3());
+    box.expandByPoint(new THREE.Vector3(middle.x, middle.y, this.run.framing.ground[2]));
+    box.getCenter(middle);
+    const ends = [box.min, box.max], listed = [];
+    for (const a of ends) for (const b of ends) for (const c of ends) listed.push(new THREE.Vector3(a.x, b.y, c.z).sub(middle));
+    return { middle, listed };
+  }
+
+  // Look at the whole run from the recording's side, as near as its corners allow.
+  fitView() {
+    const { eye, look_at } = this.run.framing, { middle, listed } = this.corners();
+    const out = new THREE.Vector3(...eye).sub(new THREE.Vector3(...look_at)).normalize();
+    const right = new THREE.Vector3().crossVectors(Z, out).normalize(), up = new THREE.Vector3().crossVectors(out, right);
+    const slope = 0.92 * Math.tan(0.5 * FIELD * Math.PI / 180);
+    const needs = listed.map((corner) => corner.dot(out) + Math.max(
+      Math.abs(corner.dot(right)) / (slope * this.camera.aspect), Math.abs(corner.dot(up)) / slope));
+    this.camera.position.copy(middle).addScaledVector(out, Math.max(...needs));
+    this.controls.target.copy(middle);
   }
 
   buildScene() {
@@ -28,6 +65,7 @@ class CraneView {
     this.base = new THREE.Group();
     this.scene.add(this.base);
     this.buildRobot();
+    this.floor = this.measureFloor();
     this.addGround();
     this.addLights();
     const radius = ROPE_RADIUS * this.size;
@@ -75,7 +113,7 @@ class CraneView {
   }
 
   addGround() {
-    const { ground, ground_size } = this.run.framing, half = Math.ceil(ground_size);
+    const { at: ground, half } = this.floor;
     const color = this.run.afloat ? 0xa9c6d8 : 0xd7dbdd;
     const plane = new THREE.Mesh(new THREE.PlaneGeometry(2 * half, 2 * half), new THREE.MeshLambertMaterial({ color }));
     plane.position.set(...ground);
@@ -91,7 +129,7 @@ class CraneView {
   }
 
   addLights() {
-    const { ground, ground_size } = this.run.framing, reach = 1.3 * ground_size;
+    const { at: ground, half } = this.floor, reach = 1.3 * half;
     const sky = new THREE.HemisphereLight(0xffffff, 0x9aa5ae, 1.9);
     sky.position.set(0, 0, 1);
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
@@ -169,10 +207,12 @@ class CraneView {
   }
 
   resetView() {
-    const { eye, look_at } = this.run.framing;
+    const { eye, look_at, follows } = this.run.framing;
     this.payload = null;
+    this.turned = false;
     this.camera.position.set(...eye);
     this.controls.target.set(...look_at);
+    if (!follows) this.fitView();
     this.controls.update();
   }
 
@@ -181,6 +221,7 @@ class CraneView {
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
+    if (!this.turned && !this.following) this.resetView();
     this.render();
   }
 
