@@ -220,6 +220,17 @@ class Rollout:
         # by name: recording is a layer above, and Rerun is optional
         return import_module("crane_sim.recording.rerun.rollout").record(self, Path(path))
 
+    def plot(self) -> Any:
+        """Return a `matplotlib.figure.Figure` of the run, as `RecordedRun.plot` does."""
+        return self._recorded().plot()
+
+    def show(self, height: int = 900) -> Any:
+        """Return the page of the run for a notebook, `height` pixels high, as `RecordedRun.show` does."""
+        return self._recorded().show(height)
+
+    def _recorded(self) -> Any:
+        return import_module("crane_sim.recording.rerun.rollout").recorded(self)
+
     def lyapunov(self) -> Array:
         """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.
 

@@ -17,7 +17,7 @@ STILL = 1e-12  # m or rad: what moves less than rounding counts as still
 
 
 def rows_with_peaks(values: Numbers, count: int) -> NDArray[np.int64]:
-    """Return the rows (M,), M <= `count` + 2, that keep a curve's shape: lowest and highest of equal stretches, the ends.
+    """Return the rows (M,), M <= `count` + 2, that keep a curve's shape: its ends, and the peaks of equal stretches.
 
     Args:
         values: (K,); those that are not finite are no peaks.

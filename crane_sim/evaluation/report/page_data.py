@@ -14,6 +14,8 @@ from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.layout import base_rotations
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from crane_sim.recording.layout import Numbers
     from crane_sim.recording.run import RecordedRun
 
@@ -43,8 +45,8 @@ def page_data(run: RecordedRun) -> dict[str, Any]:
         "framing": run.crane.framing,
         "afloat": run.base is not None,
         "frames": _frames(run, sources(robot)),
-        "panels": _encode(run, panels, slice(None), len(panels)),
-        "last_panels": None if run.finished else _encode(run, panels, _last(run, end), len(panels)),
+        "panels": _encode(run, panels, slice(None)),
+        "last_panels": None if run.finished else _encode(run, panels, _last(run, end)),
         "events": run.events[:EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
         "headlines": headlines(run),
@@ -59,7 +61,7 @@ def _last(run: RecordedRun, end: float) -> slice:
     return slice(int(np.searchsorted(run.t, end - LAST)), None)
 
 
-def _encode(run: RecordedRun, panels: list[Panel], rows: slice, count: int) -> list[dict[str, Any]]:
+def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str, Any]]:
     """Return panels with the curves of some rows."""
     curves = max(1, sum(len(panel.curves) for panel in panels))
     points = min(POINTS, CURVE_NUMBERS // curves)
@@ -73,7 +75,7 @@ def _encode(run: RecordedRun, panels: list[Panel], rows: slice, count: int) -> l
                 for curve in panel.curves
             ],
         }
-        for panel in panels[:count]
+        for panel in panels
     ]
 
 
@@ -102,11 +104,13 @@ def _frames(run: RecordedRun, moving: list[int]) -> dict[str, Any]:
     return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
 
 
-def _kept_frames(t: Numbers, columns: Numbers) -> Numbers:
+def _kept_frames(t: Numbers, columns: Numbers) -> NDArray[np.bool_]:
     """Return which frames (F,) stay: of a long run every n-th, but all at its end."""
     varying = max(1, int(np.count_nonzero(np.ptp(columns, axis=0) > 0.0)))
     stride = max(1, -(-len(t) * varying // FRAME_NUMBERS))
-    dense = t > t[-1] - DENSE if np.count_nonzero(t > t[-1] - DENSE) * varying < FRAME_NUMBERS // 4 else t == t[-1]
+    dense = t > t[-1] - DENSE
+    if np.count_nonzero(dense) * varying > FRAME_NUMBERS // 4:
+        dense = t == t[-1]
     return (np.arange(len(t)) % stride == 0) | dense
 
 

@@ -102,8 +102,8 @@ def _swing(run: RecordedRun) -> list[Panel]:
 
 
 def _payload(run: RecordedRun) -> list[Panel]:
-    names = zip("xyz", (PALETTE[0], PALETTE[1], PALETTE[2]), run.payload.T, strict=True)
-    return _share("Payload position", "m", [[Curve(*each)] for each in names])
+    curves = [[Curve(name, PALETTE[i], run.payload[:, i])] for i, name in enumerate("xyz")]
+    return _share("Payload position", "m", curves)
 
 
 def _rest(run: RecordedRun) -> list[Panel]:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import tempfile
 import uuid
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
+from crane_sim.recording.rerun.reader import read_run
 from crane_sim.recording.rerun.writer import RunWriter
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from crane_sim.recording.layout import Block
+    from crane_sim.recording.run import RecordedRun
     from crane_sim.simulation.rollout import Rollout
 
 BLOCK_STEPS = 2000
@@ -34,6 +37,12 @@ def record(rollout: Rollout, path: Path) -> Path:
     steps = len(block.step)
     entries: dict[str, Any] = {"recording": str(path), "recorded_steps": steps, "lost_steps": 0}
     return writer.close(rollout.summary | entries)
+
+
+def recorded(rollout: Rollout) -> RecordedRun:
+    """Return a run as it would be read back from its recording."""
+    with tempfile.TemporaryDirectory() as folder:
+        return replace(read_run(record(rollout, Path(folder, "run.rrd"))), path=None)
 
 
 def _part(block: Block, rows: slice) -> Block:
