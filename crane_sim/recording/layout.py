@@ -9,6 +9,7 @@ What a recording shows of an overhead crane's cable: which angles are plotted, w
 
 from __future__ import annotations
 
+import json
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,6 +24,7 @@ from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, 
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
 from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.recording import provenance
 from crane_sim.recording.camera import (
     Framing,
     gantry_scales,
@@ -43,10 +45,14 @@ if TYPE_CHECKING:
     from crane_sim.hardware.settings import HardwareConfig
     from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.rollout import Rollout
     from crane_sim.trajectories.base_motion import AnyBase
     from crane_sim.trajectories.waves import SineSum
 
     Numbers = NDArray[np.float64]
+
+
+FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 
 
 WORLD = "world"  # the frame of everything that is not part of the crane
@@ -203,6 +209,13 @@ class Ropes(NamedTuple):
     falls: Falls | None  # the ropes of a load that hangs on several
 
 
+class Stand(NamedTuple):
+    """What the crane stands on."""
+
+    frame: str  # the world, or a base that moves in it
+    sea: SineSum | None  # the elevation of the water at the origin, of a base in a sea
+
+
 class Span(NamedTuple):
     """Least and largest value of the curves of an entity."""
 
@@ -224,8 +237,7 @@ class Layout(NamedTuple):
     length_plots: tuple[LengthPlot, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
-    stand: str  # the frame that the crane stands in: the world, or a base that moves in it
-    sea: SineSum | None  # the elevation of the water at the origin, of a base in a sea
+    stand: Stand
     ropes: Ropes
     provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
@@ -237,6 +249,11 @@ class Layout(NamedTuple):
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
+
+    @property
+    def frame_stride(self) -> int:
+        """Return the number of steps from one frame of the 3D scene to the next."""
+        return max(1, FRAME_NS // self.period_ns)
 
     @property
     def tension(self) -> str:
@@ -282,7 +299,8 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable = suspension(scene)
+    cable, robot = suspension(scene), urdf(scene)
+    framing = _framing(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -295,19 +313,25 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         length_plots=_length_plots(scene),
         swings=_swings(scene, cable),
         suspension=cable,
-        stand=WORLD if base_of(scene) is None else BASE,
-        sea=_sea(scene),
+        stand=Stand(WORLD if base_of(scene) is None else BASE, _sea(scene)),
         ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
         provenance=source_note(scene),
         period_ns=scene.period_ns,
-        robot=urdf(scene),
-        framing=_framing(scene, cable),
+        robot=robot,
+        framing=framing,
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_scene_properties(scene),
+        properties=_scene_properties(scene) | {"urdf": robot, "crane": _crane_facts(scene, framing)},
     )
+
+
+def of_rollout(rollout: Rollout, run_id: str) -> Layout:
+    """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
+    layout = of_scene(rollout.scene, run_id)
+    facts = {"law": str(rollout.summary["law"] or "none"), "derived": "from the true state"}
+    return layout._replace(provenance="", properties={**layout.properties, **facts})
 
 
 def label(name: str) -> str:
@@ -370,4 +394,19 @@ def _scene_properties(scene: Scene) -> dict[str, Any]:
         "duration": scene.duration,
         "derived": source_note(scene) or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
+        "provenance": json.dumps(provenance.of_this_process()),
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
+
+
+def _crane_facts(scene: Scene, framing: Framing) -> str:
+    """Return what a reader of the curves must know of the crane, as JSON."""
+    facts = {
+        "kind": scene.crane,
+        "joint_names": scene.joint_names,
+        "joint_units": scene.joint_units,
+        "actuated": scene.actuated,
+        "effort_units": scene.effort_units,
+        "command_units": scene.command_units,
+        "tip_index": int(system.tip_index(scene.model)),
+    }
+    return json.dumps(facts | {"framing": framing._asdict()})

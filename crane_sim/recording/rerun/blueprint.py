@@ -37,7 +37,7 @@ def _crane(layout: Layout) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Crane",
         origin="/",
-        contents=["+ /**", "- /plots/**", "- /shown/**", "- /summary/**", "- /log/**"],
+        contents=["+ /**", "- /plots/**", "- /shown/**", "- /frames/**", "- /summary/**", "- /log/**"],
         background=rrb.Background(kind="SolidColor", color=(26, 30, 36)),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=rrb.SpatialInformation(target_frame="world", show_axes=False),

@@ -6,11 +6,12 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, set_aside
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.live import LiveServer
 from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous
-from crane_sim.recording.rerun.session import Session, block_of
+from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row, StepAssembler
 
 if TYPE_CHECKING:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Block, Layout, Numbers
 
-FRAME_NS = 33_000_000  # of scene time between two frames
 TRAIL, TARGET, PUSH = (255, 132, 74), (64, 214, 132), (88, 176, 255)
 GROUND, GRID = (70, 77, 86), (108, 117, 128)
 
@@ -28,17 +27,17 @@ class Scene3D:
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
         """Log the crane's solids and everything else that does not move."""
         self._rec, self._layout, self._framing = rec, layout, layout.framing
-        self._stride = max(1, FRAME_NS // layout.period_ns)
+        self._stride = layout.frame_stride
         self._last: Numbers | None = None
         self._aimed = False
         self._cast = (
-            GantryVisual(rec, layout.suspension, layout.stand) if layout.suspension else RobotVisual(rec, layout)
+            GantryVisual(rec, layout.suspension, layout.stand.frame) if layout.suspension else RobotVisual(rec, layout)
         )
         for entity in ("payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in layout.actuated:
             rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.effort_arrow(name).frame), static=True)
-        self._vessel = None if layout.stand == WORLD else Vessel(rec, layout.stand, layout.sea)
+        self._vessel = None if layout.stand.frame == WORLD else Vessel(rec, layout.stand.frame, layout.stand.sea)
         self._fit(layout.framing)
 
     def draw(self, block: Block) -> None:
@@ -65,9 +64,9 @@ class Scene3D:
             translation=base[:, :3],
             quaternion=base_rotations(base).as_quat(),
             parent_frame=[WORLD] * frames,
-            child_frame=[self._layout.stand] * frames,
+            child_frame=[self._layout.stand.frame] * frames,
         )
-        self._rec.send_columns(f"tf/{self._layout.stand}", time, columns)
+        self._rec.send_columns(f"tf/{self._layout.stand.frame}", time, columns)
 
     def fit_to_motion(self) -> Framing | None:
         """Fit everything that stands still to the whole motion; return how to look at it, None if that is as before."""

@@ -72,20 +72,27 @@ class RunWriter:
         Raises:
             RecordingError: it did not reach the disk, which is full or gone.
         """
-        time = times(self._layout, block.step)
         for channel in self._channels:
             values = channel.values(block)
-            if values is not None:
-                columns = rr.Scalars.columns(scalars=values.ravel())
-                width = values.size // len(block.step)
-                self._rec.send_columns(channel.entity, time, columns.partition([width] * len(block.step)))
-                self._widen_span(channel.entity, values[np.isfinite(values)])
+            rows = np.flatnonzero((block.step - 1) % channel.stride == 0)
+            if values is None or not rows.size:
+                continue
+            columns = rr.Scalars.columns(scalars=values[rows].ravel())
+            width, time = values.size // len(block.step), times(self._layout, block.step[rows])
+            self._rec.send_columns(channel.entity, time, columns.partition([width] * len(rows)))
+            self._widen_span(channel.entity, values[np.isfinite(values)])
         self._stage.draw(block)
         self._check()
 
     def note(self, step: int, text: str) -> None:
         """Add a line to the recording's log at the start of a step."""
         self._log(step, "log/recorder", rr.TextLog(text, level="INFO"))
+
+    def event(self, t: float, text: str) -> None:
+        """Add what happened at a time t [s] of the scene."""
+        self._rec.set_time("sim_time", duration=t)
+        self._rec.set_time("step", sequence=1 + int(t * 1e9) // self._layout.period_ns)
+        self._rec.log("log/events", rr.TextLog(text, level="INFO"))
 
     def pace(self, step: int, real_time_factor: float) -> None:
         """Add the simulated seconds per second before the start of a step."""
@@ -119,7 +126,8 @@ class RunWriter:
 
     def _log_styles(self) -> None:
         for channel in self._channels:
-            self._rec.log(channel.entity, _style(channel), static=True)
+            if channel.colors:  # the others are no curves of a plot
+                self._rec.log(channel.entity, _style(channel), static=True)
         speed = rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6)
         self._rec.log("plots/rtf", speed, static=True)
         states = rr.StateConfiguration(values=list(STATE_COLORS), colors=list(STATE_COLORS.values()))
