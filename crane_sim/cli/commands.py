@@ -15,7 +15,7 @@ from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP, Group
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
-from crane_sim.cli.viewing import clip, shot, view
+from crane_sim.cli.viewing import clip, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.read import read_recording
@@ -251,7 +251,7 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-for command in (view, shot, clip):
+for command in (view, shot, clip, replay):
     app.add_command(command)
 
 

@@ -1,5 +1,6 @@
-"""The subcommands that show a recording: `view`, `shot`, `clip`."""
+"""The subcommands that show a recording, `view`, `shot` and `clip`, and `replay`, which repeats it."""
 
+import json
 import os
 import sys
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from crane_sim.cli.run_options import VIEWER_PORT
+from crane_sim.cli.scene_options import as_json_option
 from crane_sim.files.errors import SceneError
 
 RUNS = Path("runs")  # where `crane run` puts recordings
@@ -94,6 +96,34 @@ def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any)
         task = bar.add_task("pictures")
         write_clip(recording, output, Cut(**cut), Shown(tab, view), lambda k, n: bar.update(task, completed=k, total=n))
     print(output)
+
+
+@click.command()
+@_RUN
+@as_json_option
+def replay(run: Path | None, as_json: bool) -> None:
+    """Integrate a recorded run anew from its commands and compare every state bit for bit: RUN, or the newest.
+
+    Exit code 0 where all states agree, else 1.
+    """
+    from crane_sim.recording.read import read_recording
+    from crane_sim.recording.replay import replay as replay_run
+
+    recording = recording_of(run)
+    outcome = replay_run(read_recording(recording))
+    if as_json:
+        difference = outcome.difference and outcome.difference._asdict() | {"bit": outcome.difference.bit}
+        print(json.dumps({"steps": outcome.steps, "difference": difference, "changed": outcome.changed}))
+        raise SystemExit(int(outcome.difference is not None))
+    if outcome.difference is None:
+        print(f"{recording}: {outcome.steps} states agree bit for bit")
+        return
+    print(f"{recording}: {outcome.difference}")
+    for name, (then, now) in outcome.changed.items():
+        print(f"  {name} was {then}, is {now} now")
+    if not outcome.changed:
+        print("  versions, processor and lock file are as they were: look for services that were called in the run")
+    raise SystemExit(1)
 
 
 def recording_of(run: Path | None) -> Path:

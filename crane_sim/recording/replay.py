@@ -52,7 +52,8 @@ def replay(run: RecordedRun) -> Replay:
     """Integrate a recorded run anew from its commands.
 
     Commands that are NaN are periods in which the brakes acted. What services did to the crane in the run, such as
-    faults, is not in a recording: states differ from there on.
+    faults, is not in a recording: states differ from there on. A recorder has what the sensors show, a recorded
+    `Rollout` the true states; the run agrees where one of the two does.
 
     Raises:
         SceneError: its scene is none of this version.
@@ -61,15 +62,17 @@ def replay(run: RecordedRun) -> Replay:
     scene = run.load_scene()
     commanded = scene.sampled
     plant, command = Plant(scene.with_external_commands() if commanded else scene), scene.idle_command
+    true: Difference | None = None
+    shown: Difference | None = None
     for k in range(len(run.t)):
-        if difference := _difference(scene, k, run, plant):
-            return Replay(k + 1, difference, _changed(run.versions))
-        if not commanded:
-            plant.advance()
-            continue
-        plant.braking = all(map(isnan, run.commands[k]))
-        command = _braked(scene, command) if plant.braking else tuple(map(float, run.commands[k]))
-        plant.advance(command)
+        true = true or _difference(scene, k, run, (plant.q, plant.v))
+        shown = shown or _difference(scene, k, run, plant.seen)
+        if true and shown:
+            return Replay(k + 1, max(true, shown, key=lambda each: each.step), _changed(run.versions))
+        if commanded:
+            plant.braking = all(map(isnan, run.commands[k]))
+            command = _braked(scene, command) if plant.braking else tuple(map(float, run.commands[k]))
+        plant.advance(command if commanded else None)
     return Replay(len(run.t), None, _changed(run.versions))
 
 
@@ -78,9 +81,9 @@ def _braked(scene: Scene, last: Vector) -> tuple[float, ...]:
     return tuple(x if kind == "position" else 0.0 for kind, x in zip(scene.commands, last, strict=True))
 
 
-def _difference(scene: Scene, k: int, run: RecordedRun, plant: Plant) -> Difference | None:
-    """Return the first component that differs at the start of period k, None where all agree."""
-    for quantity, recorded, replayed in (("position", run.q[k], plant.q), ("velocity", run.v[k], plant.v)):
+def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]) -> Difference | None:
+    """Return the first component of (q, v) that differs at the start of period k, None where all agree."""
+    for quantity, recorded, replayed in zip(("position", "velocity"), (run.q[k], run.v[k]), state, strict=True):
         for joint, then, now in zip(scene.joint_names, recorded.tolist(), replayed, strict=True):
             if _bits(then) != _bits(now):
                 return Difference(k + 1, k * scene.period, joint, quantity, then, now)
