@@ -1,6 +1,5 @@
 """A recorded run is integrated anew from its commands: its states agree bit for bit, and one that does not is named."""
 
-import json
 from dataclasses import replace
 from math import nan
 from pathlib import Path
