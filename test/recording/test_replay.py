@@ -53,9 +53,7 @@ def test_a_flipped_bit_is_named(k: int, joint: int, bit: int, tmp_path: Path) ->
 def test_what_has_changed_since_is_listed(tmp_path: Path) -> None:
     """Of versions and machine those that are not as they were are named, with both values."""
     run = recorded("a law and limits", tmp_path / "run.rrd")
-    old = replace(
-        run, properties=run.properties | {"provenance": '{"numpy": "1.0", "python": "%s"}' % run.versions["python"]}
-    )
+    old = replace(run, properties=run.properties | {"provenance": json.dumps(then)})
     (name, values), *others = replay_run(old).changed.items()
     assert (name, values) == ("numpy", ("1.0", np.__version__)) and not others
 
