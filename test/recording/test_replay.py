@@ -1,5 +1,6 @@
 """A recorded run is integrated anew from its commands: its states agree bit for bit, and one that does not is named."""
 
+import json
 from dataclasses import replace
 from math import nan
 from pathlib import Path
@@ -53,6 +54,7 @@ def test_a_flipped_bit_is_named(k: int, joint: int, bit: int, tmp_path: Path) ->
 def test_what_has_changed_since_is_listed(tmp_path: Path) -> None:
     """Of versions and machine those that are not as they were are named, with both values."""
     run = recorded("a law and limits", tmp_path / "run.rrd")
+    then = {"numpy": "1.0", "python": run.versions["python"]}
     old = replace(run, properties=run.properties | {"provenance": json.dumps(then)})
     (name, values), *others = replay_run(old).changed.items()
     assert (name, values) == ("numpy", ("1.0", np.__version__)) and not others
