@@ -17,7 +17,10 @@ setup(
     maintainer_email="maintainers@crane-simulator.example.org",
     license="Apache-2.0",
     packages=find_packages(include=["crane_sim*", "crane_control*"]),
-    package_data={"crane_sim.evaluation.bench": ["floor/*", "peers/*.cpp"]},
+    package_data={
+        "crane_sim.evaluation.bench": ["floor/*", "peers/*.cpp"],
+        "crane_sim.evaluation.report": ["assets/*"],
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

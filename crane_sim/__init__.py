@@ -6,6 +6,7 @@
 
 load_scene: a scene from a name of the catalogue, a file or a dict, checked.
 simulate: one run of a scene; simulate_batch: many, that differ in parameters.
+read_recording: a recorded run, as arrays with the names of simulate's; run.plot(), run.show(), run.to_dataframe().
 acceleration, energy: the equations of a scene.
 SceneError: a scene that is not possible; SimulationError: a run that could not go on.
 
@@ -17,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from crane_sim.files.errors import SceneError
+    from crane_sim.recording.read import read_recording
+    from crane_sim.recording.run import RecordedRun
     from crane_sim.scenes.scene import Scene, load_scene
     from crane_sim.simulation.batch import Batch, simulate_batch
     from crane_sim.simulation.dynamics import acceleration, energy
@@ -32,11 +35,14 @@ _HOMES = {
     "SimulationError": "simulation.plant",
     "Scene": "scenes.scene",
     "load_scene": "scenes.scene",
+    "RecordedRun": "recording.run",
+    "read_recording": "recording.read",
     "Rollout": "simulation.rollout",
     "simulate": "simulation.rollout",
 }
 __all__ = [
     "Batch",
+    "RecordedRun",
     "Rollout",
     "Scene",
     "SceneError",
@@ -44,6 +50,7 @@ __all__ = [
     "acceleration",
     "energy",
     "load_scene",
+    "read_recording",
     "simulate",
     "simulate_batch",
 ]

@@ -13,13 +13,16 @@ import yaml
 from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP, Group
-from crane_sim.cli.run_options import RunOptions, check_folder, run_options
+from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
+from crane_sim.cli.viewing import clip, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.read import read_recording
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.rollout import Rollout
 
 
 @click.group(cls=Group, context_settings=HELP)
@@ -60,11 +63,13 @@ def drive(arguments: tuple[str, ...]) -> None:
 
 @app.command()
 @scene_options
-def simulate(scene: str, as_json: bool, **changes: Any) -> None:
+@click.option("--record", type=click.Path(path_type=Path), help="Write the run as a recording: FILE.rrd.")
+def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> None:
     """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
     from crane_sim.simulation.plant import SimulationError
     from crane_sim.simulation.rollout import simulate as roll_out
 
+    check_recording(record)
     loaded = load_scene_with_options(scene, **changes)
     with report.compiling(hidden=as_json):
         roll_out(replace(loaded, duration=loaded.period))
@@ -75,9 +80,31 @@ def simulate(scene: str, as_json: bool, **changes: Any) -> None:
         if error.run is None:
             raise
         result, failure = error.run, {"error": str(error)}
-    raise SystemExit(
-        report.print_outcome(result.summary | report.speed(result) | report.WITHOUT_ROS | failure, loaded, as_json)
-    )
+    recorded = {} if record is None else _record(result, record)
+    summary = result.summary | report.speed(result) | report.WITHOUT_ROS | recorded | failure
+    raise SystemExit(report.print_outcome(summary, loaded, as_json))
+
+
+@app.command()
+@click.argument("recording", type=click.Path(path_type=Path), metavar="RUN")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="FILE.png, FILE.pdf or FILE.svg.")
+def plot(recording: Path, output: Path) -> None:
+    """Draw the curves of a recorded run, RUN.rrd: positions and targets, speeds, efforts, swing, tension, energy."""
+    from crane_sim.evaluation.report.figure import save_run_figure
+
+    save_run_figure(read_recording(recording), output)
+    print(output)
+
+
+@app.command("report")
+@click.argument("recording", type=click.Path(path_type=Path), metavar="RUN")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="FILE.html.")
+def write_report(recording: Path, output: Path) -> None:
+    """Write a recorded run, RUN.rrd, as one HTML page that plays it, without a network or any other file."""
+    from crane_sim.evaluation.report.page import save_page
+
+    save_page(read_recording(recording), output)
+    print(output)
 
 
 @app.command()
@@ -233,6 +260,10 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
+for command in (view, shot, clip, replay):
+    app.add_command(command)
+
+
 def _warm_plant(scene: Any) -> None:
     """Compile the scene once, before several nodes would compile it in parallel."""
     from crane_sim.simulation.plant import Plant
@@ -241,3 +272,8 @@ def _warm_plant(scene: Any) -> None:
     demand = scene.law(0.0, plant.q, plant.v) if scene.law else (0.0,) * len(scene.actuated)
     plant.advance(demand if scene.sampled else None)
     plant.summary()
+
+
+def _record(run: "Rollout", path: Path) -> dict[str, Any]:
+    """Write a recording; return its entries of the summary."""
+    return {"recording": str(run.record(path)), "recorded_steps": run.summary["steps"]}

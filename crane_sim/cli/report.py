@@ -17,6 +17,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from crane_sim.files.catalogue import config_folder
+
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
@@ -225,16 +227,19 @@ def _print_files(console: Console, summary: dict[str, Any]) -> None:
         for path in summary.get(key, ()):
             console.print(f"{title:<13} {path}", highlight=False, soft_wrap=True)
     if summary.get("recording"):
-        command = f"{_viewer()} {shlex.quote(str(summary['recording']))}"
+        command = f"{crane_command()} view {shlex.quote(str(summary['recording']))}"
         console.print(f"{'open it with':<13} {command}", highlight=False, soft_wrap=True)
 
 
-def _viewer() -> str:
-    """Return the command of the Rerun viewer: its name if on the PATH, else its path from the working directory."""
-    if shutil.which("rerun"):
-        return "rerun"
-    program, folder = Path(sys.executable).with_name("rerun"), Path.cwd()
-    return shlex.quote(os.path.relpath(program, folder) if program.is_relative_to(folder) else str(program))
+def crane_command() -> str:
+    """Return this command as one types it: `crane` if that is on the PATH, else the tree's script or the program."""
+    if shutil.which("crane"):
+        return "crane"
+    script, folder = config_folder().parent / "crane", Path.cwd()
+    program = script if script.is_file() else Path(sys.executable).with_name("crane")
+    if not program.is_relative_to(folder):
+        return shlex.quote(str(program))
+    return shlex.quote(os.path.join(os.curdir, program.relative_to(folder)))
 
 
 def _add_commands(table: Table, summary: dict[str, Any]) -> None:

@@ -166,6 +166,15 @@ def check_folder(folder: str | None) -> None:
         raise SceneError(f"--save {folder!r}: cannot be written: {error.strerror}") from None
 
 
+def check_recording(path: Path | None) -> None:
+    """Raise a single-line SceneError where `simulate --record` cannot write the recording."""
+    if path is None:
+        return
+    if find_spec("rerun") is None:
+        raise SceneError("--record: needs the Python package rerun-sdk, which is not installed")
+    _check_writable("--record", path)
+
+
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of `RunOptions` to a command."""
     for option in reversed(_OPTIONS):

@@ -1,7 +1,7 @@
 """Elementary functions of arrays, by the C library, one element after the other.
 
-NumPy's own take other instructions, with other last bits, on processors with AVX-512. What a seed draws is to be the
-same on every machine.
+NumPy's own take other instructions, with other last bits, on processors with AVX-512. What a seed draws, and what a
+path is, are to be the same on every machine.
 """
 
 import math
@@ -27,6 +27,16 @@ def power(x: Array, exponent: float) -> Array:
 def exponential(base: float, x: Array) -> Array:
     """Return a number, not negative, to the power of x."""
     return _each(lambda value: math.pow(base, value), x)
+
+
+def sin(x: Array) -> Array:
+    """Return the sine of x [rad]."""
+    return _each(math.sin, x)
+
+
+def cos(x: Array) -> Array:
+    """Return the cosine of x [rad]."""
+    return _each(math.cos, x)
 
 
 def arctan(x: Array) -> Array:

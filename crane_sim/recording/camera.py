@@ -35,6 +35,7 @@ class Framing(NamedTuple):
     ground_size: float  # from its middle to its edge
     eye: Vector
     look_at: Vector
+    deck: tuple[float, float] = (0.9, 0.6)  # half length and half width of a vessel's deck, of `ground_size`
     follows: str = ""  # the entity that the eye goes along with, keeping its distance
 
 
@@ -50,6 +51,7 @@ def of_knuckle(scene: Scene) -> Framing:
         ground_size=1.25 * size,
         eye=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
         look_at=(0.46 * size * cos(heading), 0.46 * size * sin(heading), -0.03 * size),
+        deck=(0.6, 0.25),
     )
 
 
@@ -67,6 +69,7 @@ def of_suspended(scene: Scene) -> Framing:
         ground_size=1.25 * size,
         eye=(far * cos(aside), far * sin(aside), middle + 0.35 * far),
         look_at=(0.4 * size * cos(heading), 0.4 * size * sin(heading), middle),
+        deck=(0.6, 0.25),
     )
 
 

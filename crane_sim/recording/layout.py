@@ -9,6 +9,8 @@ What a recording shows of an overhead crane's cable: which angles are plotted, w
 
 from __future__ import annotations
 
+import json
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,6 +23,7 @@ from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
+from crane_sim.recording import provenance
 from crane_sim.recording.camera import (
     Framing,
     gantry_scales,
@@ -41,9 +44,14 @@ if TYPE_CHECKING:
     from crane_sim.hardware.settings import HardwareConfig
     from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.rollout import Rollout
     from crane_sim.trajectories.base_motion import AnyBase
+    from crane_sim.trajectories.waves import SineSum
 
     Numbers = NDArray[np.float64]
+
+
+FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 
 
 WORLD = "world"  # the frame of everything that is not part of the crane
@@ -200,6 +208,20 @@ class Ropes(NamedTuple):
     falls: Falls | None  # the ropes of a load that hangs on several
 
 
+class Stand(NamedTuple):
+    """What the crane stands on."""
+
+    frame: str  # the world, or a base that moves in it
+    sea: SineSum | None  # the elevation of the water at the origin, of a base in a sea
+
+
+class Span(NamedTuple):
+    """Least and largest value of the curves of an entity."""
+
+    low: float
+    high: float
+
+
 class Layout(NamedTuple):
     """Everything about a run that stays fixed while it is recorded."""
 
@@ -214,7 +236,7 @@ class Layout(NamedTuple):
     length_plots: tuple[LengthPlot, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
-    stand: str  # the frame that the crane stands in: the world, or a base that moves in it
+    stand: Stand
     ropes: Ropes
     provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
@@ -225,6 +247,12 @@ class Layout(NamedTuple):
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
+    spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
+
+    @property
+    def frame_stride(self) -> int:
+        """Return the number of steps from one frame of the 3D scene to the next."""
+        return max(1, FRAME_NS // self.period_ns)
 
     @property
     def tension(self) -> str:
@@ -262,6 +290,7 @@ class Block(NamedTuple):
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J
     energy: Numbers  # (K,) J, their sum
+    raised: Numbers  # (K,) J, potential energy since the start of the run
     tension: Numbers  # (K,) N
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
@@ -269,7 +298,8 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable, origin = suspension(scene), source_note(scene)
+    cable, robot = suspension(scene), urdf(scene)
+    framing = _framing(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -282,18 +312,25 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         length_plots=_length_plots(scene),
         swings=_swings(scene, cable),
         suspension=cable,
-        stand=WORLD if base_of(scene) is None else BASE,
+        stand=Stand(WORLD if base_of(scene) is None else BASE, _sea(scene)),
         ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
-        provenance=origin,
+        provenance=source_note(scene),
         period_ns=scene.period_ns,
-        robot=urdf(scene),
-        framing=_framing(scene, cable),
+        robot=robot,
+        framing=framing,
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_scene_properties(scene, origin),
+        properties=_scene_properties(scene) | {"urdf": robot, "crane": _crane_facts(scene, framing)},
     )
+
+
+def of_rollout(rollout: Rollout, run_id: str) -> Layout:
+    """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
+    layout = of_scene(rollout.scene, run_id)
+    facts = {"law": str(rollout.summary["law"] or "none"), "derived": "from the true state"}
+    return layout._replace(provenance="", properties={**layout.properties, **facts})
 
 
 def label(name: str) -> str:
@@ -309,6 +346,11 @@ def _framing(scene: Scene, cable: Suspension | None) -> Framing:
     if scene.crane == "knuckle":
         return of_knuckle(scene)
     return of_gantry(scene) if scene.crane == "gantry" else of_suspended(scene)
+
+
+def _sea(scene: Scene) -> SineSum | None:
+    motion = getattr(scene.file, "base_motion", None)
+    return None if motion is None or motion.sea is None else motion.sea.waves(scene.seed)
 
 
 def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
@@ -342,13 +384,28 @@ def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:
     return tuple(names) if cable is None else tuple(f"swing_{k}" for k in cable.links if f"swing_{k}" in names)
 
 
-def _scene_properties(scene: Scene, origin: str) -> dict[str, Any]:
+def _scene_properties(scene: Scene) -> dict[str, Any]:
     return {
         "scene": scene.name,
         "law": scene.law_name or "none",
         "seed": scene.seed,
         "period": scene.period,
         "duration": scene.duration,
-        "derived": origin or "from the true state",
+        "derived": source_note(scene) or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
+        "provenance": json.dumps(provenance.of_this_process()),
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
+
+
+def _crane_facts(scene: Scene, framing: Framing) -> str:
+    """Return what a reader of the curves must know of the crane, as JSON."""
+    facts = {
+        "kind": scene.crane,
+        "joint_names": scene.joint_names,
+        "joint_units": scene.joint_units,
+        "actuated": scene.actuated,
+        "effort_units": scene.effort_units,
+        "command_units": scene.command_units,
+        "tip_index": int(system.tip_index(scene.model)),
+    }
+    return json.dumps(facts | {"framing": framing._asdict()})

@@ -2,11 +2,9 @@
 
 import json
 import os
-import shutil
 import sys
 import time
 from contextlib import suppress
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -54,7 +52,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -
         outputs = _open_outputs(host, scene, settings, keep_alive, ResumeState())
         subscriptions = RecorderSubscriptions(host.node, outputs.callbacks)
         if settings.live_port:
-            host.node.get_logger().info(f"watch it live: {viewer_command(settings.live_port)}")
+            host.node.get_logger().info(f"watch it live: crane view --live --port {settings.live_port}")
         host.wait(subscriptions.missing)
         host.pipes.report("ready")
     if outputs:
@@ -67,12 +65,6 @@ def check_settings(settings: SimpleNamespace) -> None:
         raise ValueError("parameters path and mcap are both empty: there is nothing to write")
     if settings.live_port and not settings.path:
         raise ValueError("parameter live_port serves a recording; path must not be empty")
-
-
-def viewer_command(port: int) -> str:
-    """Return the command of a viewer of the recording that is served on a port."""
-    program = shutil.which("rerun") or Path(sys.executable).with_name("rerun")
-    return f"{program} --connect rerun+http://127.0.0.1:{port}/proxy"
 
 
 def _stand_by(

@@ -6,6 +6,8 @@ Whole runs as arrays: a scene under its law, from its initial state to its end o
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +35,7 @@ class RawRun(NamedTuple):
     samples: Array  # (m, width)
     integration: Any  # the integration as it ended
     saturated: int  # periods in which a command was limited
+    commands: Array  # (periods, nu), of the law before limits; NaN without one
     hardware: HardwareRun | None = None  # of a scene with hardware
     loads: Array = np.empty((0, 2))  # (periods, 2) of the payload: kg, and J that its changes supplied up to there
 
@@ -76,12 +79,15 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
         integration, periods_done = continuous_rollout(
             scene.method, model, scene.source, integration, scene.period, out
         )
-        return RawRun(*_whole(scene, out, periods_done), integration, 0)
+        return RawRun(
+            *_whole(scene, out, periods_done), integration, 0, np.full_like(out.commands[:periods_done], np.nan)
+        )
     integration, periods_done = zero_order_hold_rollout(
         scene.method, model, _compile_law(scene, law), integration, scene.period, out
     )
-    limited = np.any(out.commands[:periods_done] != split(rows[:periods_done], nq, nu).u, axis=1)
-    return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()))
+    commands = out.commands[:periods_done]
+    limited = np.any(commands != split(rows[:periods_done], nq, nu).u, axis=1)
+    return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()), commands)
 
 
 def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> RawRun:
@@ -93,9 +99,8 @@ def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> Raw
     integration, periods_done = hardware_rollout(
         scene.method, scene.model, source, hardware.state, integration, scene.period, out, loads
     )
-    return RawRun(
-        *_whole(scene, out, periods_done), integration, hardware.saturated, hardware, loads[: periods_done + 1]
-    )
+    commands, loads = out.commands[:periods_done], loads[: periods_done + 1]
+    return RawRun(*_whole(scene, out, periods_done), integration, hardware.saturated, commands, hardware, loads)
 
 
 def _whole(scene: Scene, out: Output, periods_done: int) -> tuple[Array, Array]:
@@ -142,6 +147,7 @@ class Rollout:
     v: Array  # (K, nq)
     u: Array  # (K, nu), efforts applied from t on
     tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
+    commands: Array  # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
     derived: Derived
     stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
     summary: dict[str, Any]
@@ -201,6 +207,29 @@ class Rollout:
     def energy_relative(self) -> Array:
         """Total energy relative to the base (K,) [J]: the same as `energy` where the base rests."""
         return self.derived.energy_relative
+
+    def record(self, path: Path | str) -> Path:
+        """Write the run as a recording FILE.rrd, the same as that of a run over ROS; needs the package rerun-sdk.
+
+        `crane_sim.read_recording` reads it back; the `rerun` viewer shows it. Returns the file's path.
+
+        Raises:
+            ValueError: the run has samples at other times than its control periods.
+            RuntimeError: the file cannot be written.
+        """
+        # by name: recording is a layer above, and Rerun is optional
+        return import_module("crane_sim.recording.rerun.rollout").record(self, Path(path))
+
+    def plot(self) -> Any:
+        """Return a `matplotlib.figure.Figure` of the run, as `RecordedRun.plot` does."""
+        return self._recorded().plot()
+
+    def show(self, height: int = 900) -> Any:
+        """Return the page of the run for a notebook, `height` pixels high, as `RecordedRun.show` does."""
+        return self._recorded().show(height)
+
+    def _recorded(self) -> Any:
+        return import_module("crane_sim.recording.rerun.rollout").recorded(self)
 
     def lyapunov(self) -> Array:
         """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.
@@ -262,6 +291,7 @@ def _end_early(result: Rollout, integration: Any, model: Any) -> None:
     try:
         check_status(integration, model)
     except SimulationError as error:
+        result.summary["error"] = str(error)
         error.run = result
         raise
 
@@ -327,4 +357,4 @@ def _rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summa
         for (i, j), (_, _, laden) in zip(parts, run.segments(scene), strict=True)
     ]
     whole = pieces[0] if len(pieces) == 1 else Derived(*map(np.concatenate, zip(*pieces, strict=True)))
-    return Rollout(scene, t, q, v, u, tensions, whole, stats, summary, events)
+    return Rollout(scene, t, q, v, u, tensions, run.commands, whole, stats, summary, events)

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Angle, Coordinate, Positive, Real
+from crane_sim.numerics import libm
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, PiecewisePolynomial, shift_origin, with_rest_at_ends
 
 Coordinates = Annotated[tuple[Coordinate, ...], Field(min_length=1)]
@@ -97,10 +98,10 @@ def time_scaling(kind: Profile, start: float, duration: float, count: int) -> tu
         parameter = shift_origin(parameter[:, None, :], knots[:-1])[:, 0]
     else:
         for k in range(DEGREE + 1):  # the k-th derivative of a sine is the sine a quarter turn on
-            parameter[:, k] = -(tau ** (k - 1)) * np.sin(tau * knots[:-1] + 0.5 * pi * k) / factorial(k)
+            parameter[:, k] = -(tau ** (k - 1)) * libm.sin(tau * knots[:-1] + 0.5 * pi * k) / factorial(k)
         parameter[:, 0] += knots[:-1]
         parameter[:, 1] += 1.0
-    return start + duration * knots, parameter / duration ** np.arange(DEGREE + 1)
+    return start + duration * knots, parameter / libm.exponential(duration, np.arange(DEGREE + 1))
 
 
 def cos_sin_series(angle: Array) -> tuple[Array, Array]:

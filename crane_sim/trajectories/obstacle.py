@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive, Real
+from crane_sim.numerics import libm
 from crane_sim.trajectories.line_arc import Duration, describe_size_mismatch
 from crane_sim.trajectories.minimum_jerk import LIMITED, minimum_jerk_spline, shortest_duration
 from crane_sim.trajectories.point_to_point import Limits
@@ -126,4 +127,4 @@ def arc_waypoints(begin: Array, end: Array, radius: float, turn: float) -> Array
     swept = (last - first) % tau
     count = max(1, ceil(swept / STEP))
     angles = turn * (first + swept * np.arange(count + 1) / count)
-    return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return radius * np.stack([libm.cos(angles), libm.sin(angles)], axis=1)

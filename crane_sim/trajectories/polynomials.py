@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.numerics.libm import exponential
+
 Array = npt.NDArray[np.float64]
 MIN_INTERVAL = 1e-6  # s, of a piece: its powers stay in the range of doubles
 
@@ -26,7 +28,7 @@ def with_rest_at_ends(times: Array, coefficients: Array) -> PiecewisePolynomial:
     before, after = np.zeros_like(coefficients[:1]), np.zeros_like(coefficients[:1])
     before[0, :, 0] = coefficients[0, :, 0]
     span = times[-1] - times[-2]
-    after[0, :, 0] = coefficients[-1] @ span ** np.arange(coefficients.shape[2])
+    after[0, :, 0] = coefficients[-1] @ exponential(span, np.arange(coefficients.shape[2]))
     return PiecewisePolynomial(np.array([times[0] - 1.0, *times]), np.concatenate([before, coefficients, after]))
 
 

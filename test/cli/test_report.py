@@ -46,7 +46,7 @@ def test_files_are_named_with_what_opens_them(lines: list[str]) -> None:
     """The recording is printed with a shell command that opens it, and files from before a reset."""
     assert [line for line in lines if line.startswith("before reset ")][0].endswith("my run.before_reset_1.rrd")
     command = next(line for line in lines if line.startswith("open it with "))
-    assert command.endswith("rerun 'runs/my run.rrd'")
+    assert command.endswith("crane view 'runs/my run.rrd'")
 
 
 def test_ignored_settings_are_listed(lines: list[str]) -> None:

@@ -1,9 +1,9 @@
 """A plant that feeds a recorder without ROS, and a disk that is full."""
 
 from crane_sim import load_scene
+from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.rerun.writer import RecordingError
 from crane_sim.simulation.plant import Plant
 
 PERIOD = 10_000_000  # ns

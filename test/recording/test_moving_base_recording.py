@@ -14,6 +14,7 @@ from crane_sim.description import urdf
 from crane_sim.recording.layout import base_rotations, to_base, to_world
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.vessel import CREST_POINTS
 from crane_sim.recording.step_assembler import Row
 from crane_sim.trajectories.base_motion import base_positions
 
@@ -70,3 +71,30 @@ def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path
     assert np.array_equal(run.lyapunov()[:, 1], expected)
     at_first = law.lyapunov(0.0, tuple(run.q[-1]), tuple(run.v[-1]))[1]
     assert abs(expected[-1] - at_first) > 1.0  # W: the instant matters
+
+
+def test_the_water_is_the_sea_of_the_base(tmp_path: Path) -> None:
+    """At the origin the water rises and falls as a base does that answers nothing but its heave, at every picture."""
+    sea = {"significant_height": 1.5, "peak_period": 7.0, "components": 5}
+    scene = crane_sim.load_scene(CRANE | {"base_motion": {"sea": sea}}, {"duration": 0.5})
+    path = recorded(crane_sim.simulate(scene), tmp_path / "sea.rrd")
+    heave = {c.entity_path: c.to_record_batch() for c in RrdReader(path).stream() if not c.is_static}["/tf/base_link"]
+    (water,) = [c.to_record_batch() for c in RrdReader(path).stream() if c.entity_path == "/water" and not c.is_static]
+    points = water["Mesh3D:vertex_positions"].flatten().flatten().to_numpy(zero_copy_only=False)
+    points = points.reshape(len(water), CREST_POINTS, 2, 3)
+    level = [np.interp(0.0, row[:, 0, 0], row[:, 0, 2]) for row in points]
+    at = heave["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)[:, 2]
+    assert np.ptp(at) > 0.01 and len(level) == len(at)
+    assert np.diff(level) == pytest.approx(np.diff(at), abs=1e-3)  # a chord between two points of the water
+
+
+def test_curves_of_one_plot_have_one_unit(run: Any, tmp_path: Path) -> None:
+    """Errors, rates, efforts and commands are recorded in a curve of their own unit each, angles in degrees."""
+    path, scene = recorded(run, tmp_path / "ship.rrd"), run.scene
+    rates = read_curves(path, "shown/rate_deg_s").values
+    angles = [i for i, unit in enumerate(scene.joint_units) if unit == "rad"]
+    assert rates == pytest.approx(np.degrees(run.v[:-1, angles]), abs=1e-12)  # rounding of the conversion
+    assert np.array_equal(read_curves(path, "shown/rate_m_s").values[:, 0], run.v[:-1, scene.joint_names.index("rope")])
+    assert np.array_equal(read_curves(path, "shown/effort_Nm").values, run.u[:-1, :3])
+    energy = read_curves(path, "shown/energy_J").values
+    assert energy[0, 1] == 0.0 and np.array_equal(energy[:, 0] + energy[:, 1], energy[:, 2])

@@ -3,20 +3,27 @@
 import json
 import os
 import random
+import subprocess
 import sys
+import warnings
+from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
-from process_helpers import run_to_completion
+from process_helpers import run_to_completion, wait_until
 from recorder_helpers import PERIOD, SCENE, fail_full_disk, feed
+from rerun.chunk import RrdReader
 
 from crane_sim import orchestration
 from crane_sim.recording.files import existing_parts
+from crane_sim.recording.rerun.live import live_address
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.repair import Previous, repair
 from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.viewer import free_ports, viewer_program
 from crane_sim.recording.step_assembler import MAX_ROWS_HELD, StepAssembler
 from crane_sim.simulation.plant import Plant
 
@@ -105,6 +112,33 @@ def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
     assert added == {"recording": str(tmp_path / "run.rrd"), "recorded_steps": 20, "lost_steps": 0}
     assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == 20
     assert len(read_curves(tmp_path / "run.before_reset_1.rrd", "plots/q").step) == 30
+
+
+def test_a_live_viewer_follows_the_run_over_a_reset(tmp_path: Path) -> None:
+    """A viewer that connects to the port receives the steps of both passes, each as a recording of its own."""
+    (port, own_port), received = free_ports(2), tmp_path / "received.rrd"
+    recorder = Recorder(SCENE, tmp_path / "run.rrd", port, "one")
+    command = [str(viewer_program()), live_address(port), "--save", str(received), "--bind", "127.0.0.1"]
+    with subprocess.Popen([*command, "--port", str(own_port)], stderr=subprocess.DEVNULL) as viewer:
+        feed(recorder, 30)
+        feed(recorder, 20)
+        recorder.finish({"steps": 20})
+        try:
+            wait_until(lambda: passes_in(received) == {"knuckle_setpoint-one": 30, "knuckle_setpoint-one-1": 20})
+        finally:
+            viewer.kill()
+
+
+def passes_in(file: Path) -> dict[str, int]:
+    """Return the number of steps of each recording in a file that grows; none where its last row is incomplete."""
+    with warnings.catch_warnings(action="ignore"), suppress(RuntimeError, OSError):  # a file that grows has no index
+        reader = RrdReader(file)
+        counts = Counter[str]()
+        for store in reader.recordings():
+            for chunk in reader.stream(store=store):
+                counts[store.recording_id] += chunk.num_rows * (chunk.entity_path == "/plots/q" and not chunk.is_static)
+        return dict(counts)
+    return {}
 
 
 def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ import os, resource, signal, sys
 from pathlib import Path
 from recording_samples import SCENE, steps_of
 from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.rerun.writer import RecordingError
+from crane_sim.recording.rerun.errors import RecordingError
 
 rows, session = list(steps_of(SCENE)), Session(SCENE, Path(sys.argv[1]))
 if sys.argv[2] == "killed":

@@ -1,21 +1,42 @@
 """A picture of a recording on a busy machine, where the viewer starts late and loses connections; without a viewer."""
 
+import io
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from crane_sim.recording.rerun import screenshot as picture_module
-from crane_sim.recording.rerun.screenshot import NO_DRAWING, PictureError, picture
+from crane_sim.recording.rerun import viewer as viewer_module
+from crane_sim.recording.rerun.clip import Cut, write_clip
+from crane_sim.recording.rerun.screenshot import Shown, picture
+from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 
 STATE = SimpleNamespace(
     active_recording="run",
     loading=[],
     recordings=[SimpleNamespace(timelines=[SimpleNamespace(name="sim_time", end=4_000_000_000)])],
-    views=[],
+    views=[SimpleNamespace(name="Crane", view_id="3d", reports=[])],
 )
+TABS = {"container_kind": "Tabs", "contents": ["container/a", "view/b"], "active_tab": "container/a"}
+BLUEPRINT = SimpleNamespace(
+    blueprint={
+        "/container/tabs": {"ContainerBlueprint": TABS},
+        "/container/a": {"ContainerBlueprint": {"container_kind": "Grid", "display_name": "Overview"}},
+        "/view/b": {"ViewBlueprint": {"display_name": "Summary"}},
+    }
+)
+
+
+def png(color: int) -> bytes:
+    """Return a picture of one colour."""
+    file = io.BytesIO()
+    Image.new("RGB", (64, 48), (color, 0, 0)).save(file, "PNG")
+    return file.getvalue()
 
 
 class LossyClient:
@@ -35,13 +56,19 @@ class LossyClient:
     def __getattr__(self, name: str) -> Any:
         """Return a method that fails at its first call, and answers later ones."""
 
-        def answer(*_: object, **__: object) -> SimpleNamespace:
+        def answer(*_: object, **__: object) -> Any:
             assert not self._lost, "a lost connection was used again"
             self.requests.append(name)
             if self.requests.count(name) < 2:
                 self._lost = True
                 raise ConnectionError(f"{name}: connection lost")
-            return STATE
+            return (
+                png(len(self.requests))
+                if name == "take_screenshot"
+                else BLUEPRINT
+                if name == "get_blueprint"
+                else STATE
+            )
 
         return answer
 
@@ -52,8 +79,8 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     program = tmp_path / "viewer"
     program.write_text("#!/bin/sh\nexec sleep 60\n")
     program.chmod(0o755)
-    monkeypatch.setattr(picture_module, "viewer_program", lambda: program)
-    monkeypatch.setattr(picture_module, "ViewerClient", LossyClient)
+    monkeypatch.setattr(viewer_module, "viewer_program", lambda: program)
+    monkeypatch.setattr(viewer_module, "ViewerClient", LossyClient)
     monkeypatch.setattr(picture_module, "DRAW_SECONDS", 0.0)
     monkeypatch.setattr(LossyClient, "requests", [])
     file = tmp_path / "run.rrd"
@@ -64,7 +91,8 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 def test_a_lost_connection_is_renewed(recording: Path, tmp_path: Path) -> None:
     """Each request whose connection is lost is repeated through a new one, and the picture is drawn."""
     assert picture(recording, tmp_path / "run.png") == []
-    assert LossyClient.requests.count("save_screenshot") == LossyClient.requests.count("open") == 2
+    assert LossyClient.requests.count("open") == 2 and LossyClient.requests.count("take_screenshot") > 2
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,11 +102,43 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
         raise RuntimeError("no answer")
 
     monkeypatch.setattr(LossyClient, "open", silent, raising=False)
-    monkeypatch.setattr(picture_module, "LOAD_SECONDS", 0.3)
+    monkeypatch.setattr(viewer_module, "LOAD_SECONDS", 0.3)
     with pytest.raises(PictureError, match="^the viewer failed: no answer$"):
         picture(recording, recording.with_suffix(".png"))
-    monkeypatch.setattr(picture_module, "viewer_program", lambda: Path("/bin/true"))
-    monkeypatch.setattr(picture_module, "LOAD_SECONDS", 60.0)
+    monkeypatch.setattr(viewer_module, "viewer_program", lambda: Path("/bin/true"))
+    monkeypatch.setattr(viewer_module, "LOAD_SECONDS", 60.0)
     with pytest.raises(PictureError) as caught:
         picture(recording, recording.with_suffix(".png"))
     assert str(caught.value) == NO_DRAWING
+
+
+def test_a_tab_is_selected_by_its_title(recording: Path, tmp_path: Path) -> None:
+    """The tab of a title, in any case, becomes the active one; an unknown one, view or time is one line."""
+    picture(recording, tmp_path / "run.png", shown=Shown(tab="summary", view="crane"))
+    assert TABS["active_tab"] == "view/b" and "set_blueprint" in LossyClient.requests
+    with pytest.raises(PictureError, match="^tab 'sum': no such tab.*; possible: Overview, Summary$"):
+        picture(recording, tmp_path / "no.png", shown=Shown(tab="sum"))
+    with pytest.raises(PictureError, match="^view 'plot': no such view; possible: Crane$"):
+        picture(recording, tmp_path / "no.png", shown=Shown(view="plot"))
+    with pytest.raises(PictureError, match=r"^time 5: .*run\.rrd has 0 \.\. 4 s$"):
+        picture(recording, tmp_path / "no.png", at=5.0)
+    assert not (tmp_path / "no.png").exists()
+
+
+def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) -> None:
+    """Two seconds of a run at double speed and eight pictures a second are eight pictures, in a GIF of the width."""
+    file, progress = tmp_path / "run.gif", list[tuple[int, int]]()
+    count = write_clip(recording, file, Cut(1.0, 3.0, 8.0, 2.0, 32), Shown(), lambda *at: progress.append(at))
+    with Image.open(file) as clip:
+        assert (clip.size, getattr(clip, "n_frames", 1)) == ((32, 24), 8)
+    assert count == 8 and progress == [(k, 8) for k in range(1, 9)]
+
+
+def test_an_impossible_clip_is_one_line(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another kind of file, an MP4 without ffmpeg and a part beyond the run are refused, each in one line."""
+    monkeypatch.setattr(shutil, "which", lambda _program: None)
+    for name, line in (("run.avi", "must end in .gif or .mp4"), ("run.mp4", "needs the program ffmpeg")):
+        with pytest.raises(PictureError, match=line):
+            write_clip(recording, tmp_path / name, Cut(), Shown())
+    with pytest.raises(PictureError, match="^from 4 to 4 s: no part of a run of 4 s$"):
+        write_clip(recording, tmp_path / "run.gif", Cut(begin=4.0), Shown())

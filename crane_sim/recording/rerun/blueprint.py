@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil, floor, log10
 from typing import TYPE_CHECKING
 
 import rerun as rr
@@ -9,9 +10,12 @@ import rerun.blueprint as rrb
 
 from crane_sim.recording.layout import Layout, label
 from crane_sim.recording.rerun.curves import angle_indices
+from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, errors, rates
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
+
+    from crane_sim.recording.layout import Span
 
 TRAIL_SECONDS = 6.0
 
@@ -33,7 +37,7 @@ def _crane(layout: Layout) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Crane",
         origin="/",
-        contents=["+ /**", "- /plots/**", "- /shown/**", "- /summary/**", "- /log/**"],
+        contents=["+ /**", "- /plots/**", "- /shown/**", "- /frames/**", "- /summary/**", "- /log/**"],
         background=rrb.Background(kind="SolidColor", color=(26, 30, 36)),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=rrb.SpatialInformation(target_frame="world", show_axes=False),
@@ -60,19 +64,17 @@ def _window() -> rrb.VisibleTimeRange:
 def _overview(layout: Layout) -> rrb.Container:
     views = []
     if angle_indices(layout):
-        views.append(_plot("Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
+        views.append(_plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
     views.append(_swing_view(layout))
     for way in layout.length_plots:
-        views.append(_plot(way.title, f"{way.entity}_target", way.entity))
+        views.append(_plot(layout, way.title, f"{way.entity}_target", way.entity))
     if layout.suspension and layout.suspension.elastic:
-        views.append(_plot("Length of the cable [m]", "shown/cable_m"))
-    views.append(_plot(f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
-    if angle_indices(layout):
-        views.append(_plot("Joint torques [N m]", "shown/torque_Nm"))
-    elif layout.actuated and not layout.undriven:
-        views.append(_plot("Drive forces [N]", "plots/effort"))
+        views.append(_plot(layout, "Length of the cable [m]", "shown/cable_m"))
+    views.append(_plot(layout, f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
+    if layout.actuated and not layout.undriven:
+        views.append(_unit_views(layout, efforts(layout))[0])
     if layout.lyapunov:
-        views.append(_plot("Lyapunov function V [J]", "plots/lyapunov"))
+        views.append(_plot(layout, "Lyapunov function V [J]", "plots/lyapunov"))
     else:
         views.append(_energy_view(layout))
     if len(views) % 2:
@@ -82,48 +84,68 @@ def _overview(layout: Layout) -> rrb.Container:
 
 def _swing_view(layout: Layout) -> rrb.TimeSeriesView:
     if layout.suspension and layout.suspension.planar:
-        return _plot("Swing [°]", "shown/swing_deg", "shown/swing_total_deg")
-    return _plot("Payload swing [°]", "shown/swing_deg", "shown/lean_deg", "shown/swing_total_deg")
+        return _plot(layout, "Swing [°]", "shown/swing_deg", "shown/swing_total_deg")
+    return _plot(layout, "Payload swing [°]", "shown/swing_deg", "shown/lean_deg", "shown/swing_total_deg")
 
 
 def _energy_view(layout: Layout) -> rrb.TimeSeriesView:
-    parts = ("plots/energy_parts",) if layout.suspension else ()
-    return _plot("Energy [J]", *parts, "plots/energy")
+    return _plot(layout, "Energy since the start [J]", "shown/energy_J")
 
 
 def _payload(layout: Layout) -> rrb.TimeSeriesView:
     planar = layout.suspension is not None and layout.suspension.planar
-    return _plot("Payload position [m]", "shown/payload_m" if planar else "plots/payload")
+    return _plot(layout, "Payload position [m]", "shown/payload_m" if planar else "plots/payload")
 
 
 def _details(layout: Layout) -> rrb.Container:
-    views = []
+    views: list[rrb.View] = []
     if layout.actuated and layout.has_targets:
-        views.append(_plot(f"Tracking error [{_units(layout.units[i] for i in layout.driven)}]", "plots/q_err"))
-    views.append(_plot("Joint rates [rad/s, m/s]", "shown/rate" if layout.has_hidden_coordinates else "plots/v"))
+        views += _unit_views(layout, errors(layout))
+    views += _unit_views(layout, rates(layout))
+    if layout.actuated and not layout.undriven:
+        views += _unit_views(layout, efforts(layout))[1:]
     if layout.actuated and layout.commanded:
-        what = "Demanded effort" if layout.command_units == layout.effort_units else "Command"
-        views.append(_plot(f"{what} [{_units(layout.command_units)}]", "plots/effort_demanded"))
+        views += _unit_views(layout, commands(layout))
     views += [_payload(layout), _energy_view(layout)]
     if layout.lyapunov:
-        views.append(_plot("dV/dt [W]", "plots/lyapunov_rate"))
-    views.append(_plot("Real-time factor", "plots/rtf"))
+        views.append(_plot(layout, "dV/dt [W]", "plots/lyapunov_rate"))
+    views.append(_plot(layout, "Real-time factor", "plots/rtf"))
     views.append(rrb.StateTimelineView(name="Mode", contents=["+ /plots/mode"]))
-    return rrb.Grid(*views, grid_columns=2, name="Details")
+    return rrb.Grid(*views, grid_columns=2 if len(views) <= 8 else 3, name="Details")
 
 
-def _units(units: Iterable[str]) -> str:
-    return ", ".join(dict.fromkeys(units))
+def _unit_views(layout: Layout, plots: Iterable[UnitPlot]) -> list[rrb.TimeSeriesView]:
+    return [_plot(layout, plot.title, plot.entity) for plot in plots]
 
 
 def _summary() -> rrb.TextDocumentView:
     return rrb.TextDocumentView(name="Summary", origin="summary/table")
 
 
-def _plot(name: str, *entities: str) -> rrb.TimeSeriesView:
+def _plot(layout: Layout, name: str, *entities: str) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
         name=name,
         contents=[f"+ /{entity}" for entity in entities],
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_y=_value_axis([layout.spans[entity] for entity in entities if entity in layout.spans]),
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
     )
+
+
+def _value_axis(spans: Sequence[Span]) -> rrb.ScalarAxis | None:
+    """Return the range of an axis where the viewer's own has less than two labels, else None.
+
+    It labels powers of ten, and where these are dense enough tenths of them.
+    """
+    if not spans:
+        return None
+    low, high = min(span.low for span in spans), max(span.high for span in spans)
+    if not low < high:
+        return None
+    step = 10.0 ** floor(log10(high - low))
+    first, last = ceil(low / step), floor(high / step)
+    if last > first:
+        return None
+    margin = 0.05 * step
+    wide = (first - 1, first + 1) if first == last else (last, first)
+    return rrb.ScalarAxis(range=(min(low, wide[0] * step) - margin, max(high, wide[1] * step) + margin))

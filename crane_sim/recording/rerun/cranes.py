@@ -150,7 +150,7 @@ class RobotVisual:
         for joint in self._joints.values():
             if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
-        rec.log("rope", rr.CoordinateFrame(layout.stand), static=True)
+        rec.log("rope", rr.CoordinateFrame(layout.stand.frame), static=True)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
         """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""

@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.recording.layout import Block, Layout, label
+from crane_sim.recording.layout import Block, Layout, label, to_base
+from crane_sim.recording.rerun.cranes import fall_ends
+from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, errors, rates
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -38,6 +40,9 @@ PALETTE: tuple[Color, ...] = (
 PLAIN: Color = (226, 230, 236)
 
 
+AXES = ("surge [m]", "sway [m]", "heave [m]", "roll [rad]", "pitch [rad]", "yaw [rad]")
+
+
 class Channel(NamedTuple):
     """The curves of one entity; `values` returns (K,) or (K, curves), or None where the run has no such quantity."""
 
@@ -46,6 +51,7 @@ class Channel(NamedTuple):
     colors: tuple[Color, ...]
     values: Callable[[Block], Numbers | None]
     width: float = 1.6
+    stride: int = 1  # steps from one row to the next
 
 
 def colors_of(which: Sequence[int]) -> tuple[Color, ...]:
@@ -63,12 +69,8 @@ BLUE_GREEN, XZ = (PALETTE[0], PALETTE[2]), (0, 2)
 
 
 def cable_channels(cable: Suspension) -> list[Channel]:
-    """Return the energies, the payload's trajectory, swings that are no joints, the length of an elastic cable."""
-    names = ("kinetic [J]", "potential [J]")
-    listed = [
-        Channel("plots/energy_parts", names, BLUE_GREEN, lambda b: np.column_stack([b.kinetic, b.potential])),
-        *(_planar(cable) if cable.planar else _spatial()),
-    ]
+    """Return the payload's trajectory, swings that are no joints, the length of an elastic cable."""
+    listed = _planar(cable) if cable.planar else _spatial()
     if cable.elastic:
         listed.append(Channel("shown/cable_m", ("cable",), (PALETTE[3],), lambda b: _length(b.nodes)))
     return listed
@@ -127,7 +129,8 @@ def _length(nodes: Numbers) -> Numbers:
 
 def channels(layout: Layout) -> list[Channel]:
     """List every curve of a run, in the order in which they are written."""
-    return [channel for channel in _stored_curves(layout) + _shown_curves(layout) if channel.names]
+    listed = [*_stored_curves(layout), *_positions(layout), *_shown_curves(layout)]
+    return [channel for channel in listed if channel.names]
 
 
 def angle_indices(layout: Layout) -> list[int]:
@@ -155,26 +158,37 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/payload", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, -1]),
         Channel("plots/swing", (f"from the vertical [rad]{derived}",), (PLAIN,), lambda b: b.swing),
         Channel("plots/energy", (f"energy [J]{derived}",), (PALETTE[1],), lambda b: b.energy),
+        Channel("plots/energy_parts", ("kinetic [J]", "potential [J]"), BLUE_GREEN, _energy_parts),
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
         Channel("plots/tension", (f"{layout.tension} [N]{derived}",), (PALETTE[3],), lambda b: b.tension),
     ]
 
 
+def _positions(layout: Layout) -> list[Channel]:
+    """Return the positions that a reader needs to draw the crane: those of the nodes once a frame of the 3D scene."""
+    falls, stride = layout.ropes.falls, layout.frame_stride
+    ends = () if falls is None else ("upper and lower end of each fall in the base [m]",)
+    return [
+        Channel("plots/tip", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, layout.ropes.tip]),
+        Channel("plots/base", AXES, PALETTE, lambda b: b.base),
+        Channel("frames/nodes", ("x, y, z of each node [m]",), (), lambda b: _flat(b.nodes), 1.0, stride),
+        Channel("frames/target", ("x [m]", "y [m]", "z [m]"), (), _target, 1.0, stride),
+        Channel("frames/falls", ends, (), lambda b: _fall_ends(layout, b), 1.0, stride),
+    ]
+
+
 def _shown_curves(layout: Layout) -> list[Channel]:
-    torques = [i for i, unit in enumerate(layout.effort_units) if unit == "N m"]
     length_plots = [(plot.entity, [layout.joints.index(name) for name in plot.joints]) for plot in layout.length_plots]
     return [
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
         *(curves for entity, which in length_plots for curves in _with_targets(layout, entity, which, np.asarray)),
         *_swings(layout),
-        _of(
-            layout,
-            "shown/rate",
-            layout.moving if layout.has_hidden_coordinates else [],
-            lambda b: b.v[:, layout.moving],
-        ),
-        _of(layout, "shown/torque_Nm", [layout.driven[i] for i in torques], lambda b: b.effort[:, torques]),
+        *_split(layout, errors(layout), lambda b: _minus(b.reference, b.q[:, layout.driven])),
+        *_split(layout, rates(layout), lambda b: b.v[:, layout.moving]),
+        *_split(layout, efforts(layout), lambda b: b.effort),
+        *_split(layout, commands(layout), lambda b: b.demanded),
+        _energy_changes(),
     ]
 
 
@@ -186,6 +200,30 @@ def _swings(layout: Layout) -> list[Channel]:
         return [joints, *cable_channels(layout.suspension)]
     total = Channel("shown/swing_total_deg", ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
     return [joints, total]
+
+
+def _split(layout: Layout, plots: list[UnitPlot], values: Callable[[Block], Numbers | None]) -> list[Channel]:
+    """Return the curves of a quantity (K, components) in plots of one unit each."""
+
+    def channel(plot: UnitPlot) -> Channel:
+        def shown(block: Block) -> Numbers | None:
+            rows = values(block)
+            return None if rows is None else plot.convert(rows[:, plot.columns])
+
+        return Channel(plot.entity, plot.names, _colors(layout, plot.coordinates), shown)
+
+    return [channel(plot) for plot in plots]
+
+
+def _energy_changes() -> Channel:
+    """Return the energies without the potential energy of the start, beside which the kinetic one could not be seen."""
+    names = ("kinetic", "potential since the start", "sum")
+    return Channel(
+        "shown/energy_J",
+        names,
+        (PALETTE[0], PALETTE[2], PALETTE[1]),
+        lambda b: np.column_stack([b.kinetic, b.raised, b.kinetic + b.raised]),
+    )
 
 
 def _with_targets(
@@ -214,6 +252,26 @@ def _of(layout: Layout, entity: str, which: Sequence[int], values: Callable[[Blo
 def _colors(layout: Layout, which: Sequence[int]) -> tuple[tuple[int, int, int], ...]:
     """Return colours that are different for all coordinates that are plotted."""
     return colors_of([layout.moving.index(i) for i in which])
+
+
+def _energy_parts(block: Block) -> Numbers:
+    return np.column_stack([block.kinetic, block.potential])
+
+
+def _target(block: Block) -> Numbers | None:
+    return None if block.target is None else block.target[:, -1]
+
+
+def _fall_ends(layout: Layout, block: Block) -> Numbers:
+    """Return (K, 6 n): upper and lower ends of n falls."""
+    assert layout.ropes.falls is not None
+    tip = to_base(block.nodes, block.base)[:, layout.ropes.tip]
+    ends = fall_ends(layout.ropes.falls, dict(zip(layout.joints, block.q.T, strict=True)), tip)
+    return _flat(np.concatenate(ends, axis=2))
+
+
+def _flat(nodes: Numbers) -> Numbers:
+    return nodes.reshape(len(nodes), -1)
 
 
 def _column(values: Numbers | None, index: int) -> Numbers | None:

@@ -1,9 +1,10 @@
-"""Reads a recording back as arrays."""
+"""Reads a recording back: single curves, or a whole run."""
 
 from __future__ import annotations
 
 import json
 import warnings
+from collections import defaultdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
+from crane_sim.recording.run import Frames, RecordedRun, UnreadableRecording, crane_of
+
 SCALARS = "Scalars:scalars"
+_SUMMARY, _RUN, _EVENTS = "__properties/summary", "__properties/run", "log/events"
+Batches = dict[str, list[pa.RecordBatch]]  # rows by entity
 
 
 class Curves(NamedTuple):
@@ -29,19 +34,114 @@ def read_curves(path: Path, entity: str) -> Curves:
     Raises:
         KeyError: the recording has no such curves.
     """
-    batches = [
-        chunk.to_record_batch()
-        for chunk in _open_recording(path).stream()
-        if chunk.entity_path == f"/{entity}" and not chunk.is_static
-    ]
-    batches = [batch for batch in batches if SCALARS in batch.schema.names]
-    if not batches:
+    curves = _curves(_batches(path), entity)
+    if curves is None:
         raise KeyError(f"{path} has no curves {entity!r}")
-    step = np.concatenate([batch["step"].to_numpy() for batch in batches])
-    time = np.concatenate([batch["sim_time"].cast(pa.int64()).to_numpy() for batch in batches])
-    values = np.concatenate([_rows(batch[SCALARS], batch.num_rows) for batch in batches])
+    return curves
+
+
+def read_run(path: Path) -> RecordedRun:
+    """Return the run in a recording.
+
+    Raises:
+        UnreadableRecording: the file is no recording of a run, or is damaged.
+    """
+    try:
+        batches = _batches(path)
+    except (OSError, ValueError, RuntimeError) as error:
+        reason = str(error).partition("\n")[0].removeprefix(f"Failed to read RRD file at {path}: ")
+        cut = "it is cut off: " if "exceeds file size" in reason else ""
+        raise UnreadableRecording(f"{path}: cannot be read: {cut}{reason}") from None
+    run, document = _properties(batches, _RUN), _properties(batches, _SUMMARY).get("json")
+    if "crane" not in run:
+        raise UnreadableRecording(f"{path}: holds no run, or one of an older version of crane_sim, before 0.4")
+    summary = json.loads(document) if document else {}
+    values = _arrays(batches, path)
+    if len(values["t"]) != summary.get("recorded_steps", len(values["t"])):
+        raise UnreadableRecording(f"{path}: is damaged: {len(values['t'])} of {summary['recorded_steps']} steps left")
+    return RecordedRun(
+        path=path,
+        crane=crane_of(run),
+        properties={key: value for key, value in run.items() if key not in ("crane", "urdf")},
+        frames=_frames(batches),
+        events=_events(batches) or [(event["t"], event["what"]) for event in summary.get("events", ())],
+        summary=summary,
+        **values,
+    )
+
+
+def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
+    """Return the attributes of a run that are arrays, by name; None for what it does not have."""
+    states = _curves(batches, "plots/q")
+    if states is None:
+        raise UnreadableRecording(f"{path}: has no steps: its recorder was killed before the first ones")
+
+    def matrix(entity: str) -> Any:
+        curves = _curves(batches, f"plots/{entity}")
+        if curves is not None and not np.array_equal(curves.step, states.step):
+            raise UnreadableRecording(f"{path}: is damaged: plots/{entity} has {len(curves.step)} of {count} steps")
+        return None if curves is None else curves.values
+
+    count, names = len(states.step), {"u": "effort", "commands": "effort_demanded", "reference": "q_ref"}
+    names |= {name: name for name in ("q", "v", "tip", "payload", "base", "tension", "swing")}
+    arrays = {name: matrix(entity) for name, entity in names.items()}
+    arrays["tension"], arrays["swing"] = arrays["tension"][:, 0], arrays["swing"][:, 0]
+    kinetic, potential = matrix("energy_parts").T
+    parts = matrix("lyapunov"), matrix("lyapunov_rate")
+    lyapunov = None if parts[0] is None else np.hstack(parts)
+    if arrays["u"] is None:  # nothing is actuated
+        arrays["u"] = arrays["commands"] = np.empty((count, 0))
+    return arrays | {"t": states.time, "kinetic": kinetic, "potential": potential, "lyapunov": lyapunov}
+
+
+def _frames(batches: Batches) -> Frames:
+    nodes, target, falls = (_curves(batches, f"frames/{name}") for name in ("nodes", "target", "falls"))
+    if nodes is None:
+        return Frames(np.empty(0), np.empty((0, 0, 3)), None, None)
+    count = len(nodes.time)
+    ends = None if falls is None else falls.values.reshape(count, -1, 2, 3)
+    return Frames(nodes.time, nodes.values.reshape(count, -1, 3), target and target.values, ends)
+
+
+def _events(batches: Batches) -> list[tuple[float, str]]:
+    rows = [
+        (1e-9 * time, text[0])
+        for batch in batches[_EVENTS]
+        if "TextLog:text" in batch.schema.names
+        for time, text in zip(_nanoseconds(batch), batch["TextLog:text"].to_pylist(), strict=True)
+    ]
+    return sorted(rows)
+
+
+def _properties(batches: Batches, entity: str) -> dict[str, Any]:
+    """Return the properties of a recording, in which every value is a list of one."""
+    values: dict[str, Any] = {}
+    for batch in batches[entity]:
+        values |= {name: value[0] for name, value in batch.to_pylist()[-1].items() if isinstance(value, list)}
+    return values
+
+
+def _batches(path: Path) -> Batches:
+    """Return what a file holds, by entity, without the 3D scene and the static looks of curves."""
+    batches: Batches = defaultdict(list)
+    for chunk in _open_recording(path).stream():
+        entity = chunk.entity_path.removeprefix("/")
+        wanted = entity in (_RUN, _SUMMARY) or (entity.startswith(("plots/", "frames/", "shown/", "log/")))
+        if wanted and (not chunk.is_static or entity in (_RUN, _SUMMARY)):
+            batches[entity].append(chunk.to_record_batch())
+    return batches
+
+
+def _curves(batches: Batches, entity: str) -> Curves | None:
+    """Return the curves of an entity, each step once; None where it has none."""
+    found = [batch for batch in batches.get(entity, ()) if SCALARS in batch.schema.names]
+    if not found:
+        return None
+    step = np.concatenate([batch["step"].to_numpy() for batch in found])
+    time = np.concatenate([_nanoseconds(batch) for batch in found])
+    values = np.concatenate([_rows(batch[SCALARS], batch.num_rows) for batch in found])
     _, order = np.unique(step, return_index=True)  # where two recorders wrote one step, they wrote the same
-    return Curves(step[order], time[order] * 1e-9, values[order])
+    return Curves(step[order], 1e-9 * time[order].astype(np.float64), values[order])
 
 
 def read_summary(path: Path) -> dict[str, Any]:
@@ -60,6 +160,10 @@ def _open_recording(path: Path) -> RrdReader:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "RRD file has no footer")  # that of a long run, or of a killed recorder
         return RrdReader(path)
+
+
+def _nanoseconds(batch: pa.RecordBatch) -> NDArray[np.int64]:
+    return batch["sim_time"].cast(pa.int64()).to_numpy()
 
 
 def _rows(column: pa.Array, rows: int) -> NDArray[np.float64]:

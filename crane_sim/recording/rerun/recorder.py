@@ -6,10 +6,12 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, set_aside
+from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.live import LiveServer
 from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous
-from crane_sim.recording.rerun.session import Session, block_of
-from crane_sim.recording.rerun.writer import RecordingError
+from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row, StepAssembler
 
 if TYPE_CHECKING:
@@ -46,20 +48,21 @@ class Recorder:
         Args:
             scene: what is recorded.
             path: the complete file, or the part of it that this recorder writes.
-            live_port: port on which viewers can follow the run.
+            live_port: port on which viewers can follow the run, over resets as well.
             run_id: the viewer's recording id, numbered behind a reset; empty: one of its own for each file.
             complete_file: path of the joined file, if other recorders wrote parts of it.
             previous: files and counts of earlier recorders.
 
         Raises:
-            RecordingError: the file cannot be written.
+            RecordingError: the file cannot be written, or the port is taken.
         """
         previous = previous or Previous()
         self._scene, self._path = scene, complete_file or path
         warm_up(scene)
         self._parts = Parts(self._path, previous)
         self._run_id, self.passes = run_id, previous.passes
-        self._session = Session(scene, path, live_port, self._pass_id, repairs=complete_file is None)
+        self._live = None if live_port is None else LiveServer(live_port)
+        self._session = Session(scene, path, self._live, self._pass_id, repairs=complete_file is None)
         self._session.recorded = previous.recorded
         self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, previous.after)
         self._simulation_state = ""
@@ -195,7 +198,7 @@ class Recorder:
         )
         self._parts = Parts(self._path, Previous())
         self.on_reset()
-        session = self._attempt(lambda: Session(self._scene, self._path, run_id=self._pass_id))
+        session = self._attempt(lambda: Session(self._scene, self._path, self._live, self._pass_id))
         self._session = session or self._session
 
 

@@ -11,12 +11,12 @@ import rerun as rr
 from crane_sim.recording.layout import WORLD, base_rotations, to_base
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
+from crane_sim.recording.rerun.vessel import Vessel
 
 if TYPE_CHECKING:
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Block, Layout, Numbers
 
-FRAME_NS = 33_000_000  # of scene time between two frames
 TRAIL, TARGET, PUSH = (255, 132, 74), (64, 214, 132), (88, 176, 255)
 GROUND, GRID = (70, 77, 86), (108, 117, 128)
 
@@ -27,16 +27,17 @@ class Scene3D:
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
         """Log the crane's solids and everything else that does not move."""
         self._rec, self._layout, self._framing = rec, layout, layout.framing
-        self._stride = max(1, FRAME_NS // layout.period_ns)
+        self._stride = layout.frame_stride
         self._last: Numbers | None = None
         self._aimed = False
         self._cast = (
-            GantryVisual(rec, layout.suspension, layout.stand) if layout.suspension else RobotVisual(rec, layout)
+            GantryVisual(rec, layout.suspension, layout.stand.frame) if layout.suspension else RobotVisual(rec, layout)
         )
         for entity in ("payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in layout.actuated:
             rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.effort_arrow(name).frame), static=True)
+        self._vessel = None if layout.stand.frame == WORLD else Vessel(rec, layout.stand.frame, layout.stand.sea)
         self._fit(layout.framing)
 
     def draw(self, block: Block) -> None:
@@ -49,6 +50,8 @@ class Scene3D:
         self._fit(self._cast.move(time, block.q[rows], to_base(block.nodes[rows], base)))
         if base is not None:
             self._carry(time, base)
+        if self._vessel:
+            self._vessel.move(time, np.float64(1e-9 * self._layout.period_ns) * (block.step[rows] - 1))
         self._trail(time, block.nodes[rows, -1])
         self._push(time, block.effort[rows])
         if block.target is not None:
@@ -61,9 +64,9 @@ class Scene3D:
             translation=base[:, :3],
             quaternion=base_rotations(base).as_quat(),
             parent_frame=[WORLD] * frames,
-            child_frame=[self._layout.stand] * frames,
+            child_frame=[self._layout.stand.frame] * frames,
         )
-        self._rec.send_columns(f"tf/{self._layout.stand}", time, columns)
+        self._rec.send_columns(f"tf/{self._layout.stand.frame}", time, columns)
 
     def fit_to_motion(self) -> Framing | None:
         """Fit everything that stands still to the whole motion; return how to look at it, None if that is as before."""
@@ -83,7 +86,10 @@ class Scene3D:
             self._log_ball()
         for name in self._layout.actuated:
             rec.log(f"effort/{name}", rr.Arrows3D.from_fields(colors=PUSH, radii=0.007 * size), static=True)
-        self._log_ground(framing)
+        if self._vessel:
+            self._vessel.fit(framing)
+        else:
+            self._log_ground(framing)
 
     def _log_ball(self) -> None:
         """Log how the target looks; a ball without a centre would stand in the world's origin."""

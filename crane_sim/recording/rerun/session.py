@@ -5,20 +5,16 @@ from __future__ import annotations
 import uuid
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from crane_sim import system
-from crane_sim.recording.layout import Block, base_of, hanging_still, of_scene, to_base, to_world
+from crane_sim.recording.blocks import block_of
+from crane_sim.recording.layout import of_scene
 from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.writer import RunWriter
-from crane_sim.simulation.metrics import derive
-from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.rerun.live import LiveServer
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
 
@@ -31,14 +27,14 @@ class Session:
     """
 
     def __init__(
-        self, scene: Scene, path: Path, live_port: int | None = None, run_id: str = "", repairs: bool = True
+        self, scene: Scene, path: Path, live: LiveServer | None = None, run_id: str = "", repairs: bool = True
     ) -> None:
         """Start the file, after recovering what an earlier, killed recorder left beside it.
 
         Args:
             scene: what is recorded.
             path: the complete file.
-            live_port: serve the run to viewers on this port, too.
+            live: serves the run to viewers, too.
             run_id: the viewer's recording id, the same for parts of one; empty: one of its own.
             repairs: look for leftovers.
 
@@ -50,7 +46,7 @@ class Session:
         if repairs:
             repair_leftovers(path.parent)
         name = f"{scene.name}-{run_id or uuid.uuid4().hex[:12]}"
-        self._writer = RunWriter(path, of_scene(scene, name), live_port)
+        self._writer = RunWriter(path, of_scene(scene, name), live)
 
     @property
     def part(self) -> Path:
@@ -94,78 +90,3 @@ class Session:
         suffix = f" since the last reset, and {older} from before it" if older else ""
         error = f"recorder: {why}; it has {self.recorded} of {self.recorded + lost} steps{suffix}"
         return {"recorded_steps": self.recorded, "lost_steps": lost, "error": error}
-
-
-def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
-    """Turn rows into arrays, with everything that follows from them."""
-    q, v = _array(row.q for row in rows), _array(row.v for row in rows)
-    effort = _array(row.effort for row in rows)
-    t = _array((row.step - 1) * scene.period for row in rows)
-    known = derive(scene, t, q, v, effort)
-    reference, base = _write_reference(rows), _base(scene, t)
-    return Block(
-        step=np.array([row.step for row in rows], dtype=np.int64),
-        q=q,
-        v=v,
-        effort=effort,
-        demanded=_demands(rows, effort.shape[1]),
-        reference=reference,
-        nodes=known.nodes,
-        base=base,
-        target=None if reference is None else _targets(scene, t, reference, q, to_base(known.nodes, base), base),
-        kinetic=known.kinetic,
-        potential=known.potential,
-        energy=known.energy,
-        tension=known.tension,
-        swing=known.swing,
-        lyapunov=_lyapunov(scene, t, rows),
-    )
-
-
-def _array(vectors: Any) -> Numbers:
-    return np.array(list(vectors), dtype=np.float64)
-
-
-def _demands(rows: Sequence[Row], nu: int) -> Numbers:
-    return _array((np.nan,) * nu if row.demanded is None else row.demanded for row in rows)
-
-
-def _base(scene: Scene, t: Numbers) -> Numbers | None:
-    """Return where the base is at times t (K,), (K, 6); None where it rests."""
-    moves = base_of(scene)
-    return base_positions(moves, t) if moves is not None else None
-
-
-def _write_reference(rows: Sequence[Row]) -> Numbers | None:
-    references = [row.reference for row in rows]
-    return _array(references) if all(reference is not None for reference in references) else None
-
-
-UPRIGHT = {"_z": -1.0, "qw": 1.0}
-"""Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
-
-
-def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers, base: Numbers | None) -> Numbers:
-    """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
-
-    `nodes` are in the frame of the base (K, 6), what is returned is in the world.
-    """
-    if scene.crane == "overhead":
-        return to_world(hanging_still(scene.actuated, reference, nodes), base)
-    neutral_q = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
-    neutral_q[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
-    for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True)):
-        if unit == "1" and name[-2:] in UPRIGHT:
-            neutral_q[:, i] = UPRIGHT[name[-2:]]
-    still = np.zeros_like(neutral_q), np.zeros_like(reference)
-    if "payload_x" in scene.joint_names:
-        above = to_base(derive(scene, t, neutral_q, *still).nodes, base)[:, system.tip_index(scene.model)]
-        neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = above[:, :2]
-    return derive(scene, t, neutral_q, *still).nodes
-
-
-def _lyapunov(scene: Scene, t: Numbers, rows: Sequence[Row]) -> Numbers | None:
-    function = getattr(scene.law, "lyapunov", None)  # not every law has one
-    if function is None:
-        return None
-    return _array(function(at, tuple(row.q), tuple(row.v)) for at, row in zip(t.tolist(), rows, strict=True))

@@ -25,7 +25,7 @@ UNITS = {
 def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return the summary as flat recording properties, and once whole under `json`."""
     flat = {name: value for name, value in _flatten(summary) if isinstance(value, str | bool | int | float)}
-    return flat | {"json": json.dumps(summary)}
+    return flat | {"json": json.dumps(summary, default=_plain_number)}
 
 
 def summary_table(title: str, summary: Mapping[str, Any]) -> str:
@@ -42,6 +42,11 @@ def summary_table(title: str, summary: Mapping[str, Any]) -> str:
         rows = [[_label(entry), *(_format_number(summary[key][entry]) for key in keys)] for entry in entries]
         parts.append(_nested_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
+
+
+def _plain_number(value: Any) -> Any:
+    """Return a number of numpy as one of Python."""
+    return value.item()
 
 
 def _flatten(summary: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import fcntl
 import shutil
-import socket
 from io import BufferedIOBase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import rerun as rr
 
 from crane_sim.recording.files import unfinished_name
-from crane_sim.recording.layout import Block, Layout
+from crane_sim.recording.layout import Block, Layout, Span
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
+from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.rerun.live import LiveServer
 
 APPLICATION = "crane_sim"
 STATE_COLORS = {
@@ -33,38 +37,29 @@ FLUSH_SECONDS = 5.0
 INDEXED = 120.0  # s of scene time; of a longer run the file has no footer, for which 0.1 MB a block stay in memory
 
 
-class RecordingError(RuntimeError):
-    """The recording could not be written; the message is one line.
-
-    Afterwards the Rerun library may wait for ever for its writer thread, even at interpreter exit: a process that gets
-    this error ends with `os._exit`.
-    """
-
-
 class RunWriter:
     """A recording that grows block by block in `<path>.part` and becomes `<path>` when it is closed."""
 
-    def __init__(self, path: Path, layout: Layout, live_port: int | None = None) -> None:
+    def __init__(self, path: Path, layout: Layout, live: LiveServer | None = None) -> None:
         """Start the file with the blueprint, the run properties and the crane.
 
         Args:
             path: the complete recording's path; its folder is made when missing.
             layout: names and units of the run.
-            live_port: serve the run to viewers on this local port, too.
+            live: serves the run to viewers, too.
 
         Raises:
-            RecordingError: the file cannot be written, or the port is taken.
+            RecordingError: the file cannot be written.
         """
         self.path, self.part = path, unfinished_name(path)
         self._layout, self._channels = layout, channels(layout)
-        if live_port is not None:
-            _require_free(live_port)
+        self._spans: dict[str, Span] = {}
         self._lock = _claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
         self._rec.set_log_tick_enabled(False)
-        _connect(self._rec, self.part, layout, live_port)
+        _connect(self._rec, self.part, layout, live)
         self._rec.send_recording_name(layout.name)
         self._rec.send_property("run", rr.AnyValues(**layout.properties))
         self._log_styles()
@@ -77,19 +72,27 @@ class RunWriter:
         Raises:
             RecordingError: it did not reach the disk, which is full or gone.
         """
-        time = times(self._layout, block.step)
         for channel in self._channels:
             values = channel.values(block)
-            if values is not None:
-                columns = rr.Scalars.columns(scalars=values.ravel())
-                width = values.size // len(block.step)
-                self._rec.send_columns(channel.entity, time, columns.partition([width] * len(block.step)))
+            rows = np.flatnonzero((block.step - 1) % channel.stride == 0)
+            if values is None or not rows.size:
+                continue
+            columns = rr.Scalars.columns(scalars=values[rows].ravel())
+            width, time = values.size // len(block.step), times(self._layout, block.step[rows])
+            self._rec.send_columns(channel.entity, time, columns.partition([width] * len(rows)))
+            self._widen_span(channel.entity, values[np.isfinite(values)])
         self._stage.draw(block)
         self._check()
 
     def note(self, step: int, text: str) -> None:
         """Add a line to the recording's log at the start of a step."""
         self._log(step, "log/recorder", rr.TextLog(text, level="INFO"))
+
+    def event(self, t: float, text: str) -> None:
+        """Add what happened at a time t [s] of the scene."""
+        self._rec.set_time("sim_time", duration=t)
+        self._rec.set_time("step", sequence=1 + int(t * 1e9) // self._layout.period_ns)
+        self._rec.log("log/events", rr.TextLog(text, level="INFO"))
 
     def pace(self, step: int, real_time_factor: float) -> None:
         """Add the simulated seconds per second before the start of a step."""
@@ -105,8 +108,8 @@ class RunWriter:
         Raises:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
-        if framing := self._stage.fit_to_motion():
-            self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing)))
+        framing = self._stage.fit_to_motion() or self._layout.framing
+        self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
         text = summary_table(self._layout.name, summary)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         self._rec.send_property("summary", rr.AnyValues(**summary_properties(summary)))
@@ -116,9 +119,15 @@ class RunWriter:
         self._lock.close()
         return self.path
 
+    def _widen_span(self, entity: str, values: Numbers) -> None:
+        if values.size:
+            known = self._spans.get(entity, Span(np.inf, -np.inf))
+            self._spans[entity] = Span(min(known.low, values.min()), max(known.high, values.max()))
+
     def _log_styles(self) -> None:
         for channel in self._channels:
-            self._rec.log(channel.entity, _style(channel), static=True)
+            if channel.colors:  # the others are no curves of a plot
+                self._rec.log(channel.entity, _style(channel), static=True)
         speed = rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6)
         self._rec.log("plots/rtf", speed, static=True)
         states = rr.StateConfiguration(values=list(STATE_COLORS), colors=list(STATE_COLORS.values()))
@@ -147,20 +156,12 @@ def _claim(part: Path) -> BufferedIOBase:
     return file
 
 
-def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live_port: int | None) -> None:
+def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live: LiveServer | None) -> None:
     indexed = layout.properties["duration"] <= INDEXED
-    sinks: list[rr.FileSink | rr.GrpcServerSink] = [rr.FileSink(str(part), write_footer=indexed)]
-    if live_port is not None:
-        sinks.append(rr.GrpcServerSink("127.0.0.1", live_port))
+    sinks: list[rr.FileSink | rr.GrpcSink] = [rr.FileSink(str(part), write_footer=indexed)]
+    if live is not None:
+        sinks.append(live.sink(APPLICATION, layout.run_id))
     rec.set_sinks(*sinks, default_blueprint=blueprint(layout))
-
-
-def _require_free(port: int) -> None:
-    with socket.socket() as probe:
-        try:
-            probe.bind(("127.0.0.1", port))
-        except OSError as error:
-            raise RecordingError(f"live port {port}: {error.strerror}") from error
 
 
 def _style(channel: Channel) -> rr.SeriesLines:

@@ -126,9 +126,9 @@ def _open_recorder(
 ) -> "Recorder | None":
     if not settings.path:
         return None
+    from crane_sim.recording.rerun.errors import RecordingError
     from crane_sim.recording.rerun.recorder import Recorder  # needs Rerun
     from crane_sim.recording.rerun.repair import Previous
-    from crane_sim.recording.rerun.writer import RecordingError
 
     parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
     previous = Previous(resume.after, resume.recorded, parts, resume.passes)

@@ -257,7 +257,7 @@ class SeaGroup(Group):
         Raises:
             SceneError: settings contradict each other.
         """
-        waves = sample_sea(self._sea(), self.components, seed if self.seed is None else self.seed)
+        waves = self.waves(seed)
         response = (
             Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,))) if self.response is None else self.response
         )
@@ -265,6 +265,10 @@ class SeaGroup(Group):
         return {
             name: apply_response(waves, answer.table(name)) for name, answer in curves.items() if answer is not None
         }
+
+    def waves(self, seed: int) -> SineSum:
+        """Return the elevation [m] of the water at the vessel; a sea without its own seed takes `seed`."""
+        return sample_sea(self._sea(), self.components, seed if self.seed is None else self.seed)
 
     def _sea(self) -> Sea:
         """Return the sea.

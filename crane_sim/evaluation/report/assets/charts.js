@@ -1,0 +1,194 @@
+"use strict";
+// Charts over time and paths in the plane, as SVG.
+
+const SVG = "http://www.w3.org/2000/svg";
+const PLAIN = { left: 54, right: 10, top: 8, bottom: 32, height: 190 };
+
+function element(name, attributes = {}, parent = null, text = "") {
+  const node = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  if (text) node.textContent = text;
+  if (parent) parent.append(node);
+  return node;
+}
+
+function html(name, parent, text = "", attributes = {}) {
+  const node = document.createElement(name);
+  Object.assign(node, attributes);
+  if (text) node.textContent = text;
+  parent.append(node);
+  return node;
+}
+
+// Return about `count` round numbers from low to high.
+function ticks(low, high, count) {
+  const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * ([1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999) ?? 10);
+  const numbers = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) numbers.push(k * step);
+  return { numbers, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}
+
+function spread(low, high) {
+  if (!(high >= low)) return [-1, 1];
+  const margin = Math.max(0.06 * (high - low), 1e-6 * Math.max(Math.abs(low), Math.abs(high)), 1e-9);
+  return [low - margin, high + margin];
+}
+
+class Axes {
+  constructor(svg, width, height, x, y, labels) {
+    const box = PLAIN;
+    Object.assign(this, { x, y, left: box.left, top: box.top, width: width - box.left - box.right, height: height - box.top - box.bottom });
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    svg.setAttribute("height", height);
+    const grid = element("g", { stroke: "#e3e7eb" }, svg);
+    const across = ticks(...x, Math.max(3, Math.round(this.width / 80))), up = ticks(...y, Math.max(3, Math.round(this.height / 38)));
+    for (const value of up.numbers) {
+      element("line", { x1: this.left, x2: this.left + this.width, y1: this.py(value), y2: this.py(value) }, grid);
+      const place = { x: this.left - 6, y: this.py(value) + 4, "text-anchor": "end" };
+      element("text", place, svg, Math.abs(value) >= 1e5 ? value.toExponential(1) : value.toFixed(up.digits > 6 ? 6 : up.digits));
+    }
+    for (const value of across.numbers) {
+      element("line", { x1: this.px(value), x2: this.px(value), y1: this.top, y2: this.top + this.height }, grid);
+      element("text", { x: this.px(value), y: this.top + this.height + 15, "text-anchor": "middle" }, svg, value.toFixed(across.digits));
+    }
+    element("text", { x: this.left + this.width, y: height - 3, "text-anchor": "end" }, svg, labels[0]);
+    const middle = this.top + this.height / 2;
+    element("text", { x: 11, y: middle, transform: `rotate(-90 11 ${middle})`, "text-anchor": "middle" }, svg, labels[1]);
+  }
+
+  px(value) {
+    return this.left + ((value - this.x[0]) / (this.x[1] - this.x[0])) * this.width;
+  }
+
+  py(value) {
+    return this.top + (1 - (value - this.y[0]) / (this.y[1] - this.y[0])) * this.height;
+  }
+
+  path(x, y) {
+    let text = "", drawn = false;
+    for (let i = 0; i < x.length; i++) {
+      if (!Number.isFinite(y[i])) drawn = false;
+      else {
+        text += `${drawn ? "L" : "M"}${this.px(x[i]).toFixed(1)} ${this.py(y[i]).toFixed(1)}`;
+        drawn = true;
+      }
+    }
+    return text;
+  }
+}
+
+class Chart {
+  constructor(parent, panel, events, seek) {
+    this.panel = panel;
+    this.events = events;
+    this.curves = panel.curves.map((curve) => ({ ...curve, t: decodeFloats(curve.t), values: decodeFloats(curve.values) }));
+    this.figure = html("figure", parent);
+    const caption = html("figcaption", this.figure, panel.title);
+    const legend = html("div", caption, "", { className: "legend" });
+    this.values = this.curves.map((curve) => {
+      const entry = html("span", legend), line = html("b", entry, "", { className: curve.dashed ? "dashed" : "" });
+      line.style.borderTopColor = curve.color;
+      entry.append(`${curve.name} `);
+      return html("span", entry);
+    });
+    this.svg = element("svg", { role: "img", "aria-label": panel.title }, this.figure);
+    const pointed = (event) => {
+      if (event.buttons !== 1 && event.type !== "pointerdown") return;
+      const { left, width } = this.svg.getBoundingClientRect(), { axes } = this;
+      const across = ((event.clientX - left) / width) * this.width;
+      seek(axes.x[0] + ((across - axes.left) / axes.width) * (axes.x[1] - axes.x[0]));
+    };
+    this.svg.addEventListener("pointerdown", pointed);
+    this.svg.addEventListener("pointermove", pointed);
+  }
+
+  draw(width, range) {
+    this.width = width;
+    this.svg.replaceChildren();
+    let low = Infinity, high = -Infinity;
+    for (const { values } of this.curves) for (const value of values) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    this.axes = new Axes(this.svg, width, PLAIN.height, range, spread(low, high), ["time [s]", `[${this.panel.unit}]`]);
+    const { axes } = this;
+    for (const [t] of this.events) if (t >= range[0] && t <= range[1])
+      element("line", { x1: axes.px(t), x2: axes.px(t), y1: axes.top, y2: axes.top + axes.height, stroke: "#d9730d", "stroke-opacity": 0.35 }, this.svg);
+    for (const curve of this.curves)
+      element("path", { d: axes.path(curve.t, curve.values), fill: "none", stroke: curve.color, "stroke-width": curve.dashed ? 1.2 : 1.6,
+        "stroke-dasharray": curve.dashed ? "5 4" : "none", "stroke-linejoin": "round" }, this.svg);
+    this.cursor = element("line", { y1: axes.top, y2: axes.top + axes.height, stroke: "#1f2933", "stroke-width": 1 }, this.svg);
+  }
+
+  show(t) {
+    const { axes } = this, x = axes.px(Math.min(Math.max(t, axes.x[0]), axes.x[1]));
+    this.cursor.setAttribute("x1", x);
+    this.cursor.setAttribute("x2", x);
+    this.curves.forEach((curve, i) => {
+      const value = interpolate(curve.t, curve.values, t);
+      this.values[i].textContent = Number.isFinite(value) ? format(value) : "–";
+    });
+  }
+}
+
+class PathChart {
+  constructor(parent, frames, title, across, up) {
+    const [first, count] = frames.parts.nodes, column = (k) => frames.columns[first + count - 3 + k];
+    Object.assign(this, { frames, x: column(across), y: column(up), labels: [`${"xyz"[across]} [m]`, `${"xyz"[up]} [m]`] });
+    this.figure = html("figure", parent);
+    html("figcaption", this.figure, title);
+    this.svg = element("svg", { role: "img", "aria-label": title }, this.figure);
+  }
+
+  draw(width) {
+    this.svg.replaceChildren();
+    const height = 1.3 * PLAIN.height;
+    const [x, y] = sameScale(limits(this.x), limits(this.y), width - PLAIN.left - PLAIN.right, height - PLAIN.top - PLAIN.bottom);
+    this.axes = new Axes(this.svg, width, height, x, y, this.labels);
+    element("path", { d: this.axes.path(this.x, this.y), fill: "none", stroke: "#c8332b", "stroke-width": 1.4, "stroke-opacity": 0.7 }, this.svg);
+    element("circle", { cx: this.axes.px(this.x[0]), cy: this.axes.py(this.y[0]), r: 3, fill: "none", stroke: "#1f2933" }, this.svg);
+    this.cursor = element("circle", { r: 4.5, fill: "#c8332b", stroke: "#fff" }, this.svg);
+  }
+
+  show(t) {
+    const [row, share] = this.frames.locate(t);
+    const at = (column) => column[row] + (share ? share * (column[row + 1] - column[row]) : 0);
+    this.cursor.setAttribute("cx", this.axes.px(at(this.x)));
+    this.cursor.setAttribute("cy", this.axes.py(at(this.y)));
+  }
+}
+
+function limits(values) {
+  let low = Infinity, high = -Infinity;
+  for (const value of values) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  return [low, high];
+}
+
+// Return both ranges widened so that a metre is as long along both axes.
+function sameScale(x, y, width, height) {
+  const perPixel = 1.1 * Math.max((x[1] - x[0]) / width, (y[1] - y[0]) / height, 1e-6);
+  const widen = ([low, high], pixels) => [0.5 * (low + high - pixels * perPixel), 0.5 * (low + high + pixels * perPixel)];
+  return [widen(x, width), widen(y, height)];
+}
+
+function interpolate(t, values, at) {
+  let low = 0, high = t.length - 1;
+  if (at <= t[0]) return values[0];
+  if (at >= t[high]) return values[high];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (t[middle] <= at) low = middle;
+    else high = middle;
+  }
+  const span = t[high] - t[low];
+  return span > 0 ? values[low] + ((at - t[low]) / span) * (values[high] - values[low]) : values[low];
+}
+
+function format(value) {
+  const size = Math.abs(value);
+  return size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(2) : value.toPrecision(4);
+}

@@ -1,0 +1,59 @@
+"""Decimation: fewer rows that look the same, and numbers in as few characters as their accuracy needs."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from crane_sim.recording.layout import Numbers
+
+LEVELS = 2**31 - 1  # of a quantised number, to either side of the middle
+STILL = 1e-12  # m or rad: what moves less than rounding counts as still
+
+
+def rows_with_peaks(values: Numbers, count: int) -> NDArray[np.int64]:
+    """Return the rows (M,), M <= `count` + 2, that keep a curve's shape: its ends, and the peaks of equal stretches.
+
+    Args:
+        values: (K,); those that are not finite are no peaks.
+        count: the number of rows to which it is reduced, even.
+    """
+    total = len(values)
+    if total <= count:
+        return np.arange(total)
+    edges = np.linspace(0, total, count // 2 + 1).astype(np.int64)
+    rows = [0, total - 1]
+    for first, last in zip(edges[:-1], edges[1:], strict=True):
+        part = values[first:last]
+        low, high = np.where(np.isfinite(part), part, np.inf), np.where(np.isfinite(part), part, -np.inf)
+        rows += [first + int(low.argmin()), first + int(high.argmax())]
+    return np.unique(rows)
+
+
+def encode_floats(values: Numbers) -> str:
+    """Return numbers (M,) as base64 of little-endian float32: enough for a curve on a screen."""
+    return b64encode(values.astype("<f4").tobytes()).decode()
+
+
+def encode_columns(columns: Numbers) -> dict[str, Any]:
+    """Return a matrix (F, C) as base64 of little-endian int32, column after column.
+
+    A number is `offset + scale * integer`: it is off by less than its column's range / 2^32. Constant columns have
+    scale 0 and no integers.
+    """
+    low, high = columns.min(axis=0), columns.max(axis=0)
+    span = np.where(high - low > STILL, high - low, 0.0)
+    offset, scale = low + 0.5 * span, 0.5 * span / LEVELS
+    varying = scale > 0.0
+    integers = np.rint((columns[:, varying] - offset[varying]) / scale[varying]).astype("<i4")
+    scales = [[float(o), float(s)] for o, s in zip(offset, scale, strict=True)]
+    return {
+        "rows": len(columns),
+        "scales": scales,
+        "data": b64encode(np.asfortranarray(integers).tobytes("F")).decode(),
+    }

@@ -1,0 +1,95 @@
+"""The figure of a run: every panel over one time axis, and the payload's path; drawn by matplotlib."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.evaluation.report.decimation import rows_with_peaks
+from crane_sim.evaluation.report.panels import INK, PALETTE, SOFT, Panel, panels_of
+from crane_sim.files.errors import SceneError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from crane_sim.recording.run import RecordedRun
+
+COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
+POINTS = 4000  # of one curve
+KINDS = (".png", ".pdf", ".svg")
+STYLE = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": SOFT}
+PLANES = (("from above", 0, 1), ("from the side", 0, 2))
+
+
+def save_run_figure(run: RecordedRun, file: Path) -> None:
+    """Write the figure of a run into a .png, .pdf or .svg file.
+
+    Raises:
+        SceneError: the kind of file is another one, matplotlib is missing, or the file cannot be written.
+    """
+    if file.suffix.lower() not in KINDS:
+        raise SceneError(f"-o {file}: must end in {', '.join(KINDS)}")
+    figure = run_figure(run)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(file, dpi=140)
+    except OSError as error:
+        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+
+
+def run_figure(run: RecordedRun) -> Any:
+    """Return the `matplotlib.figure.Figure` of a run: all panels of `panels_of`, then the payload's path."""
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise SceneError("a figure needs the Python package matplotlib, which is not installed") from None
+    panels = panels_of(run)
+    planes = [plane for plane in PLANES if np.ptp(run.payload[:, plane[2]]) > 1e-9]
+    rows = ceil((len(panels) + len(planes)) / COLUMNS)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(COLUMNS * WIDTH, rows * HEIGHT + 0.5), layout="constrained")
+        figure.suptitle(f"{run.name} · law {run.law} · {run.status}", color=INK, wrap=True)
+        axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+        for axis, panel in zip(axes, panels, strict=False):
+            _draw(axis, run, panel)
+        for axis, plane in zip(axes[len(panels) :], planes, strict=False):
+            _draw_path(axis, run, *plane)
+        for axis in axes[len(panels) + len(planes) :]:
+            axis.set_axis_off()
+    return figure
+
+
+def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
+    for curve in panel.curves:
+        rows = rows_with_peaks(curve.values, POINTS)
+        style = {"linestyle": "--", "linewidth": 0.9, "alpha": 0.75} if curve.dashed else {"linewidth": 1.2}
+        axis.plot(run.t[rows], curve.values[rows], color=curve.color, label=curve.name, **style)
+    for t, _ in run.events[:50]:
+        axis.axvline(t, color=SOFT, linewidth=0.5, linestyle=":")
+    axis.set_title(panel.title, loc="left", color=INK)
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel(f"[{panel.unit}]")
+    axis.margins(x=0.0)
+    _finish(axis)
+    axis.legend(loc="best", fontsize=7.5, frameon=False, ncols=2 if len(panel.curves) > 3 else 1)
+
+
+def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> None:
+    x, y = run.payload[:, across], run.payload[:, up]
+    axis.plot(x, y, color=PALETTE[5], linewidth=1.1)
+    axis.plot(x[:1], y[:1], "o", color=INK, markersize=4, label="start")
+    axis.plot(x[-1:], y[-1:], "s", color=PALETTE[5], markersize=4, label="end")
+    axis.set_title(f"Path of the payload {view}", loc="left", color=INK)
+    axis.set_xlabel(f"{'xyz'[across]} [m]")
+    axis.set_ylabel(f"{'xyz'[up]} [m]")
+    axis.set_aspect("equal", adjustable="datalim")
+    _finish(axis)
+    axis.legend(loc="best", fontsize=7.5, frameon=False)
+
+
+def _finish(axis: Any) -> None:
+    axis.grid(color="#e3e7eb", linewidth=0.6)
+    axis.spines[["top", "right"]].set_visible(False)

@@ -1,0 +1,60 @@
+"""The page of a run: one HTML file that plays it, without a server, a network or any other file."""
+
+from __future__ import annotations
+
+import json
+import re
+from html import escape
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from crane_sim.evaluation.report.page_data import page_data
+from crane_sim.files.errors import SceneError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from crane_sim.recording.run import RecordedRun
+
+SCRIPTS = ("three.min.js", "frames.js", "crane.js", "charts.js", "page.js")
+
+
+def save_page(run: RecordedRun, file: Path) -> None:
+    """Write the page of a run.
+
+    Raises:
+        SceneError: the file cannot be written.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(page(run), encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+
+
+def page(run: RecordedRun) -> str:
+    """Return the HTML document of a run."""
+    data = json.dumps(page_data(run), separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    parts = {
+        "@title@": escape(f"{run.name} · {run.crane.kind} crane"),
+        "@style@": _asset("page.css"),
+        "@scripts@": "\n".join(f"<script>\n{_asset(name)}</script>" for name in SCRIPTS),
+        "@licence@": escape(_asset("three.LICENSE.txt")),
+        "@run@": data,
+    }
+    return re.sub("|".join(parts), lambda mark: parts[mark.group()], _asset("page.html"))
+
+
+class Frame:
+    """The page of a run in a notebook: a frame of its own, `height` pixels high."""
+
+    def __init__(self, run: RecordedRun, height: int) -> None:
+        self._run, self._height = run, height
+
+    def _repr_html_(self) -> str:
+        style = f"width:100%;height:{self._height}px;border:0"
+        return f'<iframe srcdoc="{escape(page(self._run))}" style="{style}" sandbox="allow-scripts"></iframe>'
+
+
+def _asset(name: str) -> str:
+    return files("crane_sim.evaluation.report").joinpath("assets", name).read_text(encoding="utf-8")

@@ -1,0 +1,127 @@
+"""What the page of a run holds, as plain data: the crane, its frames, curves, figures, and where they come from."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.evaluation.report.decimation import encode_columns, encode_floats, rows_with_peaks
+from crane_sim.evaluation.report.metrics_table import headlines, joint_table, plain_figures
+from crane_sim.evaluation.report.panels import Panel, panels_of
+from crane_sim.evaluation.report.robot import robot_of, sources
+from crane_sim.recording.layout import base_rotations
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.run import RecordedRun
+
+FRAME_NUMBERS = 140_000  # in all frames of a page: 0.75 MB
+CURVE_NUMBERS = 40_000  # points of all curves of a page: 0.45 MB
+POINTS = 1000  # of one curve at most, more than a screen has columns for it
+LAST = 5.0  # s before a failure, which are shown first
+DENSE = 10.0  # s at the end of a long run that keep all their frames
+EVENTS = 200  # that are listed
+
+
+def page_data(run: RecordedRun) -> dict[str, Any]:
+    """Return all that the page of a run shows."""
+    robot = robot_of(run.urdf, run.crane.joint_names)
+    end = float(run.t[-1]) + run.period
+    panels = panels_of(run)
+    return {
+        "name": run.name,
+        "description": run.scene_values.get("description", ""),
+        "law": run.law,
+        "kind": run.crane.kind,
+        "finished": run.finished,
+        "error": run.error,
+        "end": end,
+        "last": None if run.finished else max(0.0, end - LAST),
+        "robot": robot,
+        "framing": run.crane.framing,
+        "afloat": run.base is not None,
+        "frames": _frames(run, sources(robot)),
+        "panels": _encode(run, panels, slice(None)),
+        "last_panels": None if run.finished else _encode(run, panels, _last(run, end)),
+        "events": run.events[:EVENTS],
+        "event_count": max(len(run.events), run.summary.get("event_count", 0)),
+        "headlines": headlines(run),
+        "figures": plain_figures(run.summary),
+        "joints": joint_table(run),
+        "origin": _origin(run),
+        "scene": run.scene_text,
+    }
+
+
+def _last(run: RecordedRun, end: float) -> slice:
+    return slice(int(np.searchsorted(run.t, end - LAST)), None)
+
+
+def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str, Any]]:
+    """Return panels with the curves of some rows."""
+    curves = max(1, sum(len(panel.curves) for panel in panels))
+    points = min(POINTS, CURVE_NUMBERS // curves)
+    return [
+        {
+            "title": panel.title,
+            "unit": panel.unit,
+            "curves": [
+                {"name": curve.name, "color": curve.color, "dashed": curve.dashed}
+                | _points(run.t[rows], curve.values[rows], points)
+                for curve in panel.curves
+            ],
+        }
+        for panel in panels
+    ]
+
+
+def _points(t: Numbers, values: Numbers, count: int) -> dict[str, str]:
+    rows = rows_with_peaks(values, count)
+    return {"t": encode_floats(t[rows]), "values": encode_floats(values[rows])}
+
+
+def _frames(run: RecordedRun, moving: list[int]) -> dict[str, Any]:
+    """Return the frames of the 3D scene, as columns, and which columns are what: [first, count]."""
+    frames, tip = run.frames, run.crane.tip_index
+    at = np.searchsorted(run.t, frames.t - 0.5 * run.period)
+    parts = {"t": frames.t[:, None], "q": run.q[np.ix_(at, moving)], "nodes": _flat(frames.nodes[:, tip:])}
+    if run.base is not None:
+        base = run.base[at]
+        parts["base"] = np.hstack([base[:, :3], base_rotations(base).as_quat()])
+    if frames.target is not None:
+        parts["target"] = frames.target
+    if frames.falls is not None:
+        parts["falls"] = _flat(frames.falls)
+    widths = [part.shape[1] for part in parts.values()]
+    firsts = np.cumsum([0, *widths]).tolist()
+    columns = np.hstack(list(parts.values()))
+    named = {name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)}
+    kept = _kept_frames(frames.t, columns)
+    return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
+
+
+def _kept_frames(t: Numbers, columns: Numbers) -> NDArray[np.bool_]:
+    """Return which frames (F,) stay: of a long run every n-th, but all at its end."""
+    varying = max(1, int(np.count_nonzero(np.ptp(columns, axis=0) > 0.0)))
+    stride = max(1, -(-len(t) * varying // FRAME_NUMBERS))
+    dense = t > t[-1] - DENSE
+    if np.count_nonzero(dense) * varying > FRAME_NUMBERS // 4:
+        dense = t == t[-1]
+    return (np.arange(len(t)) % stride == 0) | dense
+
+
+def _flat(values: Numbers) -> Numbers:
+    return values.reshape(len(values), -1)
+
+
+def _origin(run: RecordedRun) -> list[tuple[str, str]]:
+    """Return versions and hashes: what it takes to get the same run again."""
+    rows = [(name.replace("_", " "), value) for name, value in run.versions.items()]
+    state = run.summary.get("state_sha256")
+    rows += [("scene sha256", sha256(run.scene_text.encode()).hexdigest())]
+    rows += [("state sha256", state)] if state else []
+    return [*rows, ("seed", str(run.seed)), ("control period", f"{run.period:g} s")]

@@ -1,0 +1,71 @@
+"""A crane for drawing: the links, solids and joints of its URDF as plain data."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+from crane_sim.description.suspended import ATTITUDE_JOINT
+from crane_sim.scenes.schema.rigging import ATTITUDE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def robot_of(document: str, joints: Sequence[str]) -> dict[str, Any]:
+    """Return links with their solids, joints with the indices of the coordinates (nq,) that move them.
+
+    A joint has `source`, the index of its coordinate, and `multiplier`; one without is fixed. The joint of an attitude
+    has four sources: w, x, y, z of a quaternion.
+    """
+    robot = ElementTree.fromstring(document)
+    links = {link.attrib["name"]: [_solid(visual) for visual in link.iter("visual")] for link in robot.iter("link")}
+    return {"links": links, "joints": [_joint(joint, list(joints)) for joint in robot.iter("joint")]}
+
+
+def sources(robot: dict[str, Any]) -> list[int]:
+    """Return the coordinates that move anything, in ascending order."""
+    used = [joint["source"] for joint in robot["joints"] if "source" in joint]
+    return sorted({i for source in used for i in (source if isinstance(source, list) else [source])})
+
+
+def _joint(joint: ElementTree.Element, joints: list[str]) -> dict[str, Any]:
+    name, mimic = joint.attrib["name"], joint.find("mimic")
+    facts: dict[str, Any] = {
+        "name": name,
+        "parent": _child(joint, "parent").attrib["link"],
+        "child": _child(joint, "child").attrib["link"],
+        "at": _numbers(_child(joint, "origin"), "xyz"),
+        "rpy": _numbers(_child(joint, "origin"), "rpy"),
+    }
+    if joint.attrib["type"] == "fixed":
+        quaternion = [joints.index(part) for part in ATTITUDE if part in joints]
+        return facts | ({"source": quaternion} if name == ATTITUDE_JOINT and quaternion else {})
+    return facts | {
+        "source": joints.index(name if mimic is None else mimic.attrib["joint"]),
+        "multiplier": 1.0 if mimic is None else float(mimic.attrib["multiplier"]),
+        "offset": 0.0 if mimic is None else float(mimic.attrib.get("offset", "0")),
+        "slides": joint.attrib["type"] == "prismatic",
+        "axis": _numbers(_child(joint, "axis"), "xyz"),
+    }
+
+
+def _solid(visual: ElementTree.Element) -> dict[str, Any]:
+    shape = _child(visual, "geometry")[0]
+    names = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}[shape.tag]
+    return {
+        "size": [number for name in names for number in _numbers(shape, name)],
+        "at": _numbers(_child(visual, "origin"), "xyz"),
+        "rpy": _numbers(_child(visual, "origin"), "rpy"),
+        "color": _numbers(_child(_child(visual, "material"), "color"), "rgba"),
+    }
+
+
+def _child(element: ElementTree.Element, name: str) -> ElementTree.Element:
+    child = element.find(name)
+    assert child is not None, f"{element.tag} without {name}"
+    return child
+
+
+def _numbers(element: ElementTree.Element, name: str) -> list[float]:
+    return [float(number) for number in element.attrib[name].split()]

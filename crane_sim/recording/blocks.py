@@ -1,0 +1,134 @@
+"""Blocks of steps, from messages of a run or from a run without ROS: derives what a recording shows of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.recording.layout import Block, base_of, hanging_still, to_base, to_world
+from crane_sim.simulation.metrics import Derived, derive
+from crane_sim.trajectories.base_motion import base_positions
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.step_assembler import Row
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.rollout import Rollout
+
+
+class Motion(NamedTuple):
+    """K control steps as they were sent or computed: fields as those of `Block`."""
+
+    step: NDArray[np.int64]
+    q: Numbers
+    v: Numbers
+    effort: Numbers
+    demanded: Numbers
+    reference: Numbers | None
+
+
+def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
+    """Turn rows into arrays, with everything that follows from them."""
+    q, v = _array(row.q for row in rows), _array(row.v for row in rows)
+    effort = _array(row.effort for row in rows)
+    step = np.array([row.step for row in rows], dtype=np.int64)
+    motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows))
+    t = ((step - 1) * scene.period).astype(np.float64)
+    return _complete(scene, motion, derive(scene, t, q, v, effort))
+
+
+def block_of_rollout(rollout: Rollout) -> Block:
+    """Return all control steps of a run without ROS; the instant at which it ended is no step.
+
+    Raises:
+        ValueError: the run was sampled at other instants than those of its control periods.
+    """
+    scene, steps = rollout.scene, rollout.summary["steps"]
+    instants = np.arange(steps + 1) * scene.period
+    if not np.array_equal(rollout.t, instants):
+        raise ValueError("this run has samples at other times than its control periods: simulate without sample_times")
+    reference = None if scene.reference is None else np.tile(scene.reference, (steps, 1))
+    step = np.arange(1, steps + 1)
+    motion = Motion(step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference)
+    return _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
+
+
+def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
+    """Return the block of a motion with what is derived from it."""
+    t, reference = ((motion.step - 1) * scene.period).astype(np.float64), motion.reference
+    base = _base(scene, t)
+    local = to_base(known.nodes, base)
+    return Block(
+        **motion._asdict(),
+        nodes=known.nodes,
+        base=base,
+        target=None if reference is None else _targets(scene, t, reference, motion.q, local, base),
+        kinetic=known.kinetic,
+        potential=known.potential,
+        energy=known.energy,
+        raised=known.potential - _potential_at_start(scene),
+        tension=known.tension,
+        swing=known.swing,
+        lyapunov=_lyapunov(scene, t, motion.q, motion.v),
+    )
+
+
+def _potential_at_start(scene: Scene) -> float:
+    """Return the potential energy [J] at the initial state."""
+    q, v, u = (np.array([row]) for row in (scene.initial_q, scene.initial_v, (0.0,) * len(scene.actuated)))
+    return float(derive(scene, np.zeros(1), q, v, u).potential[0])
+
+
+def _array(vectors: Any) -> Numbers:
+    return np.array(list(vectors), dtype=np.float64)
+
+
+def _demands(rows: Sequence[Row], nu: int) -> Numbers:
+    return _array((np.nan,) * nu if row.demanded is None else row.demanded for row in rows)
+
+
+def _base(scene: Scene, t: Numbers) -> Numbers | None:
+    """Return where the base is at times t (K,), (K, 6); None where it rests."""
+    moves = base_of(scene)
+    return base_positions(moves, t) if moves is not None else None
+
+
+def _write_reference(rows: Sequence[Row]) -> Numbers | None:
+    references = [row.reference for row in rows]
+    return _array(references) if all(reference is not None for reference in references) else None
+
+
+UPRIGHT = {"_z": -1.0, "qw": 1.0}
+"""Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
+
+
+def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers, base: Numbers | None) -> Numbers:
+    """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
+
+    `nodes` are in the frame of the base (K, 6), what is returned is in the world.
+    """
+    if scene.crane == "overhead":
+        return to_world(hanging_still(scene.actuated, reference, nodes), base)
+    neutral_q = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
+    neutral_q[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
+    for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True)):
+        if unit == "1" and name[-2:] in UPRIGHT:
+            neutral_q[:, i] = UPRIGHT[name[-2:]]
+    still = np.zeros_like(neutral_q), np.zeros_like(reference)
+    if "payload_x" in scene.joint_names:
+        above = to_base(derive(scene, t, neutral_q, *still).nodes, base)[:, system.tip_index(scene.model)]
+        neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = above[:, :2]
+    return derive(scene, t, neutral_q, *still).nodes
+
+
+def _lyapunov(scene: Scene, t: Numbers, q: Numbers, v: Numbers) -> Numbers | None:
+    function = getattr(scene.law, "lyapunov", None)  # not every law has one
+    if function is None:
+        return None
+    return _array(function(*at) for at in zip(t.tolist(), map(tuple, q), map(tuple, v), strict=True))

@@ -1,0 +1,38 @@
+"""Provenance of a run: versions of the packages that computed it, the processor, the hash of the locked packages."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from crane_sim.files.catalogue import config_folder
+
+PACKAGES = ("crane_sim", "numpy", "scipy", "numba", "pydantic", "rerun-sdk", "rclpy")
+_CPU = Path("/proc/cpuinfo")
+
+
+def of_this_process() -> dict[str, str]:
+    """Return the versions by package, `python`, `system`, `cpu`, and `lock_sha256` of the file of locked packages."""
+    found = {name: number for name in PACKAGES if (number := _version(name))}
+    return {"python": platform.python_version()} | found | _machine() | _lock()
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
+
+
+def _machine() -> dict[str, str]:
+    lines = _CPU.read_text().splitlines() if _CPU.is_file() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return {"system": f"{platform.system()} {platform.machine()}", "cpu": (models or [platform.processor()])[0]}
+
+
+def _lock() -> dict[str, str]:
+    """Return the hash of the tree's lock file; an installed package has none."""
+    file = config_folder().parent / "requirements.lock"
+    return {"lock_sha256": hashlib.sha256(file.read_bytes()).hexdigest()} if file.is_file() else {}

@@ -1,0 +1,99 @@
+"""Replay of a recorded run: a fresh plant takes the recorded commands, and its states are compared bit for bit."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from math import isnan
+from typing import TYPE_CHECKING, NamedTuple
+
+from crane_sim.recording import provenance
+from crane_sim.simulation.plant import Plant
+
+if TYPE_CHECKING:
+    from crane_sim.recording.run import RecordedRun
+    from crane_sim.scenes.scene import Scene
+
+Vector = Sequence[float]
+_FRACTION_BITS = 52  # of a double; the exponent's and the sign follow
+
+
+class Difference(NamedTuple):
+    """The first component in which a replayed state is not the recorded one."""
+
+    step: int  # 1 for the first one, whose state is the initial one
+    time: float  # s
+    joint: str
+    quantity: str  # "position" or "velocity"
+    recorded: float  # m or rad, or their rates
+    replayed: float
+
+    @property
+    def bit(self) -> int:
+        """Highest bit that differs, 0 for the last one of the fraction."""
+        return (_bits(self.recorded) ^ _bits(self.replayed)).bit_length() - 1
+
+    def __str__(self) -> str:
+        """Return one line."""
+        part = f"bit {self.bit} of its fraction" if self.bit < _FRACTION_BITS else "its exponent or sign"
+        where = f"step {self.step} (t = {self.time:g} s): {self.quantity} of {self.joint}"
+        return f"{where} is {self.replayed!r}, recorded is {self.recorded!r}; they differ from {part} on"
+
+
+class Replay(NamedTuple):
+    """Outcome of a replay."""
+
+    steps: int  # whose states were compared, up to the first that differs
+    difference: Difference | None
+    changed: dict[str, tuple[str, str]]  # of the provenance, what is not as it was: (then, now)
+
+
+def replay(run: RecordedRun) -> Replay:
+    """Integrate a recorded run anew from its commands.
+
+    Commands that are NaN are periods in which the brakes acted. What services did to the crane in the run, such as
+    faults, is not in a recording: states differ from there on. A recorder has what the sensors show, a recorded
+    `Rollout` the true states; the run agrees where one of the two does.
+
+    Raises:
+        SceneError: its scene is none of this version.
+        SimulationError: the integration failed.
+    """
+    scene = run.load_scene()
+    commanded = scene.sampled
+    plant, command = Plant(scene.with_external_commands() if commanded else scene), scene.idle_command
+    true: Difference | None = None
+    shown: Difference | None = None
+    for k in range(len(run.t)):
+        true = true or _difference(scene, k, run, (plant.q, plant.v))
+        shown = shown or _difference(scene, k, run, plant.seen)
+        if true and shown:
+            return Replay(k + 1, max(true, shown, key=lambda each: each.step), _changed(run.versions))
+        if commanded:
+            plant.braking = all(map(isnan, run.commands[k]))
+            command = _braked(scene, command) if plant.braking else tuple(map(float, run.commands[k]))
+        plant.advance(command if commanded else None)
+    return Replay(len(run.t), None, _changed(run.versions))
+
+
+def _braked(scene: Scene, last: Vector) -> tuple[float, ...]:
+    """Return the command (nu,) of a period in which the brakes act: zero, or a position's before them."""
+    return tuple(x if kind == "position" else 0.0 for kind, x in zip(scene.commands, last, strict=True))
+
+
+def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]) -> Difference | None:
+    """Return the first component of (q, v) that differs at the start of period k, None where all agree."""
+    for quantity, recorded, replayed in zip(("position", "velocity"), (run.q[k], run.v[k]), state, strict=True):
+        for joint, then, now in zip(scene.joint_names, recorded.tolist(), replayed, strict=True):
+            if _bits(then) != _bits(now):
+                return Difference(k + 1, k * scene.period, joint, quantity, then, now)
+    return None
+
+
+def _changed(then: dict[str, str]) -> dict[str, tuple[str, str]]:
+    now = provenance.of_this_process()
+    return {name: (value, now.get(name, "none")) for name, value in then.items() if value != now.get(name)}
+
+
+def _bits(x: float) -> int:
+    return struct.unpack("<Q", struct.pack("<d", x))[0]

@@ -1,0 +1,99 @@
+"""Clips of a recording: pictures of the viewer at equal distances of scene time, as GIF or MP4."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from PIL import Image
+
+from crane_sim.process_signals import set_parent_death_signal
+from crane_sim.recording.rerun.screenshot import Camera, Shown, camera
+from crane_sim.recording.rerun.viewer import PictureError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+KINDS = (".gif", ".mp4")
+_COLORS = 128  # of a GIF: the solids of a crane and the curves need fewer
+
+
+class Cut(NamedTuple):
+    """Which part of a run a clip shows, and how."""
+
+    begin: float = 0.0  # s, scene time
+    end: float | None = None  # s, scene time; None: the end of the run
+    frames_per_second: float = 10.0  # of the clip
+    speed: float = 1.0  # scene time per time of the clip
+    width: int = 960  # pixels
+
+
+def write_clip(
+    recording: Path, output: Path, cut: Cut, shown: Shown, on_progress: Callable[[int, int], None] = lambda *_: None
+) -> int:
+    """Write a clip; return its number of frames.
+
+    Args:
+        recording: a complete `.rrd` file.
+        output: ends in `.gif` or `.mp4`; the latter needs the program ffmpeg.
+        cut: which part of the run.
+        shown: what is drawn.
+        on_progress: called with the frames done and all frames.
+
+    Raises:
+        PictureError: as of `screenshot.picture`; the part of the run is empty; no ffmpeg, or it failed.
+    """
+    _check_output(output)
+    with camera(recording, shown) as viewer:
+        instants = _instants(cut, viewer.end)
+        frames = _frames(viewer, instants, cut.width, on_progress)
+        write = _write_gif if output.suffix == ".gif" else _write_mp4
+        write(output, frames, cut.frames_per_second)
+        return len(instants)
+
+
+def _check_output(output: Path) -> None:
+    if output.suffix not in KINDS:
+        raise PictureError(f"{output}: must end in {' or '.join(KINDS)}")
+    if output.suffix == ".mp4" and shutil.which("ffmpeg") is None:
+        raise PictureError(f"{output}: needs the program ffmpeg, which is not installed; a .gif needs nothing more")
+
+
+def _instants(cut: Cut, end_of_run: float) -> list[float]:
+    end = end_of_run if cut.end is None else min(cut.end, end_of_run)
+    if not 0.0 <= cut.begin < end:
+        raise PictureError(f"from {cut.begin:g} to {end:g} s: no part of a run of {end_of_run:g} s")
+    return np.arange(cut.begin, end, cut.speed / cut.frames_per_second).tolist()
+
+
+def _frames(
+    viewer: Camera, instants: list[float], width: int, on_progress: Callable[[int, int], None]
+) -> Iterator[Image.Image]:
+    for done, instant in enumerate(instants, 1):
+        frame = Image.open(io.BytesIO(viewer.at(instant))).convert("RGB")
+        height = round(frame.height * width / frame.width / 2) * 2  # even, as video encoders want it
+        yield frame.resize((width, height), Image.Resampling.LANCZOS)
+        on_progress(done, len(instants))
+
+
+def _write_gif(output: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
+    first, *others = (frame.quantize(_COLORS, dither=Image.Dither.NONE) for frame in frames)
+    first.save(output, save_all=True, append_images=others, duration=round(1000.0 / frames_per_second), loop=0)
+
+
+def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
+    first = next(frames)
+    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    command += ["-s", f"{first.width}x{first.height}", "-r", f"{frames_per_second:g}", "-i", "-"]
+    command += ["-pix_fmt", "yuv420p", str(output.resolve())]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=set_parent_death_signal()
+    ) as program:
+        data = b"".join(frame.tobytes() for frame in (first, *frames))
+        _, complaint = program.communicate(data)
+    if program.returncode:
+        raise PictureError(f"{output}: ffmpeg failed: {complaint.decode(errors='replace').strip().splitlines()[-1]}")

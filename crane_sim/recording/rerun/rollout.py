@@ -1,0 +1,49 @@
+"""Recordings of runs without ROS, in the same form as those of a recorder."""
+
+from __future__ import annotations
+
+import tempfile
+import uuid
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from crane_sim.recording.blocks import block_of_rollout
+from crane_sim.recording.layout import of_rollout
+from crane_sim.recording.rerun.reader import read_run
+from crane_sim.recording.rerun.writer import RunWriter
+
+if TYPE_CHECKING:
+    from crane_sim.recording.layout import Block
+    from crane_sim.recording.run import RecordedRun
+    from crane_sim.simulation.rollout import Rollout
+
+BLOCK_STEPS = 2000
+
+
+def record(rollout: Rollout, path: Path) -> Path:
+    """Write a run into a complete recording; return its path.
+
+    Raises:
+        ValueError: the run has samples at other times than its control periods.
+        RecordingError: the file cannot be written.
+    """
+    block, layout = block_of_rollout(rollout), of_rollout(rollout, f"{rollout.scene.name}-{uuid.uuid4().hex[:12]}")
+    writer = RunWriter(path, layout)
+    for first in range(0, len(block.step), BLOCK_STEPS):
+        writer.write(_part(block, slice(first, first + BLOCK_STEPS)))
+    for t, what in rollout.events:
+        writer.event(t, what)
+    steps = len(block.step)
+    entries: dict[str, Any] = {"recording": str(path), "recorded_steps": steps, "lost_steps": 0}
+    return writer.close(rollout.summary | entries)
+
+
+def recorded(rollout: Rollout) -> RecordedRun:
+    """Return a run as it would be read back from its recording."""
+    with tempfile.TemporaryDirectory() as folder:
+        return replace(read_run(record(rollout, Path(folder, "run.rrd"))), path=None)
+
+
+def _part(block: Block, rows: slice) -> Block:
+    return block._replace(**{name: each[rows] for name, each in block._asdict().items() if each is not None})

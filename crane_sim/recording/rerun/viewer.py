@@ -1,0 +1,132 @@
+"""Rerun's viewer: in a window, as a page on the loopback interface, and without a window."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import subprocess
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from urllib.parse import quote
+
+from rerun.experimental import ViewerClient
+
+from crane_sim.process_signals import set_parent_death_signal
+from crane_sim.recording.rerun.live import ADDRESS, live_address
+from crane_sim.recording.rerun.repair import viewer_program
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from rerun.experimental import ViewerState
+
+LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
+END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
+NO_DRAWING = "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install mesa-vulkan-drivers)?"
+_LOOK = 0.1  # s between two questions
+
+ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"}
+"""Of the viewer: no question about analytics, no line for what goes well."""
+
+Answer = TypeVar("Answer")
+
+
+class PictureError(RuntimeError):
+    """No picture could be made; the message is one line."""
+
+
+class WebPage(NamedTuple):
+    """The viewer as a page."""
+
+    command: list[str]  # that serves it until it is interrupted
+    address: str
+
+
+def window_command(source: str) -> list[str]:
+    """Return the command that shows a recording's file, or what a live server's address serves, in a window."""
+    return [str(viewer_program()), "--hide-welcome-screen", "--bind", ADDRESS, "--port", "auto", source]
+
+
+def web_page(source: str) -> WebPage:
+    """Return the page that shows a recording's file, or what a live server's address serves, in a browser."""
+    page_port, data_port = free_ports(2)
+    served = source if "://" in source else live_address(data_port)
+    command = [str(viewer_program()), "--serve-web", "--bind", ADDRESS]
+    command += ["--port", str(data_port), "--web-viewer-port", str(page_port), source]
+    return WebPage(command, f"http://{ADDRESS}:{page_port}/?url={quote(served, safe='')}")
+
+
+def free_ports(count: int) -> list[int]:
+    """Return ports of the loopback interface that no program uses."""
+    with contextlib.ExitStack() as stack:
+        probes = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for probe in probes:
+            probe.bind((ADDRESS, 0))
+        return [probe.getsockname()[1] for probe in probes]
+
+
+class HeadlessViewer:
+    """A viewer that runs without a window."""
+
+    def __init__(self, process: subprocess.Popen[bytes], port: int) -> None:
+        """Expect it at a port of the loopback interface."""
+        self._process, self._url = process, live_address(port)
+        self._client: ViewerClient | None = None
+
+    def request(self, call: Callable[[ViewerClient], Answer]) -> Answer:
+        """Return the response to a request that may be sent twice.
+
+        On a busy machine a viewer needs a while to start, and may lose a connection: the request is sent again.
+
+        Raises:
+            PictureError: it has ended, or does not answer within `LOAD_SECONDS`.
+        """
+        deadline = time.monotonic() + LOAD_SECONDS
+        while True:
+            try:
+                self._client = self._client or ViewerClient.connect(self._url)
+                return call(self._client)
+            except (RuntimeError, OSError) as error:
+                self._client = None
+                if self._process.poll() is not None:
+                    raise PictureError(NO_DRAWING) from error
+                if time.monotonic() >= deadline:
+                    raise PictureError(f"the viewer failed: {error}") from error
+            time.sleep(_LOOK)
+
+    def load(self, recording: Path) -> ViewerState:
+        """Open a recording; return what the viewer shows when it has loaded it.
+
+        Raises:
+            PictureError: it does not load it within `LOAD_SECONDS`.
+        """
+        self.request(lambda client: client.open(str(recording.resolve())))
+        deadline = time.monotonic() + LOAD_SECONDS
+        while time.monotonic() < deadline:
+            state = self.request(lambda client: client.get_state())
+            if state.active_recording and not state.loading:
+                return state
+            time.sleep(_LOOK)
+        raise PictureError(f"{recording}: the viewer did not load it within {LOAD_SECONDS:g} s")
+
+
+@contextlib.contextmanager
+def headless_viewer() -> Iterator[HeadlessViewer]:
+    """Run a viewer for the length of the block; it ends with this process, however that ends."""
+    (port,) = free_ports(1)
+    command = [str(viewer_program()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
+    env, quiet = os.environ | ENVIRONMENT, subprocess.DEVNULL
+    try:
+        process = subprocess.Popen(command, env=env, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal())
+    except OSError as error:
+        raise PictureError(f"no viewer: {error}") from error
+    try:
+        yield HeadlessViewer(process, port)
+    finally:
+        process.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(END_SECONDS)
+        process.kill()
+        process.wait()

@@ -1,0 +1,226 @@
+"""A recorded run as a Python object: the arrays of its steps, its scene, its figures, and how it ended."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from crane_sim.files.errors import SceneError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.scenes.scene import Scene
+
+KILLED = "not finished: the recording has no summary, its recorder was killed"
+
+
+class UnreadableRecording(SceneError):
+    """A file that is no recording, or a damaged one; the message is one line."""
+
+
+class Crane(NamedTuple):
+    """The facts of a crane that stay fixed during a run, as its recording has them."""
+
+    kind: str  # form of the scene file: knuckle, tower, overhead, ...
+    joint_names: tuple[str, ...]  # nq, in the order of q
+    joint_units: tuple[str, ...]  # "rad", "m" or, of components of unit vectors and quaternions, "1"
+    actuated: tuple[str, ...]  # nu of the joints
+    effort_units: tuple[str, ...]  # (nu,)
+    command_units: tuple[str, ...]  # (nu,) the same but of joints whose drives take a speed or a position
+    tip_index: int  # which of the nodes is the upper end of the cable
+    framing: dict[str, Any]  # size, ground, ground_size, eye and look_at of `crane_sim.recording.camera`, m
+    urdf: str  # URDF document
+
+    @property
+    def driven(self) -> list[int]:
+        """Return the indices (nu,) of the actuated joints among the coordinates."""
+        return [self.joint_names.index(name) for name in self.actuated]
+
+
+class Frames(NamedTuple):
+    """What only a picture needs, at F instants, about 30 in a second."""
+
+    t: Numbers  # (F,) s
+    nodes: Numbers  # (F, N, 3) m, polyline base .. tip .. payload in the world
+    target: Numbers | None  # (F, 3) m, where the payload hangs still at the reference, in the world
+    falls: Numbers | None  # (F, n, 2, 3) m, upper and lower ends of n falls in the frame of the base
+
+
+@dataclass(frozen=True, repr=False)
+class RecordedRun:
+    """A run from its recording: K control steps, joint coordinates in the order of crane.joint_names.
+
+    World frame, SI units, angles in rad. The attributes that a `Rollout` has as well have its names. A step's values
+    are those at its start; the instant at which the run ended is no step.
+    """
+
+    path: Path | None  # the recording, None for a run that has none
+    crane: Crane
+    properties: dict[str, Any]  # scene, law, seed, period [s], duration [s], derived, scene_file, provenance, drawn
+    t: Numbers  # (K,) s
+    q: Numbers  # (K, nq) m or rad
+    v: Numbers  # (K, nq) m/s or rad/s
+    u: Numbers  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
+    commands: Numbers  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
+    reference: Numbers | None  # (K, nu) m or rad, targets of the actuated joints; None without
+    tip: Numbers  # (K, 3) m
+    payload: Numbers  # (K, 3) m
+    base: Numbers | None  # (K, 6) surge, sway, heave [m], roll, pitch, yaw [rad] of a base that moves
+    tension: Numbers  # (K,) N, of the uppermost link
+    swing: Numbers  # (K,) rad, angle of the line from tip to payload from the vertical
+    kinetic: Numbers  # (K,) J
+    potential: Numbers  # (K,) J, from height 0 of the world
+    lyapunov: Numbers | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
+    frames: Frames
+    events: list[tuple[float, str]]  # (s, what happened)
+    summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
+
+    def __repr__(self) -> str:
+        """Return scene, law, length and how the run ended, in two lines."""
+        extent = f"{len(self.t)} steps up to {self.t[-1]:g} s" if len(self.t) else "no steps"
+        return f"<RecordedRun of {self.name!r}, law {self.law!r}: {extent}, {self.q.shape[1]} joints\n {self.status}>"
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+        return self.properties["scene"]
+
+    @property
+    def law(self) -> str:
+        """Name of the law, "none" without one."""
+        return self.properties["law"]
+
+    @property
+    def seed(self) -> int:
+        """Seed of all random numbers."""
+        return self.properties["seed"]
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        return self.properties["period"]
+
+    @property
+    def urdf(self) -> str:
+        """URDF document of the crane."""
+        return self.crane.urdf
+
+    @property
+    def energy(self) -> NDArray[np.float64]:
+        """Total energy in the world (K,) [J], weights from its height 0."""
+        return self.kinetic + self.potential
+
+    @property
+    def nodes(self) -> NDArray[np.float64]:
+        """Polyline base .. tip .. payload (F, N, 3) [m] at the instants `frames.t` (F,) [s]."""
+        return self.frames.nodes
+
+    @property
+    def scene_text(self) -> str:
+        """The scene file as YAML, with all changes of the run."""
+        return self.properties["scene_file"]
+
+    @cached_property
+    def scene_values(self) -> dict[str, Any]:
+        """The values of the scene file."""
+        return yaml.safe_load(self.scene_text)
+
+    def load_scene(self) -> Scene:
+        """Return the scene as `crane_sim.load_scene` does: `crane_sim.simulate` of it repeats the run."""
+        from crane_sim.scenes.scene import load_scene
+
+        return load_scene(self.scene_values)
+
+    @cached_property
+    def versions(self) -> dict[str, str]:
+        """Versions by package, and `python`, `system`, `cpu`, `lock_sha256` (of the file of locked packages)."""
+        return json.loads(self.properties["provenance"])
+
+    @property
+    def error(self) -> str:
+        """One line on what failed, empty where nothing did."""
+        return str(self.summary.get("error", "")) if self.summary else KILLED
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run came to its end and all of it was recorded."""
+        return not self.error
+
+    @property
+    def status(self) -> str:
+        """How the run ended: "finished", or "failed: " and why."""
+        return f"failed: {self.error}" if self.error else "finished"
+
+    def to_dataframe(self) -> Any:
+        """Return a `pandas.DataFrame` (needs pandas), one row a step, index t [s]; `attrs["units"]`: unit by column.
+
+        Columns: `q.JOINT`, `v.JOINT`, `u.JOINT`, `command.JOINT`, `reference.JOINT`, `payload.x`, `tip.x`, ..., and
+        `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`, `lyapunov_rate` where the run has them.
+        """
+        pandas = import_module("pandas")  # an optional package, wanted here only
+        columns = self.columns()
+        frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
+        frame.index.name = "t"
+        frame.attrs["units"] = {"t": "s"} | {name: unit for name, (_, unit) in columns.items()}
+        frame.attrs |= {"scene": self.name, "law": self.law, "seed": self.seed}
+        return frame
+
+    def columns(self) -> dict[str, tuple[Numbers, str]]:
+        """Return all quantities of the steps by name: (values (K,), unit)."""
+        crane, driven = self.crane, self.crane.driven
+        rates = [f"{unit}/s" for unit in crane.joint_units]
+        targets = [crane.joint_units[i] for i in driven]
+        metres, axes = ["m"] * 3, ["m"] * 3 + ["rad"] * 3
+        tables = (
+            ("q", crane.joint_names, crane.joint_units, self.q),
+            ("v", crane.joint_names, rates, self.v),
+            ("u", crane.actuated, crane.effort_units, self.u),
+            ("command", crane.actuated, crane.command_units, self.commands),
+            ("reference", crane.actuated, targets, self.reference),
+            ("payload", "xyz", metres, self.payload),
+            ("tip", "xyz", metres, self.tip),
+            ("base", ("surge", "sway", "heave", "roll", "pitch", "yaw"), axes, self.base),
+        )
+        columns = {name: column for table in tables for name, column in _split(*table).items()}
+        columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")}
+        columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
+        if self.lyapunov is not None:
+            columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}
+        return columns
+
+    def plot(self) -> Any:
+        """Return a `matplotlib.figure.Figure` (needs matplotlib) of the run, SI units, angles in degrees.
+
+        Positions with their targets, speeds, efforts, swing, payload, tension and energy over time.
+        """
+        return import_module("crane_sim.evaluation.report.figure").run_figure(self)
+
+    def show(self, height: int = 900) -> Any:
+        """Return the page of `crane report` for a notebook: it plays the run in a frame `height` pixels high."""
+        return import_module("crane_sim.evaluation.report.page").Frame(self, height)
+
+
+def crane_of(properties: Mapping[str, Any]) -> Crane:
+    """Return the crane of a recording's properties."""
+    facts: dict[str, Any] = json.loads(properties["crane"])
+    for key in ("joint_names", "joint_units", "actuated", "effort_units", "command_units"):
+        facts[key] = tuple(facts[key])
+    return Crane(**facts, urdf=properties["urdf"])
+
+
+def _split(kind: str, names: Sequence[str], units: Sequence[str], table: Any) -> dict[str, tuple[Numbers, str]]:
+    """Return the columns of a table (K, n), which may be None, by name."""
+    if table is None:
+        return {}
+    return {f"{kind}.{name}": (table[:, i], unit) for i, (name, unit) in enumerate(zip(names, units, strict=True))}

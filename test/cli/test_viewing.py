@@ -1,0 +1,86 @@
+"""The commands that show a recording: which recording, with which program, and what they refuse."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from crane_sim.cli.commands import app
+from crane_sim.cli.viewing import recording_of
+from crane_sim.files.errors import SceneError
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a working folder with two recordings in runs/, of which b is the newer one, and no display."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    for name, age in (("b", 10.0), ("a", 20.0)):
+        file = tmp_path / "runs" / f"{name}.rrd"
+        file.parent.mkdir(exist_ok=True)
+        file.touch()
+        os.utime(file, (1e9 - age, 1e9 - age))
+    return tmp_path
+
+
+@pytest.fixture
+def executed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """Return the list of the commands that replace this process; none of them does."""
+    commands = list[list[str]]()
+    monkeypatch.setattr(os, "execve", lambda _program, command, _environment: commands.append(command))
+    return commands
+
+
+def run(*arguments: str) -> None:
+    """Run the command line."""
+    app(list(arguments), standalone_mode=False)
+
+
+def test_the_newest_recording_is_taken(folder: Path) -> None:
+    """Without a name the newest file counts, with a name that one; without any the line says what makes one."""
+    assert recording_of(None) == Path("runs/b.rrd")
+    assert recording_of(Path("runs/a.rrd")) == Path("runs/a.rrd")
+    with pytest.raises(SceneError, match="^RUN = 'c.rrd': no such file; leave it out for the newest in runs/$"):
+        recording_of(Path("c.rrd"))
+    for file in (folder / "runs").iterdir():
+        file.unlink()
+    with pytest.raises(SceneError, match="^RUN: runs/ has no recording yet; crane run makes one$"):
+        recording_of(None)
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The viewer is executed with the recording, on the loopback interface; without a display the line says what is."""
+    with pytest.raises(SceneError, match="there is no display here; --web serves"):
+        run("view")
+    monkeypatch.setenv("DISPLAY", ":0")
+    run("view")
+    run("view", "--live", "--port", "9999")
+    assert [command[-1] for command in executed] == ["runs/b.rrd", "rerun+http://127.0.0.1:9999/proxy"]
+    assert all(command[command.index("--bind") + 1] == "127.0.0.1" for command in executed)
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_page_is_served_on_the_loopback_interface(
+    executed: list[list[str]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The address that is printed has the two ports that the viewer is given, both of 127.0.0.1."""
+    run("view", "runs/a.rrd", "--web")
+    (command,) = executed
+    page, data = (command[command.index(option) + 1] for option in ("--web-viewer-port", "--port"))
+    address = f"http://127.0.0.1:{page}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{data}%2Fproxy"
+    assert address in capsys.readouterr().out.splitlines()
+    assert command[command.index("--bind") + 1] == "127.0.0.1" and command[-1] == "runs/a.rrd"
+
+
+@pytest.mark.usefixtures("folder")
+def test_options_that_contradict_are_refused() -> None:
+    """A file beside --live, a port without it, and a folder that is missing are one line each."""
+    for arguments, line in (
+        (("view", "runs/a.rrd", "--live"), "RUN and --live: only one of the two is possible"),
+        (("view", "--port", "9999"), "--port = 9999: only with --live"),
+        (("shot", "-o", "no/a.png"), "--output no/a.png: there is no folder no"),
+    ):
+        with pytest.raises(SceneError, match=line):
+            run(*arguments)

@@ -1,0 +1,145 @@
+"""The page of a run shows what was recorded, for every kind of crane, and asks nobody for anything."""
+
+from base64 import b64decode
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import CHROMIUM, NO_CHROMIUM, ask
+
+import crane_sim
+from crane_sim.evaluation.report.page import page, save_page
+from crane_sim.evaluation.report.page_data import page_data
+from crane_sim.recording.run import RecordedRun
+
+SIZE = 2_000_000  # bytes of a page at most
+ACCURACY = 1e-6  # m: positions are quantised to their range / 2^32, the transforms add roundings
+INSTANTS = 10
+SCENES = {
+    "knuckle": ("knuckle_sea", 0.5),
+    "overhead": ("overhead_energy", 0.4),
+    "spatial": ("overhead_spatial", 0.5),
+    "tower": ("tower_gust", 0.6),
+    "mobile": ("mobile_lift", 0.4),
+    "bridge": ("bridge_hook_and_sling", 0.5),
+    "gantry": ("port_sts_container", 0.6),
+    "pendulum": ("pendulum_free", 0.4),
+}
+PUSHED: dict[str, Any] = {  # the point reaches its limit after three seconds: x = t² / 2
+    "duration": 3.5,
+    "initial": {"direction": [0.0, 0.0, -1.0]},
+    "inputs": {"tip_x": {"kind": "constant", "value": 1.0}},
+    "suspension.limits": {"x": [-1.0, 4.5]},
+}
+QUESTION = """() => {
+  const { times, payload, tip, link, drawn } = window.crane, rows = [];
+  for (let k = 0; k < COUNT; k++) {
+    const t = times[Math.round((k * (times.length - 1)) / (COUNT - 1))];
+    rows.push([t, ...payload(t), ...tip(t), ...link("payload_link", t)]);
+  }
+  return { rows, drawn: drawn(), text: document.body.innerText, wide: document.documentElement.scrollWidth };
+}""".replace("COUNT", str(INSTANTS))
+
+
+def recorded(scene: str, duration: float, folder: Path) -> RecordedRun:
+    """Return a short run, recorded and read back."""
+    run = crane_sim.simulate(scene, duration=duration)
+    return crane_sim.read_recording(run.record(folder / f"{scene}.rrd"))
+
+
+def failed(folder: Path) -> RecordedRun:
+    """Return a run that ended where its suspension point ran into its limit."""
+    with pytest.raises(crane_sim.SimulationError) as error:
+        crane_sim.simulate("pendulum_free", overrides=PUSHED)
+    return crane_sim.read_recording(error.value.run.record(folder / "failed.rrd"))
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RecordedRun]:
+    """Record a short run of every kind of crane, and one that fails."""
+    folder = tmp_path_factory.mktemp("runs")
+    return {name: recorded(*each, folder) for name, each in SCENES.items()} | {"failed": failed(folder)}
+
+
+@pytest.fixture(scope="module")
+def answers(runs: dict[str, RecordedRun], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Open all pages in a browser and return what they say."""
+    if CHROMIUM is None:
+        pytest.skip(NO_CHROMIUM)
+    return ask({name: page(run) for name, run in runs.items()}, QUESTION, tmp_path_factory.mktemp("pages"))
+
+
+@pytest.mark.interpreted
+def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
+    """Payload and tip, and the solid that is drawn for the payload, are where the recording has them."""
+    for name, run in runs.items():
+        rows = np.array(answers[name]["answer"]["rows"])
+        at = np.searchsorted(run.t, rows[:, 0] - 0.5 * run.period)
+        assert len(np.unique(at)) == INSTANTS and answers[name]["answer"]["drawn"]
+        for drawn, known in ((rows[:, 1:4], run.payload), (rows[:, 4:7], run.tip), (rows[:, 7:], run.payload)):
+            assert np.abs(drawn - known[at]).max() < ACCURACY, name
+
+
+@pytest.mark.interpreted
+def test_pages_are_alone_and_without_errors(answers: dict[str, Any]) -> None:
+    """No page logs an error or a warning, or requests anything from anywhere; none is wider than its window."""
+    for name, answer in answers.items():
+        assert answer["faults"] == [] and answer["requests"] == [], name
+        assert answer["answer"]["wide"] <= 900, name
+
+
+@pytest.mark.interpreted
+def test_a_failed_run_says_why(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
+    """The page of a failed run begins with the cause, the one of another run has no such line."""
+    assert "reached its travel limit" in runs["failed"].error and not runs["failed"].finished
+    assert runs["failed"].error in answers["failed"]["answer"]["text"][:600]
+    assert "stopped" not in answers["knuckle"]["answer"]["text"]
+
+
+@pytest.mark.interpreted
+def test_pages_name_what_made_them(runs: dict[str, RecordedRun]) -> None:
+    """A page holds the scene's text, the versions and the hash of the states; it names no address."""
+    for run in runs.values():
+        text = page(run)
+        assert run.versions["numpy"] in text and run.summary["state_sha256"] in text
+        assert f"name: {run.name}" in run.scene_text and "integrator:" in text
+        assert len(text) < SIZE and "src=" not in text.split('id="run"')[0]
+
+
+@pytest.mark.interpreted
+def test_a_long_run_stays_small(runs: dict[str, RecordedRun], tmp_path: Path) -> None:
+    """A run of ten minutes at 100 Hz makes a page below 2 MB, in which the peaks of a curve are still there."""
+    run = lengthen(runs["knuckle"], 60_000)
+    save_page(run, tmp_path / "long.html")
+    assert (tmp_path / "long.html").stat().st_size < SIZE
+    panel = next(panel for panel in page_data(run)["panels"] if panel["title"] == "Rope tension")
+    shown = np.frombuffer(b64decode(panel["curves"][0]["values"]), "<f4")
+    assert len(shown) < 2000 and shown.max() == np.float32(run.tension.max())
+    assert shown.min() == np.float32(run.tension.min())
+
+
+def lengthen(run: RecordedRun, steps: int) -> RecordedRun:
+    """Return a run of this many steps with noise for its motion, the worst to store."""
+    random, stride = np.random.default_rng(1), 3
+    count = len(range(0, steps, stride))
+    names = (
+        "q",
+        "v",
+        "u",
+        "commands",
+        "reference",
+        "tip",
+        "payload",
+        "tension",
+        "swing",
+        "kinetic",
+        "potential",
+        "base",
+    )
+    longer = {name: random.normal(size=(steps, *getattr(run, name).shape[1:])) for name in names}
+    t = run.period * np.arange(steps)
+    nodes = random.normal(size=(count, *run.frames.nodes.shape[1:]))
+    frames = run.frames._replace(t=t[::stride], nodes=nodes, target=random.normal(size=(count, 3)))
+    return replace(run, t=t, frames=frames, lyapunov=None, **longer)

@@ -1,0 +1,69 @@
+"""Pages in a headless Chromium, without a network: what their scripts report, and what goes wrong in them."""
+
+import json
+import re
+import shutil
+import subprocess
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+NO_CHROMIUM = "there is no chromium on this machine"
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-gpu-sandbox",
+)
+OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND"
+BUDGET = 20_000  # ms of the browser's virtual time, which passes as fast as the pages are ready
+FAULTS = """<script>
+const faults = [];
+for (const name of ["error", "warn"]) console[name] = (...words) => faults.push(words.join(" "));
+addEventListener("error", (event) => faults.push(event.message));
+document.addEventListener("securitypolicyviolation", (event) => faults.push(`request to ${event.blockedURI}`));
+</script>"""
+ANSWER = """<script>
+addEventListener("load", () => setTimeout(() => {
+  const requests = performance.getEntriesByType("resource").map((each) => each.name);
+  parent.postMessage({ name: "@name@", faults, requests, answer: (@question@)() }, "*");
+}, 50));
+</script>"""
+LISTENER = """<pre id="answers"></pre><script>
+const answers = {};
+addEventListener("message", ({ data }) => {
+  answers[data.name] = data;
+  document.getElementById("answers").textContent = JSON.stringify(answers);
+});
+</script>"""
+
+
+def ask(pages: dict[str, str], question: str, folder: Path, time_limit: float = 240.0) -> dict[str, Any]:
+    """Return by name what each page answers to a function in JavaScript, its `faults` and its `requests`.
+
+    All pages are opened from files at once, by one browser, 900 pixels wide.
+    """
+    frames = LISTENER
+    for name, page in pages.items():
+        watched = page.replace("<head>", f"<head>{FAULTS}", 1)
+        asking = ANSWER.replace("@name@", name).replace("@question@", question)
+        Path(folder, f"{name}.html").write_text(watched.replace("</body>", f"{asking}</body>", 1))
+        frames += f'<iframe src="{name}.html" width="900" height="700"></iframe>'
+    outer = Path(folder, "outer.html")
+    outer.write_text(f"<!doctype html><meta charset='utf-8'>{frames}")
+    profile = f"--user-data-dir={Path(folder, 'profile')}"
+    command = [
+        CHROMIUM or "",
+        *OPTIONS,
+        OFFLINE,
+        profile,
+        f"--virtual-time-budget={BUDGET}",
+        "--dump-dom",
+        outer.as_uri(),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=time_limit, check=True)
+    found = re.search(r'<pre id="answers">(.*?)</pre>', done.stdout, re.DOTALL)
+    assert found and found[1], done.stderr[-2000:]
+    return json.loads(unescape(found[1]))

@@ -1,0 +1,80 @@
+"""A recorded run is integrated anew from its commands: its states agree bit for bit, and one that does not is named."""
+
+import json
+from dataclasses import replace
+from math import nan
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim.recording.replay import Difference
+from crane_sim.recording.replay import replay as replay_run
+from crane_sim.recording.run import RecordedRun
+
+pytestmark = pytest.mark.interpreted
+
+SCENES = {
+    "a law and limits": ("knuckle_setpoint", {}),
+    "drives with lag and sensors with noise": ("knuckle_bench", {}),
+    "open loop": ("overhead_energy", {"control": None, "reference": None}),
+    "a base at sea": ("knuckle_sea", {}),
+}
+
+
+def recorded(name: str, path: Path) -> RecordedRun:
+    """Return the recorded run of a case, read back."""
+    scene, changes = SCENES[name]
+    run = crane_sim.simulate(crane_sim.load_scene(scene, changes | {"duration": 0.3}))
+    return crane_sim.read_recording(run.record(path))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_replay_passes_through_the_same_states(name: str, tmp_path: Path) -> None:
+    """Every state of a run is met bit for bit from the recorded commands alone."""
+    run = recorded(name, tmp_path / "run.rrd")
+    outcome = replay_run(run)
+    assert outcome.difference is None and outcome.steps == len(run.t) > 20
+    assert outcome.changed == {}
+
+
+@pytest.mark.parametrize(("k", "joint", "bit"), [(0, 0, 0), (7, 3, 0), (12, 4, 51), (19, 1, 63)])
+def test_a_flipped_bit_is_named(k: int, joint: int, bit: int, tmp_path: Path) -> None:
+    """One bit of one state is found: its step, its joint, and which bit it is."""
+    run = recorded("a law and limits", tmp_path / "run.rrd")
+    v = run.v.copy()
+    v.view(np.uint64)[k, joint] ^= np.uint64(1 << bit)
+    difference = replay_run(replace(run, v=v)).difference
+    assert difference is not None
+    found = (difference.step, difference.joint, difference.quantity, difference.bit)
+    assert found == (k + 1, run.crane.joint_names[joint], "velocity", bit)
+
+
+def test_what_has_changed_since_is_listed(tmp_path: Path) -> None:
+    """Of versions and machine those that are not as they were are named, with both values."""
+    run = recorded("a law and limits", tmp_path / "run.rrd")
+    then = {"numpy": "1.0", "python": run.versions["python"]}
+    old = replace(run, properties=run.properties | {"provenance": json.dumps(then)})
+    (name, values), *others = replay_run(old).changed.items()
+    assert (name, values) == ("numpy", ("1.0", np.__version__)) and not others
+
+
+def test_commands_that_are_not_those_of_the_run_are_found(tmp_path: Path) -> None:
+    """A command that is changed shows in the state after it."""
+    run = recorded("a law and limits", tmp_path / "run.rrd")
+    commands = run.commands.copy()
+    commands[4, 0] += 1e-9
+    difference = replay_run(replace(run, commands=commands)).difference
+    assert difference is not None and difference.step == 6
+
+
+def test_a_difference_is_one_line() -> None:
+    """It has step, time, joint and both values."""
+    line = str(Difference(3, 0.02, "slew", "position", 1.0, 1.0 + 2.0**-52))
+    assert line == (
+        "step 3 (t = 0.02 s): position of slew is 1.0000000000000002, recorded is 1.0; "
+        "they differ from bit 0 of its fraction on"
+    )
+    assert "exponent or sign" in str(Difference(3, 0.02, "slew", "position", 1.0, -1.0))
+    assert Difference(3, 0.02, "slew", "position", nan, nan).bit == -1
