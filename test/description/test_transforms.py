@@ -15,6 +15,7 @@ from crane_sim.description.transforms import (
     quaternion_of,
 )
 from crane_sim.files.catalogue import scene_files
+from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.base_state import base_state
@@ -85,7 +86,8 @@ def transforms_at(scene: Scene, tree: TransformTree, t: float, q: np.ndarray) ->
 def test_chained_transforms_give_payload_tip_and_nodes(name: str) -> None:
     """From the world through all transforms to payload, tip and nodes: the model's points; the URDF's are the same."""
     scene = load_scene(name)
-    document, tip_frame = urdf(scene), TIPS.get(scene.crane, "swing_link")
+    on_falls = isinstance(scene.model, FallsCrane)
+    document, tip_frame = urdf(scene), TIPS.get(scene.crane, "head_link" if on_falls else "swing_link")
     tree = TransformTree(document, scene.joint_names)
     for seed in range(STATES):
         t, q = random_state(scene, seed)
