@@ -79,6 +79,7 @@ class RunOptions(NamedTuple):
     def of_drive(cls, given: Mapping[str, Any]) -> "RunOptions":
         """Return the options of `crane drive`: in real time, commanded by the operator, braked without commands."""
         values: dict[str, Any] = {"mode": "realtime", "no_controller": True, "wait": None, "command_stamps": None}
+        values |= {"frame_prefix": None, "paused": False}
         values |= given
         values["on_silence"] = given["on_silence"] or CommandTimeoutAction.BRAKE.value
         return cls(**values)
