@@ -299,7 +299,6 @@ class Block(NamedTuple):
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
     cable, robot = suspension(scene), urdf(scene)
-    framing = _framing(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -317,12 +316,12 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         provenance=source_note(scene),
         period_ns=scene.period_ns,
         robot=robot,
-        framing=framing,
+        framing=_framing(scene, cable),
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_scene_properties(scene) | {"urdf": robot, "crane": _crane_facts(scene, framing)},
+        properties=_scene_properties(scene) | {"urdf": robot, "crane": _crane_facts(scene, cable)},
     )
 
 
@@ -397,7 +396,7 @@ def _scene_properties(scene: Scene) -> dict[str, Any]:
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
 
 
-def _crane_facts(scene: Scene, framing: Framing) -> str:
+def _crane_facts(scene: Scene, cable: Suspension | None) -> str:
     """Return what a reader of the curves must know of the crane, as JSON."""
     facts = {
         "kind": scene.crane,
@@ -408,4 +407,4 @@ def _crane_facts(scene: Scene, framing: Framing) -> str:
         "command_units": scene.command_units,
         "tip_index": int(system.tip_index(scene.model)),
     }
-    return json.dumps(facts | {"framing": framing._asdict()})
+    return json.dumps(facts | {"framing": _framing(scene, cable)._asdict()})

@@ -18,8 +18,8 @@ from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
 HAND_WRITTEN = (
-    *("bench_top", "commands", "contact", "drives", "interfaces", "machines", "profiling", "reeving"),
-    *("operator", "ros", "ros2_control", "summary", "uncertain", "wind"),
+    *("bench_top", "commands", "contact", "drives", "interfaces", "looking", "machines", "operator", "profiling"),
+    *("reeving", "ros", "ros2_control", "summary", "uncertain", "wind"),
 )
 """Pages written by hand."""
 

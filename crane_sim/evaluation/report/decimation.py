@@ -50,7 +50,8 @@ def encode_columns(columns: Numbers) -> dict[str, Any]:
     span = np.where(high - low > STILL, high - low, 0.0)
     offset, scale = low + 0.5 * span, 0.5 * span / LEVELS
     varying = scale > 0.0
-    integers = np.rint((columns[:, varying] - offset[varying]) / scale[varying]).astype("<i4")
+    levels = np.rint((columns[:, varying] - offset[varying]) / scale[varying])
+    integers = levels.clip(-LEVELS, LEVELS).astype("<i4")
     scales = [[float(o), float(s)] for o, s in zip(offset, scale, strict=True)]
     return {
         "rows": len(columns),

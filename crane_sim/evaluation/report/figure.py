@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
 POINTS = 4000  # of one curve
 KINDS = (".png", ".pdf", ".svg")
-STYLE = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": SOFT}
+STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": SOFT}
 PLANES = (("from above", 0, 1), ("from the side", 0, 2))
 
 

@@ -50,11 +50,12 @@ def page_data(run: RecordedRun) -> dict[str, Any]:
         "events": run.events[:EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
         "headlines": headlines(run),
-        "figures": plain_figures(run.summary),
-        "joints": joint_table(run),
-        "origin": _origin(run),
         "scene": run.scene_text,
-    }
+    } | _tables(run)
+
+
+def _tables(run: RecordedRun) -> dict[str, Any]:
+    return {"figures": plain_figures(run.summary), "joints": joint_table(run), "origin": _origin(run)}
 
 
 def _last(run: RecordedRun, end: float) -> slice:
@@ -88,7 +89,7 @@ def _frames(run: RecordedRun, moving: list[int]) -> dict[str, Any]:
     """Return the frames of the 3D scene, as columns, and which columns are what: [first, count]."""
     frames, tip = run.frames, run.crane.tip_index
     at = np.searchsorted(run.t, frames.t - 0.5 * run.period)
-    parts = {"t": frames.t[:, None], "q": run.q[np.ix_(at, moving)], "nodes": _flat(frames.nodes[:, tip:])}
+    parts = {"t": frames.t[:, None], "q": run.q[at][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
     if run.base is not None:
         base = run.base[at]
         parts["base"] = np.hstack([base[:, :3], base_rotations(base).as_quat()])

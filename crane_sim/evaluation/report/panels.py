@@ -108,8 +108,11 @@ def _payload(run: RecordedRun) -> list[Panel]:
 
 def _rest(run: RecordedRun) -> list[Panel]:
     potential, energy = (each - each[0] for each in (run.potential, run.energy))
-    parts = [("kinetic", PALETTE[0], run.kinetic), ("potential since the start", PALETTE[2], potential)]
-    curves = [[Curve(*part)] for part in (*parts, ("total since the start", INK, energy))]
+    curves = [
+        [Curve("kinetic", PALETTE[0], run.kinetic)],
+        [Curve("potential since the start", PALETTE[2], potential)],
+        [Curve("total since the start", INK, energy)],
+    ]
     panels = _share("Rope tension", "N", [[Curve("uppermost link", INK, run.tension)]])
     panels += _share("Energy", "J", curves)
     if run.lyapunov is not None:

@@ -31,7 +31,8 @@ function ticks(low, high, count) {
 
 function spread(low, high) {
   if (!(high >= low)) return [-1, 1];
-  const margin = Math.max(0.06 * (high - low), 1e-6 * Math.max(Math.abs(low), Math.abs(high)), 1e-9);
+  const size = Math.max(Math.abs(low), Math.abs(high)), still = high - low <= 1e-6 * size || high - low < 1e-9;
+  const margin = still ? 0.5 * size || 1 : 0.06 * (high - low);
   return [low - margin, high + margin];
 }
 
