@@ -89,7 +89,7 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
 @click.argument("run", required=False, type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="FILE.png, FILE.pdf or FILE.svg.")
 def plot(run: Path | None, output: Path) -> None:
-    """Draw the curves of a recorded run, RUN or the newest: positions and targets, speeds, efforts, swing, tension, energy."""
+    """Draw the curves of a recorded run, RUN or the newest: positions and targets, speeds, efforts, swing, energy."""
     from crane_sim.evaluation.report.figure import save_run_figure
 
     save_run_figure(read_recording(recording_of(run)), output)
