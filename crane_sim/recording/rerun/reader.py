@@ -54,7 +54,7 @@ def read_run(path: Path) -> RecordedRun:
         raise UnreadableRecording(f"{path}: cannot be read: {cut}{reason}") from None
     run, document = _properties(batches, _RUN), _properties(batches, _SUMMARY).get("json")
     if "crane" not in run:
-        raise UnreadableRecording(f"{path}: holds no run, or one of an older version of crane_sim, before 0.4")
+        raise UnreadableRecording(f"{path}: holds no run, or one of an older version of crane_sim, before this one")
     summary = json.loads(document) if document else {}
     values = _arrays(batches, path)
     if len(values["t"]) != summary.get("recorded_steps", len(values["t"])):
