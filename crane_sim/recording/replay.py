@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from math import isnan
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from crane_sim.recording import provenance
 from crane_sim.simulation.plant import Plant
 
@@ -60,7 +62,7 @@ def replay(run: RecordedRun) -> Replay:
         SimulationError: the integration failed.
     """
     scene = run.load_scene()
-    commanded = scene.sampled
+    commanded = scene.sampled or bool(np.isfinite(run.commands).any())  # a node commanded a scene without a law
     plant, command = Plant(scene.with_external_commands() if commanded else scene), scene.idle_command
     true: Difference | None = None
     shown: Difference | None = None

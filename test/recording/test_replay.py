@@ -39,6 +39,14 @@ def test_a_replay_passes_through_the_same_states(name: str, tmp_path: Path) -> N
     assert outcome.changed == {}
 
 
+def test_commands_from_outside_are_replayed(tmp_path: Path) -> None:
+    """A scene without a law, commanded by a function, passes through the same states."""
+    scene = crane_sim.load_scene("overhead_energy", {"control": None, "reference": None, "duration": 0.3})
+    run = crane_sim.simulate(scene, law=lambda t, q, v: (40.0 * (1.0 - q[0]) - 80.0 * v[0],))
+    outcome = replay_run(crane_sim.read_recording(run.record(tmp_path / "run.rrd")))
+    assert outcome.difference is None and run.q[-1, 0] > 1e-3
+
+
 @pytest.mark.parametrize(("k", "joint", "bit"), [(0, 0, 0), (7, 3, 0), (12, 4, 51), (19, 1, 63)])
 def test_a_flipped_bit_is_named(k: int, joint: int, bit: int, tmp_path: Path) -> None:
     """One bit of one state is found: its step, its joint, and which bit it is."""

@@ -17,8 +17,8 @@ from crane_sim.operator.desk import Mode
 from crane_sim.operator.drives import operated
 from crane_sim.operator.levers import Buttons
 from crane_sim.orchestration.desk_link import DeskLink
-from crane_sim.recording.repetition import repeat
-from crane_sim.recording.rerun.reader import read_curves
+from crane_sim.recording.read import read_recording
+from crane_sim.recording.replay import replay
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import SLOW
 
@@ -112,9 +112,10 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
     assert "error" not in summary and summary["commands"]["rejected"] == 0, summary
     assert summary["operator"]["device"] == "/joy" and summary["operator"]["stops"] == 1
     assert summary["operator"]["losses"] >= 1  # one on purpose; a busy machine and the hung node may count more
-    commands = read_curves(record, "plots/effort_demanded").values
-    assert len(commands) == summary["steps"] and np.isnan(commands).any()
-    assert repeat(scene, commands).summary()["state_sha256"] == summary["state_sha256"]
+    recorded = read_recording(record)
+    commands, outcome = recorded.commands, replay(recorded)
+    assert len(commands) == summary["steps"] == outcome.steps and np.isnan(commands).any()
+    assert outcome.difference is None, str(outcome.difference)
     assert np.array_equal(held_commands(bag), commands, equal_nan=True)
 
 
