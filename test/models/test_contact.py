@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from falls_reference import SUPPORTS, mapped, places, strain_energy
 from point_masses import Extras, accelerations, mp, mpf, on_base, plus
-from test_falls import SUPPORTS, falls, mapped, places, rigid, strain_energy
+from test_falls import falls, rigid
 from test_suspended import INERTIA, SEA, base, turn
 
 from crane_sim import system

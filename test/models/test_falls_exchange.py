@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from falls_reference import SUPPORTS, mapped, places, strain_energy
 from point_masses import Extras, accelerations, body_points, mpf, on_base, plus
-from test_falls import STIFFNESS, SUPPORTS, falls, mapped, places, strain_energy
+from test_falls import STIFFNESS, falls
 from test_suspended import INERTIA, SEA, base, turn
 
 import crane_sim

@@ -251,17 +251,17 @@ RUN = """
 import json, sys
 from pathlib import Path
 from crane_sim import load_scene, orchestration
-scene = load_scene("knuckle_setpoint", {"duration": 30.0})
+scene = load_scene("knuckle_setpoint", {"duration": 60.0})
 print(json.dumps(orchestration.run(scene, mode="realtime", rate=10.0, record=Path(sys.argv[1]))))
 """
-FULL = 3000  # steps of that scene, twice as many as a megabyte holds
+FULL = 6000  # steps of that scene, twice as many as four megabytes hold
 
 
 def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
     """When the disk fills up the run still comes to its end, and its summary has the missing steps and the reason."""
     disk, copy = tmp_path / "disk", tmp_path / "run.rrd.part"
     disk.mkdir()
-    script = 'mount -t tmpfs -o size=1m tmpfs "$1" && "$2" -c "$3" "$1/run.rrd" && cp "$1/run.rrd.part" "$4"'
+    script = 'mount -t tmpfs -o size=4m tmpfs "$1" && "$2" -c "$3" "$1/run.rrd" && cp "$1/run.rrd.part" "$4"'
     command = ["unshare", "-Urm", "sh", "-c", script, "sh", str(disk), sys.executable, RUN, str(copy)]
     env = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     done = run_to_completion(command, env=env)
