@@ -107,9 +107,9 @@ def _needs(scene: Scene, speeds: Mapping[str, float]) -> dict[str, Need]:
     needs = {}
     for i, (joint, drive) in enumerate(zip(scene.actuated, records, strict=True)):
         usual = _PACES.get(joint, _PACE.get(units[joint], _PACE["m"]))
-        motor = drive.base_speed if 0.0 < drive.base_speed < inf and drive.peak < inf else usual.speed
-        load, inertia = mechanics.static_load[i], float(mechanics.inertia_others_locked[i])
-        left = min(drive.high, drive.peak) - load, load - max(drive.low, -drive.peak)
+        motor = float(drive.base_speed) if 0.0 < drive.base_speed < inf and drive.peak < inf else usual.speed
+        load, inertia = float(mechanics.static_load[i]), float(mechanics.inertia_others_locked[i])
+        left = float(min(drive.high, drive.peak) - load), float(load - max(drive.low, -drive.peak))
         ramp = RAMP_SHARE * min(left) / inertia
         limited = min(usual.acceleration, ramp) if ramp > 0.0 else usual.acceleration
         needs[joint] = Need(Pace(speeds.get(joint, motor), limited), inertia)

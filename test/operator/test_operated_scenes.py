@@ -4,6 +4,7 @@ from math import inf, nan
 from typing import Any
 
 import pytest
+import yaml
 
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
@@ -46,6 +47,13 @@ def test_weak_drives_get_slow_ramps() -> None:
     slew = actuators_of("tower_gust")["slew"]
     inertia = slew["servo"]["gain"] / (2.0 * BANDWIDTH)
     assert slew["servo"]["max_acceleration"] == pytest.approx(0.5 * 240.0e3 / inertia, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["tower_gust", "mobile_lift", "knuckle_setpoint"])
+def test_a_driven_scene_is_a_file(name: str) -> None:
+    """It goes to the nodes as YAML, which has plain numbers only, and is the same scene when it is read."""
+    document = operated(load_scene(name)).to_dict()
+    assert yaml.safe_load(yaml.safe_dump(document)) == document
 
 
 def test_what_the_scene_says_of_a_drive_stays() -> None:
