@@ -14,48 +14,16 @@ from crane_sim.files.document import SHARED, nominal, read, set_value, switch_la
 from crane_sim.files.errors import SceneError, foreign_key, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
+from crane_sim.scenes.forms import FORMS, check_cable, cranes_with, form_of
 from crane_sim.scenes.hardware_settings import CLOSE, acts, commands_of, equipment_of
 from crane_sim.scenes.instrument_settings import instruments_of
-from crane_sim.scenes.schema.bridge import BridgeFile
-from crane_sim.scenes.schema.gantry import GantryFile
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
-from crane_sim.scenes.schema.knuckle import KnuckleFile
-from crane_sim.scenes.schema.knuckle_falls import KnuckleFallsFile
 from crane_sim.scenes.schema.limits import TravelLimits
-from crane_sim.scenes.schema.mobile import MobileFile
-from crane_sim.scenes.schema.mobile_falls import MobileFallsFile
-from crane_sim.scenes.schema.overhead import OverheadFile
-from crane_sim.scenes.schema.pendulum import PendulumFile
-from crane_sim.scenes.schema.pendulum_falls import PendulumFallsFile
 from crane_sim.scenes.schema.reference import resolve_target
 from crane_sim.scenes.schema.scene_file import SceneFile
-from crane_sim.scenes.schema.tower import TowerFile
-from crane_sim.scenes.schema.tower_falls import TowerFallsFile
 from crane_sim.scenes.schema.uncertain import draw_parameters
 
 MAX_STEPS = 1e8  # control periods in a run
-FORMS: dict[str, type[SceneFile]] = {
-    "knuckle": KnuckleFile,
-    "tower": TowerFile,
-    "mobile": MobileFile,
-    "bridge": BridgeFile,
-    "gantry": GantryFile,
-    "overhead": OverheadFile,
-    "pendulum": PendulumFile,
-}
-"""The kinds of crane, and the form of their scene files."""
-
-FALLS_FORMS: dict[str, type[SceneFile]] = {
-    "knuckle": KnuckleFallsFile,
-    "tower": TowerFallsFile,
-    "mobile": MobileFallsFile,
-    "pendulum": PendulumFallsFile,
-}
-"""The same of those files that have `falls` in place of a rope."""
-
-ALL_FORMS = FORMS | {f"{crane} with falls": form for crane, form in FALLS_FORMS.items()}
-"""All forms, by what a crane is called."""
-
 DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
 
 
@@ -338,41 +306,11 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     form = form_of(document)
     if form is None:
         raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
-    _check_cable(document)
+    check_cable(document)
     try:
         return form.model_validate(without_nulls(document))
     except ValidationError as error:
-        raise SceneError(one_line(error, form) + _cranes_with(foreign_key(error))) from None
-
-
-def form_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
-    """Return the form of a document, None for an unknown crane; with `falls` that of the crane with falls."""
-    crane = str(document.get("crane"))
-    return (FALLS_FORMS if document.get("falls") is not None and crane in FALLS_FORMS else FORMS).get(crane)
-
-
-def _check_cable(document: Mapping[str, Any]) -> None:
-    """Raise SceneError for keys of a rope beside `falls`, and for keys of falls without them."""
-    crane, on_falls = str(document["crane"]), document.get("falls") is not None
-    if crane == "bridge" and on_falls:
-        raise SceneError("falls: belongs to crane: gantry, whose winch is `hoist`; here is crane: bridge")
-    if crane not in FALLS_FORMS:
-        return
-    forms = FORMS[crane].model_fields, FALLS_FORMS[crane].model_fields
-    known, others = forms if not on_falls else forms[::-1]
-    for key in (key for key, value in document.items() if value is not None and key in others.keys() - known.keys()):
-        why, what = ("stands beside falls", "one of both") if on_falls else ("belongs to falls, here are none", key)
-        raise SceneError(f"{key}: {why}; leave out {what}")
-
-
-def _cranes_with(key: str | None) -> str:
-    """Return the end of a line on an unknown group that other cranes have, empty where none does."""
-    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields]
-    on_falls = [crane for crane, form in FALLS_FORMS.items() if key in form.model_fields and crane not in cranes]
-    if not cranes and not on_falls:
-        return ""
-    also = f", with falls to {', '.join(on_falls)}" if on_falls else ""
-    return f"; {key!r} belongs to crane: {', '.join(cranes)}{also}"
+        raise SceneError(one_line(error, form) + cranes_with(foreign_key(error))) from None
 
 
 def _law(file: SceneFile, document: dict[str, Any]) -> Law:

@@ -13,7 +13,8 @@ from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recor
 from crane_sim.evaluation.bench.group_cases import CASES
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.ros.common.timing import StepTiming
-from crane_sim.scenes.scene import FORMS, load_scene
+from crane_sim.scenes.forms import FORMS
+from crane_sim.scenes.scene import load_scene
 
 SPREAD = {"median", "least", "most", "rounds"}
 

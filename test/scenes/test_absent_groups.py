@@ -13,7 +13,8 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
 from crane_sim.numerics.states import leaves
-from crane_sim.scenes.scene import ALL_FORMS, FALLS_FORMS, Scene, load_scene
+from crane_sim.scenes.forms import ALL_FORMS, FALLS_FORMS
+from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.stepping.periods import begin
 

@@ -15,7 +15,7 @@ from crane_sim.evaluation.documentation.fields import REQUIRED, UNITS, Choice, f
 from crane_sim.evaluation.documentation.scene_format import COMMAND, anchor, scene_format
 from crane_sim.evaluation.documentation.signs import SIGNS
 from crane_sim.laws import law_names, law_of
-from crane_sim.scenes.scene import ALL_FORMS
+from crane_sim.scenes.forms import ALL_FORMS
 from crane_sim.simulation.metrics import world_points
 
 pytestmark = pytest.mark.interpreted

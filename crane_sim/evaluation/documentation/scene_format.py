@@ -12,7 +12,7 @@ from crane_sim.evaluation.documentation.fields import REQUIRED, Choice, Field, f
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import law_names, law_of
-from crane_sim.scenes.scene import ALL_FORMS, FALLS_FORMS
+from crane_sim.scenes.forms import ALL_FORMS, FALLS_FORMS
 from crane_sim.scenes.schema.hardware import HardwareGroups
 
 COMMAND = "crane describe --save docs"

@@ -22,7 +22,7 @@ from crane_sim.trajectories.wind import Wind
 class SceneFile(HardwareGroups, ABC):
     """A scene file: a form, one subclass for each kind of crane, adds its groups and implements the abstract members.
 
-    A form also has `crane: Literal["NAME"]`, its name in `scenes.scene.FORMS`. Joints, and the
+    A form also has `crane: Literal["NAME"]`, its name in `scenes.forms.FORMS`. Joints, and the
     actuated ones among them, are in the order of `joint_names`; nq is their number, nu that of the actuated ones.
     """
 

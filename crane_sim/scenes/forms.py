@@ -1,0 +1,70 @@
+"""The kinds of crane, and the form of the scene files of each."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from crane_sim.files.errors import SceneError
+from crane_sim.scenes.schema.bridge import BridgeFile
+from crane_sim.scenes.schema.gantry import GantryFile
+from crane_sim.scenes.schema.knuckle import KnuckleFile
+from crane_sim.scenes.schema.knuckle_falls import KnuckleFallsFile
+from crane_sim.scenes.schema.mobile import MobileFile
+from crane_sim.scenes.schema.mobile_falls import MobileFallsFile
+from crane_sim.scenes.schema.overhead import OverheadFile
+from crane_sim.scenes.schema.pendulum import PendulumFile
+from crane_sim.scenes.schema.pendulum_falls import PendulumFallsFile
+from crane_sim.scenes.schema.scene_file import SceneFile
+from crane_sim.scenes.schema.tower import TowerFile
+from crane_sim.scenes.schema.tower_falls import TowerFallsFile
+
+FORMS: dict[str, type[SceneFile]] = {
+    "knuckle": KnuckleFile,
+    "tower": TowerFile,
+    "mobile": MobileFile,
+    "bridge": BridgeFile,
+    "gantry": GantryFile,
+    "overhead": OverheadFile,
+    "pendulum": PendulumFile,
+}
+"""The kinds of crane, and the form of their scene files."""
+
+FALLS_FORMS: dict[str, type[SceneFile]] = {
+    "knuckle": KnuckleFallsFile,
+    "tower": TowerFallsFile,
+    "mobile": MobileFallsFile,
+    "pendulum": PendulumFallsFile,
+}
+"""The same of those files that have `falls` in place of a rope."""
+
+ALL_FORMS = FORMS | {f"{crane} with falls": form for crane, form in FALLS_FORMS.items()}
+"""All forms, by what a crane is called."""
+
+
+def form_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
+    """Return the form of a document, None for an unknown crane; with `falls` that of the crane with falls."""
+    crane = str(document.get("crane"))
+    return (FALLS_FORMS if document.get("falls") is not None and crane in FALLS_FORMS else FORMS).get(crane)
+
+
+def check_cable(document: Mapping[str, Any]) -> None:
+    """Raise SceneError for keys of a rope beside `falls`, and for keys of falls without them."""
+    crane, on_falls = str(document["crane"]), document.get("falls") is not None
+    if crane == "bridge" and on_falls:
+        raise SceneError("falls: belongs to crane: gantry, whose winch is `hoist`; here is crane: bridge")
+    if crane not in FALLS_FORMS:
+        return
+    forms = FORMS[crane].model_fields, FALLS_FORMS[crane].model_fields
+    known, others = forms if not on_falls else forms[::-1]
+    for key in (key for key, value in document.items() if value is not None and key in others.keys() - known.keys()):
+        why, what = ("stands beside falls", "one of both") if on_falls else ("belongs to falls, here are none", key)
+        raise SceneError(f"{key}: {why}; leave out {what}")
+
+
+def cranes_with(key: str | None) -> str:
+    """Return the end of a line on an unknown group that other cranes have, empty where none does."""
+    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields]
+    on_falls = [crane for crane, form in FALLS_FORMS.items() if key in form.model_fields and crane not in cranes]
+    if not cranes and not on_falls:
+        return ""
+    also = f", with falls to {', '.join(on_falls)}" if on_falls else ""
+    return f"; {key!r} belongs to crane: {', '.join(cranes)}{also}"
