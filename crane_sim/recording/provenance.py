@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import platform
+from collections.abc import Iterable
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -15,21 +17,27 @@ _CPU = Path("/proc/cpuinfo")
 
 def of_this_process() -> dict[str, str]:
     """Return the versions by package, `python`, `system`, `cpu`, and `lock_sha256` of the file of locked packages."""
-    found = {name: number for name in PACKAGES if (number := _version(name))}
-    return {"python": platform.python_version()} | found | _machine() | _lock()
+    return {"python": platform.python_version()} | versions_of(PACKAGES) | _machine() | _lock()
 
 
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""
+def versions_of(packages: Iterable[str]) -> dict[str, str]:
+    """Return the versions of those packages that are installed."""
+    found = {}
+    for name in packages:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
+
+
+def processor() -> str:
+    """Return the processor's own name; platform.processor() is empty on many systems."""
+    lines = _CPU.read_text().splitlines() if _CPU.is_file() else []
+    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(models, platform.processor() or platform.machine())
 
 
 def _machine() -> dict[str, str]:
-    lines = _CPU.read_text().splitlines() if _CPU.is_file() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return {"system": f"{platform.system()} {platform.machine()}", "cpu": (models or [platform.processor()])[0]}
+    return {"system": f"{platform.system()} {platform.machine()}", "cpu": processor()}
 
 
 def _lock() -> dict[str, str]:

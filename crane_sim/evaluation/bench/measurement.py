@@ -4,9 +4,9 @@ import os
 import platform
 import statistics
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
+
+from crane_sim.recording.provenance import processor, versions_of
 
 _PACKAGES = ("numpy", "numba", "scipy", "rclpy", "rerun-sdk", "rosbags")
 
@@ -24,12 +24,12 @@ def ratio(numerators: Sequence[float], denominators: Sequence[float]) -> dict[st
 def machine() -> dict[str, Any]:
     """Return the conditions of a measurement: processor, cores, memory, system, versions."""
     return {
-        "processor": _processor(),
+        "processor": processor(),
         "cores": os.cpu_count(),
         "memory_GB": round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9, 1),
         "system": f"{platform.system()} {platform.release()} {platform.machine()}",
         "python": platform.python_version(),
-        "versions": {name: package_version for name in _PACKAGES if (package_version := _version(name))},
+        "versions": versions_of(_PACKAGES),
     }
 
 
@@ -38,20 +38,3 @@ def describe_machine(machine: Mapping[str, Any]) -> str:
     numba = machine["versions"].get("numba", "?")
     conditions = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
     return f"{conditions}, Python {machine['python']}, numba {numba}"
-
-
-def _processor() -> str:
-    """Return the processor's own name; platform.processor() is empty on many systems."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        lines = []
-    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(models, platform.processor() or platform.machine())
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""
