@@ -15,7 +15,7 @@ import numpy as np
 from crane_control.anti_swing import gravity, swing_geometry
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.metrics import derive_instant
 from crane_sim.trajectories.shaping import impulses
 
 DAMPING = 0.1
@@ -65,8 +65,7 @@ class Assistance:
 
     def _offset(self, q: Sequence[float]) -> np.ndarray:
         """Return how far the payload is from below its suspension point [m], horizontally (2,)."""
-        positions, efforts = np.array([q]), np.zeros((1, len(self._scene.actuated)))
-        derived = derive(self._scene, np.zeros(1), positions, np.zeros_like(positions), efforts)
+        derived = derive_instant(self._scene, 0.0, q, (0.0,) * len(q))
         return (derived.payload - derived.tip)[0, :2]
 
     def _at(self, t: float) -> tuple[float, ...]:

@@ -2,11 +2,10 @@
 
 import sys
 import time
-from math import degrees, hypot
+from math import degrees
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 from rclpy.duration import Duration
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
@@ -16,19 +15,18 @@ from crane_control.assistance import Assistance
 from crane_sim.files.errors import SceneError
 from crane_sim.operator.desk import Desk, Mode, SoftLimits
 from crane_sim.operator.drives import driven_joints
-from crane_sim.operator.inputs import LEVELS, Demand, Keyboard
+from crane_sim.operator.inputs import DEVICES, LEVELS, Demand, Keyboard
 from crane_sim.operator.levers import assign
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.controller.responder import ActivationBuffer, serve_responder
+from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers, serve_responder
 from crane_sim.ros.controller.states import State, StateReader
 from crane_sim.ros.operator.devices import Device, GamepadDevice, JoyDevice, KeyboardDevice
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.metrics import derive_instant
 
-DEVICES = ("keyboard", "gamepad", "joy")
 PARAMETERS = {
     "scene": Option("bridge_speed_drive", "scene, whose drives all follow speeds: a name of the catalogue or a path"),
     "device": Option("joy", "the operator's device; keys come from the terminal of `crane drive`", choices=DEVICES),
@@ -103,10 +101,7 @@ class OperatorNode:
 
     def missing(self) -> str:
         """See `Responder`; the device may come later."""
-        if not self._states.get_publisher_count():
-            return f"a publisher of {self._states.topic_name}"
-        number = 1 + self._settings.expected_recorders - self._commands.get_subscription_count()
-        return f"{number} more subscriber(s) of {self._commands.topic_name}" if number > 0 else ""
+        return missing_peers(self._states, self._commands, self._settings.expected_recorders)
 
     def heartbeat(self) -> None:
         """Report the panel to the terminal when it is due."""
@@ -202,10 +197,7 @@ def _assistance(scene: Scene) -> tuple[Assistance | None, str]:
 
 def _swing(scene: Scene, q: tuple[float, ...]) -> float:
     """Return the angle [°] from the vertical of the line from the suspension point to the payload."""
-    positions, efforts = np.array([q]), np.zeros((1, len(scene.actuated)))
-    derived = derive(scene, np.zeros(1), positions, np.zeros_like(positions), efforts)
-    x, y, z = (derived.payload - derived.tip)[0]
-    return degrees(np.arctan2(hypot(x, y), -z))
+    return degrees(derive_instant(scene, 0.0, q, (0.0,) * len(q)).swing[0])
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:

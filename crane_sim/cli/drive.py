@@ -16,9 +16,9 @@ from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, load_scen
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.operator.drives import driven_joints, operated
 from crane_sim.operator.gamepad import MISSING
+from crane_sim.operator.inputs import DEVICES
 from crane_sim.operator.levers import assign
 
-DEVICES = ("keyboard", "gamepad", "joy")
 _OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
     click.option(

@@ -21,35 +21,41 @@ from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeout
 _PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of names of frames
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
-_OPTIONS = (
-    click.option("--mode", default="lockstep", help="lockstep | realtime (default lockstep)."),
-    click.option("--rate", type=float, help="realtime: simulated seconds per second."),
-    click.option("--record", type=click.Path(path_type=Path), help="The recording (default: runs/SCENE-TIME.rrd)."),
-    click.option("--no-record", is_flag=True, help="Write no recording."),
-    click.option("--mcap", type=click.Path(path_type=Path), help="Write the ROS messages, too: FILE.mcap."),
-    click.option("--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."),
-    click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
-    click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
-    click.option(
+_OPTIONS = {
+    "mode": click.option("--mode", default="lockstep", help="lockstep | realtime (default lockstep)."),
+    "rate": click.option("--rate", type=float, help="realtime: simulated seconds per second."),
+    "record": click.option(
+        "--record", type=click.Path(path_type=Path), help="The recording (default: runs/SCENE-TIME.rrd)."
+    ),
+    "no_record": click.option("--no-record", is_flag=True, help="Write no recording."),
+    "mcap": click.option("--mcap", type=click.Path(path_type=Path), help="Write the ROS messages, too: FILE.mcap."),
+    "live": click.option(
+        "--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."
+    ),
+    "domain_id": click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
+    "no_controller": click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
+    "wait": click.option(
         "--wait",
         type=float,
         help="With --no-controller: seconds without a command of your node until the run ends (default 120). "
         "Until its first command the run always waits at least 120 s. 0: no limit.",
     ),
-    click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
-    click.option(
+    "restart": click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
+    "on_silence": click.option(
         "--on-silence", help=f"realtime: action at the time-out of commands: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."
     ),
-    click.option(
+    "command_stamps": click.option(
         "--command-stamps",
         help="With --no-controller: stamps of commands: that of the state answered, ROS time (in lockstep /clock then "
         f"leads), or any: {' | '.join(COMMAND_STAMPS)} (default state).",
     ),
-    click.option("--tf", help=f"Transforms on /tf and /tf_static: {' | '.join(TRANSFORM_SCOPES)} (default all)."),
-    click.option("--frame-prefix", help="Begins the names of frames but world: several cranes in one ROS domain."),
-    click.option("--paused", is_flag=True, help="Begin paused, until a service plays the run."),
-    click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
-)
+    "tf": click.option("--tf", help=f"Transforms on /tf and /tf_static: {' | '.join(TRANSFORM_SCOPES)} (default all)."),
+    "frame_prefix": click.option(
+        "--frame-prefix", help="Begins the names of frames but world: several cranes in one ROS domain."
+    ),
+    "paused": click.option("--paused", is_flag=True, help="Begin paused, until a service plays the run."),
+    "fifo": click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
+}
 
 
 _OF_DRIVE = ("rate", "record", "no_record", "mcap", "live", "domain_id", "restart", "on_silence", "tf", "fifo")
@@ -178,17 +184,15 @@ def check_recording(path: Path | None) -> None:
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of `RunOptions` to a command."""
-    for option in reversed(_OPTIONS):
+    for option in reversed(_OPTIONS.values()):
         command = option(command)
     return command
 
 
 def drive_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options of `RunOptions` that `crane drive` has to a command."""
-    for option in reversed(_OPTIONS):
-        named = option(lambda: None)
-        if named.__click_params__[0].name in _OF_DRIVE:  # type: ignore[attr-defined]
-            command = option(command)
+    for name in reversed(_OF_DRIVE):
+        command = _OPTIONS[name](command)
     return command
 
 

@@ -8,7 +8,6 @@ speed is permitted where that place is within the travel; the largest such speed
 from typing import NamedTuple
 
 from crane_sim.hardware.reference_profiles import (
-    Bounds,
     fall_velocity,
     hold_velocity,
     phase_distance,
@@ -87,6 +86,3 @@ def permitted_speed(motion, command, bounds, low, high, ahead):
         else:
             most = middle
     return sign * least
-
-
-__all__ = ["Bounds", "Motion", "follow", "permitted_speed"]

@@ -101,7 +101,7 @@ class SoftLimits:
     def __init__(self, joints: Sequence[DrivenJoint], period: float) -> None:
         """Begin at rest; `period` [s] of commands."""
         self._joints, self._period, self.held = tuple(joints), period, list[str]()
-        self._references = [Motion(0.0, 0.0, 0.0)] * len(self._joints)
+        self.reset()
 
     def reset(self) -> None:
         """Let the references rest: brakes have stopped the crane."""

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from crane_sim.operator.levers import Assignment
 
+DEVICES = ("keyboard", "gamepad", "joy")
+"""The kinds of device."""
 NEUTRAL = 0.05
 """Part of an axis's way within which it counts as released: sticks do not return exactly."""
 FIRST_HOLD = 0.7

@@ -15,13 +15,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from crane_sim import load_scene
 from crane_sim.laws import fast_half
 from crane_sim.process_signals import clear_parent_death_signal, set_parent_death_signal
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.metrics import derive_instant
 
 MODULES = ("crane_sim.simulation.plant", "crane_control", "crane_sim.recording.layout")
 """What the nodes import, ROS apart; the last one imports the parts of scipy that a recorder uses."""
@@ -32,8 +30,7 @@ def preload(scene: Scene) -> None:
     if scene.law is not None:
         fast_half(scene.law)(0.0, scene.initial_q, scene.initial_v)
         scene.law(0.0, scene.initial_q, scene.initial_v)
-    effort = np.zeros((1, len(scene.actuated)))
-    derive(scene, np.zeros(1), np.array([scene.initial_q]), np.array([scene.initial_v]), effort)
+    derive_instant(scene, 0.0, scene.initial_q, scene.initial_v)
 
 
 class _Node(NamedTuple):

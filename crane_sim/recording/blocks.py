@@ -8,7 +8,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.recording.layout import Block, base_of, hanging_still, to_base, to_world
-from crane_sim.simulation.metrics import Derived, derive
+from crane_sim.simulation.metrics import Derived, derive, derive_instant
 from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
@@ -81,8 +81,7 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
 
 def _potential_at_start(scene: Scene) -> float:
     """Return the potential energy [J] at the initial state."""
-    q, v, u = (np.array([row]) for row in (scene.initial_q, scene.initial_v, (0.0,) * len(scene.actuated)))
-    return float(derive(scene, np.zeros(1), q, v, u).potential[0])
+    return float(derive_instant(scene, 0.0, scene.initial_q, scene.initial_v).potential[0])
 
 
 def _array(vectors: Any) -> Numbers:

@@ -4,6 +4,7 @@ Tracking error of a run, accumulated block by block: the same bits for any lengt
 """
 
 import hashlib
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -211,6 +212,11 @@ def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing, falls)
 
 
+def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float]) -> Derived:
+    """Return `derive` of one instant, K = 1, without efforts: positions q (nq,), velocities v (nq,), t in s."""
+    return derive(scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, len(scene.actuated))))
+
+
 class Metrics:
     """Figures of one run, from blocks of rows, one row a control period: the same bits however long the blocks are."""
 
@@ -280,7 +286,7 @@ class Metrics:
         """
         sha = self._sha.copy()
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
-        final = self._final(t, q, v)
+        final = derive_instant(self._scene, t, q, v)
         angles = np.degrees([self._swing, self._residual, final.swing[0]])
         low, high = self._tension
         audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
@@ -301,9 +307,6 @@ class Metrics:
             "energy_audit_max": audit[1],
             "state_sha256": sha.hexdigest(),
         } | self._further(t, q, final.payload)
-
-    def _final(self, t: float, q: Vector, v: Vector) -> Derived:
-        return derive(self._scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, self._nu)))
 
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
         """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""

@@ -12,7 +12,7 @@ from crane_sim import load_scene
 from crane_sim.laws import Law, LawError
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.path_input import TrajectoryInput
-from crane_sim.ros.controller.responder import ActivationBuffer
+from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers
 from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
 from crane_sim.scenes.scene import Scene
 
@@ -65,10 +65,7 @@ class LawNode:
 
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are matched."""
-        if not self._states.get_publisher_count():
-            return f"a publisher of {self._states.topic_name}"
-        number = 1 + self._settings.expected_recorders - self._answers.get_subscription_count()
-        return f"{number} more subscriber(s) of {self._answers.topic_name}" if number > 0 else ""
+        return missing_peers(self._states, self._answers, self._settings.expected_recorders)
 
     def heartbeat(self) -> None:
         """Publish diagnostics when they are due."""

@@ -3,6 +3,9 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
+
 from crane_sim.ros.common.node_host import Fault, NodeHost
 
 
@@ -52,6 +55,14 @@ class ActivationBuffer:
             self._callback(data)
         else:
             self._newest = data
+
+
+def missing_peers(states: Subscription, answers: Publisher, expected_recorders: int) -> str:
+    """Return one line on a missing publisher of the states, or missing subscribers of the answers; empty for none."""
+    if not states.get_publisher_count():
+        return f"a publisher of {states.topic_name}"
+    number = 1 + expected_recorders - answers.get_subscription_count()
+    return f"{number} more subscriber(s) of {answers.topic_name}" if number > 0 else ""
 
 
 def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
