@@ -141,7 +141,7 @@ class OperatorNode:
         now, before, self._last = time.monotonic(), self._desk.mode, state
         operator = self._desk.take(self._demand(now), now)
         q, v = ([values[i] for i in self._driven] for values in (state.q, state.v))
-        self._speeds = self._limits.take(self._assisted(state, operator), q, v)
+        self._speeds = self._limits.take(self._assisted_speeds(state, operator), q, v)
         self._commands.publish(self._wire.encode(state.stamp, self._speeds))
         if self._brakes.order(self._desk.stopped, now):
             self._limits.reset()
@@ -157,7 +157,7 @@ class OperatorNode:
         either = {name: getattr(demand, name) or getattr(keys, name) for name in ("stop", "release", "assistance")}
         return demand._replace(**either)
 
-    def _assisted(self, state: State, speeds: tuple[float, ...]) -> tuple[float, ...]:
+    def _assisted_speeds(self, state: State, speeds: tuple[float, ...]) -> tuple[float, ...]:
         """Return the operator's speeds, through the assistance where that is on and the crane may move."""
         if self._assistance is None:
             return speeds

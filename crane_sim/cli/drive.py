@@ -14,7 +14,7 @@ from crane_sim.cli.operator_console import OperatorConsole, lever_note, lever_ta
 from crane_sim.cli.run_options import RunOptions, drive_options
 from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, load_scene_with_options
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.operator.drives import driven_joints, operated
+from crane_sim.operator.drives import driven_joints, with_operator_drives
 from crane_sim.operator.gamepad import MISSING
 from crane_sim.operator.inputs import DEVICES
 from crane_sim.operator.levers import assign
@@ -55,7 +55,7 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     _check_device(given["device"])
     loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
     with report.compiling(hidden=as_json):
-        ready = operated(loaded, given["duration"], _parse_speeds(given["speeds"]))
+        ready = with_operator_drives(loaded, given["duration"], _parse_speeds(given["speeds"]))
         _warm(ready)
     console = _open_console(ready, given, as_json)
     console.log(_describe_drives(loaded, ready))

@@ -110,7 +110,7 @@ class SoftLimits:
     def take(self, speeds: Sequence[float], q: Sequence[float], v: Sequence[float]) -> tuple[float, ...]:
         """Return the permitted speeds (nu,) at the joints' positions and velocities (nu,)."""
         allowed = tuple(
-            self._permitted(joint, reference, speed, *state)
+            self._permitted_speed(joint, reference, speed, *state)
             for joint, reference, speed, *state in zip(self._joints, self._references, speeds, q, v, strict=True)
         )
         joints = zip(self._joints, allowed, speeds, strict=True)
@@ -121,7 +121,7 @@ class SoftLimits:
         ]
         return allowed
 
-    def _permitted(self, joint: DrivenJoint, reference: Motion, speed: float, q: float, v: float) -> float:
+    def _permitted_speed(self, joint: DrivenJoint, reference: Motion, speed: float, q: float, v: float) -> float:
         """Return the permitted speed of a joint: its motion is the faster one of what it does and what it follows."""
         speed = min(max(speed, -joint.bounds.speed), joint.bounds.speed)
         if speed == 0.0 or (joint.low == -inf and joint.high == inf):

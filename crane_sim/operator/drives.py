@@ -53,7 +53,9 @@ _OF_LAWS = ("control", "inputs", "reference")  # groups that an operator replace
 _OF_EFFORTS = ("lag", "rate_limit", "deadband")  # keys of a drive by effort that one by speed does not have
 
 
-def operated(scene: Scene, duration: float | None = None, speeds: Mapping[str, float] | None = None) -> Scene:
+def with_operator_drives(
+    scene: Scene, duration: float | None = None, speeds: Mapping[str, float] | None = None
+) -> Scene:
     """Return the scene for an operator: no law, inputs or reference, and drives that all follow speeds.
 
     Args:
@@ -135,7 +137,7 @@ def _drive(scene: Scene, i: int, given: dict[str, Any], need: Need, asked: bool)
 
 
 def driven_joints(scene: Scene) -> tuple[DrivenJoint, ...]:
-    """Return the joints (nu,) of a scene that `operated` has returned, with speeds, ramps and soft limits."""
+    """Return the joints (nu,) of a scene from `with_operator_drives`, with speeds, ramps and soft limits."""
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     start = dict(zip(scene.joint_names, scene.initial_q, strict=True))
     joints = []

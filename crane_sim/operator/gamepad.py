@@ -45,7 +45,7 @@ class Gamepad:
         self._keys = {getattr(ecodes, name): i for i, name in enumerate(_BUTTONS)}
         for code, i in self._codes.items():
             if code in self._ranges:
-                self._axes[i] = self._scaled(code, self._ranges[code].value)
+                self._axes[i] = self._normalise(code, self._ranges[code].value)
         for key in self._device.active_keys():
             if key in self._keys:
                 self._buttons[self._keys[key]] = 1
@@ -59,7 +59,7 @@ class Gamepad:
         with suppress(BlockingIOError):
             for event in self._device.read():
                 if event.type == ecodes.EV_ABS and event.code in self._codes:
-                    self._axes[self._codes[event.code]] = self._scaled(event.code, event.value)
+                    self._axes[self._codes[event.code]] = self._normalise(event.code, event.value)
                 elif event.type == ecodes.EV_KEY and event.code in self._keys:
                     self._buttons[self._keys[event.code]] = int(bool(event.value))
         return Sample(tuple(self._axes), tuple(self._buttons))
@@ -69,7 +69,7 @@ class Gamepad:
         with suppress(OSError):
             self._device.close()
 
-    def _scaled(self, code: int, value: int) -> float:
+    def _normalise(self, code: int, value: int) -> float:
         """Return an axis's position, -1 .. 1: left and forwards positive."""
         info = self._ranges[code]
         half = 0.5 * (info.max - info.min)

@@ -71,7 +71,7 @@ def assign(joints: Sequence[str], changes: Sequence[str] = ()) -> Assignment:
     levers: list[Lever] = []
     for joint in joints:
         levers.append(_lever(joint, levers))
-    return _changed(Assignment(tuple(levers), Buttons()), changes)
+    return _apply_changes(Assignment(tuple(levers), Buttons()), changes)
 
 
 def _lever(joint: str, others: Sequence[Lever]) -> Lever:
@@ -84,7 +84,7 @@ def _lever(joint: str, others: Sequence[Lever]) -> Lever:
     return Lever(joint, keys, ("+", "-"), axis)
 
 
-def _changed(assignment: Assignment, changes: Sequence[str]) -> Assignment:
+def _apply_changes(assignment: Assignment, changes: Sequence[str]) -> Assignment:
     levers, buttons = {lever.joint: lever for lever in assignment.levers}, assignment.buttons
     for change in changes:
         name, _, value = change.partition("=")

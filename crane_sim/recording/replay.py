@@ -70,15 +70,15 @@ def replay(run: RecordedRun) -> Replay:
         true = true or _difference(scene, k, run, (plant.q, plant.v))
         shown = shown or _difference(scene, k, run, plant.seen)
         if true and shown:
-            return Replay(k + 1, max(true, shown, key=lambda each: each.step), _changed(run.versions))
+            return Replay(k + 1, max(true, shown, key=lambda each: each.step), _version_changes(run.versions))
         if commanded:
             plant.braking = all(map(isnan, run.commands[k]))
-            command = _braked(scene, command) if plant.braking else tuple(map(float, run.commands[k]))
+            command = _brake_modes(scene, command) if plant.braking else tuple(map(float, run.commands[k]))
         plant.advance(command if commanded else None)
-    return Replay(len(run.t), None, _changed(run.versions))
+    return Replay(len(run.t), None, _version_changes(run.versions))
 
 
-def _braked(scene: Scene, last: Vector) -> tuple[float, ...]:
+def _brake_modes(scene: Scene, last: Vector) -> tuple[float, ...]:
     """Return the command (nu,) of a period in which the brakes act: zero, or a position's before them."""
     return tuple(x if kind == "position" else 0.0 for kind, x in zip(scene.commands, last, strict=True))
 
@@ -92,7 +92,7 @@ def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vec
     return None
 
 
-def _changed(then: dict[str, str]) -> dict[str, tuple[str, str]]:
+def _version_changes(then: dict[str, str]) -> dict[str, tuple[str, str]]:
     now = provenance.of_this_process()
     return {name: (value, now.get(name, "none")) for name, value in then.items() if value != now.get(name)}
 

@@ -45,14 +45,14 @@ class Extremes:
         self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a slewing crane turns the load on purpose
         self._peaks = np.zeros(len(self._angles))
         self._bending = {name: i for i, name in enumerate(names) if name.endswith(DEFLECTION)}
-        self._bent = np.zeros(len(self._bending))
+        self._peak_angles = np.zeros(len(self._bending))
 
     def extend(self, q: Array) -> None:
         """Take joint positions (K, nq)."""
         for k, (i, limit) in enumerate(self._limits):
             margin = min(q[:, i].min() - limit.low, limit.high - q[:, i].max())
             self._margins[k] = min(self._margins[k], margin)
-        self._bent = np.maximum(self._bent, np.abs(q[:, [*self._bending.values()]]).max(axis=0))
+        self._peak_angles = np.maximum(self._peak_angles, np.abs(q[:, [*self._bending.values()]]).max(axis=0))
         if self._attitude is not None:
             angles = tilt_of(q[:, self._attitude : self._attitude + 4])
             largest = [np.abs(getattr(angles, name)).max() for name in self._angles]
@@ -70,5 +70,5 @@ class Extremes:
         margins = {limit.joint: float(margin) for (_, limit), margin in zip(self._limits, self._margins, strict=True)}
         peaks = np.degrees(self._peaks) if self._attitude is not None else ()
         angles = {f"peak_{name}_deg": float(peak) for name, peak in zip(self._angles, peaks, strict=False)}
-        angles |= {f"peak_{n}_deg": float(a) for n, a in zip(self._bending, np.degrees(self._bent), strict=True)}
+        angles |= {f"peak_{n}_deg": float(a) for n, a in zip(self._bending, np.degrees(self._peak_angles), strict=True)}
         return ({"limit_margin": margins} if margins else {}) | angles

@@ -8,7 +8,7 @@ import pytest
 from crane_control.assistance import DAMPING, Assistance
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
-from crane_sim.operator.drives import operated
+from crane_sim.operator.drives import with_operator_drives
 from crane_sim.scenes.scene import Scene
 
 GRAVITY = 9.81
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.interpreted
 
 def workshop_crane() -> Scene:
     """Return the crane with a rope of 5 m."""
-    return operated(load_scene("bridge_speed_drive"))
+    return with_operator_drives(load_scene("bridge_speed_drive"))
 
 
 def half_swing(length: float) -> float:
@@ -79,14 +79,14 @@ def test_a_reset_forgets() -> None:
 def test_nothing_to_assist() -> None:
     """A crane that cannot move the load's suspension point has no assistance, and one line says so."""
     changes = {"trolley": {"drive": "fixed"}, "control": None, "reference": None}
-    hoist_only = operated(load_scene("overhead_hoist_energy", changes))
+    hoist_only = with_operator_drives(load_scene("overhead_hoist_energy", changes))
     with pytest.raises(SceneError, match="no actuated joint moves a point below which the load swings"):
         Assistance(hoist_only)
 
 
 def test_coordinates_of_any_kind() -> None:
     """Loads that are described by places, not angles, get the same feedback: none where the load hangs still."""
-    scene = operated(load_scene("overhead_elastic"))
+    scene = with_operator_drives(load_scene("overhead_elastic"))
     assistance = Assistance(scene)
     still = [2.0 if name == "trolley" or name.endswith("_x") else q for name, q in named(scene)]
     assert assistance.speeds(0.0, still) == pytest.approx((0.0,), abs=1e-9)

@@ -1,4 +1,4 @@
-"""The page of a run shows what was recorded, for every kind of crane, and asks nobody for anything."""
+"""The page of a run shows what was recorded, for every kind of crane, and makes no request."""
 
 import json
 from base64 import b64decode

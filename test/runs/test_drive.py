@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from crane_sim import load_scene, orchestration
 from crane_sim.operator.desk import Mode
-from crane_sim.operator.drives import operated
+from crane_sim.operator.drives import with_operator_drives
 from crane_sim.operator.levers import Buttons
 from crane_sim.orchestration.desk_link import DeskLink
 from crane_sim.recording.read import read_recording
@@ -29,7 +29,7 @@ STILL = {"trolley": 0.0, "bridge": 0.0, "rope": 0.0}
 
 def scene_of_the_run() -> Scene:
     """Return the workshop crane for an operator: the kind of model that its own law runs with."""
-    return operated(load_scene("bridge_speed_drive"))
+    return with_operator_drives(load_scene("bridge_speed_drive"))
 
 
 def run(scene: Scene, operator: ScriptedOperator, domain: int, **options: Any) -> dict[str, Any]:

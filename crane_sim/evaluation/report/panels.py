@@ -129,7 +129,7 @@ def _share(title: str, unit: str, families: Sequence[Sequence[Curve]]) -> list[P
             groups.append([family])
         else:
             fitting.append(family)
-    return [_scaled(Panel(title, unit, tuple(curve for family in group for curve in family))) for group in groups]
+    return [_scale(Panel(title, unit, tuple(curve for family in group for curve in family))) for group in groups]
 
 
 def _are_alike(families: Sequence[Sequence[Curve]]) -> bool:
@@ -148,7 +148,7 @@ def _low(curve: Curve, sign: float = 1.0) -> float:
     return float((sign * finite).min(initial=np.inf)) if finite.size else 0.0
 
 
-def _scaled(panel: Panel) -> Panel:
+def _scale(panel: Panel) -> Panel:
     """Return a panel in a larger unit where its numbers would be long."""
     peak = max(max(abs(_low(curve)), abs(_low(curve, -1.0))) for curve in panel.curves)
     for factor, least, prefix in PREFIXES if panel.unit in PREFIXED else ():

@@ -98,9 +98,9 @@ class FallsFile(LoadFile):
             return (*start.position, *attitude_of(start.orientation))
         if start.orientation is not None:
             raise SceneError("initial.orientation: needs initial.position; initial.skew turns a load at rest")
-        return self._hanging(self._driven_start[0], self._length, start.skew)
+        return self._rest_pose(self._driven_start[0], self._length, start.skew)
 
-    def _hanging(self, q: Any, length: float, skew: float | None) -> tuple[float, ...]:
+    def _rest_pose(self, q: Any, length: float, skew: float | None) -> tuple[float, ...]:
         """Return position [m] and attitude (7,) of the load at rest on falls of this length below joints at q."""
         load, ((x, y, z), yaw) = self._load(), self.tip(q)
         place, (w, a, b, c) = load_at_rest(self.falls.falls(length, load), load, self.gravity, skew)
@@ -166,7 +166,7 @@ class FallsFile(LoadFile):
         Raises:
             SceneError: groups contradict each other.
         """
-        load, base_motion, force = self._load(), self.base_motion, self.payload_force
+        load = self._load()
         falls = self.falls.falls(self._length, load)
         _, exchange = exchange_of(self.payload, self.events, ground_velocity(self.contact))
         check_equipment(self, self.payload, joints)
@@ -178,8 +178,8 @@ class FallsFile(LoadFile):
             hoist,
             self.gravity,
             self.payload_drag,
-            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
-            force=force.force() if force is not None else None,
+            base=self.base(),
+            force=self.force(),
             stops=self._stops(limits),
             wind=self.airflow(),
             contact=self._contact(load),

@@ -91,7 +91,7 @@ def structure_frequency(support: Any, place: Any) -> float:
     return max(rates)
 
 
-def _bent(rigid: Any, bodies: tuple[TelescopicBoom, TelescopicBoom], flexibility: Any, place: Any) -> Any:
+def _bend(rigid: Any, bodies: tuple[TelescopicBoom, TelescopicBoom], flexibility: Any, place: Any) -> Any:
     """Return a support that bends: (what turns with the drives, what bends), at t = 0 at (elevation, length)."""
     if not flexibility.modes:
         raise SceneError("flexibility: needs `lateral`, `vertical` or both; a rigid structure has no such group")
@@ -114,7 +114,7 @@ def flexible_boom(rigid: TelescopicBoom, flexibility: BoomFlexibility | None, q:
     inner = TelescopicBoom(parts, first._replace(windage=None), TelescopedSection(0.0, 0.0, 0.0))
     bare = BaseSection(0.0, 0.0, 0.0, windage=first.windage)  # the wind presses on the boom's outer half the most
     outer = TelescopicBoom(Superstructure(0.0, parts.foot), bare, second)
-    return _bent(rigid, (inner, outer), flexibility, (q[1], q[2]))
+    return _bend(rigid, (inner, outer), flexibility, (q[1], q[2]))
 
 
 def flexible_jib(rigid: TowerCrane, flexibility: JibFlexibility | None, q: Any) -> Any:
@@ -139,7 +139,7 @@ def flexible_jib(rigid: TowerCrane, flexibility: JibFlexibility | None, q: Any) 
     ahead: Any = BaseSection(mass, centre, inertia)._replace(windage=slew.jib_windage)
     inner = TelescopicBoom(Superstructure(0.0), behind, TelescopedSection(0.0, 0.0, 0.0))
     outer = TelescopicBoom(Superstructure(0.0), ahead, TelescopedSection(rigid.trolley.mass, 0.0, 0.0))
-    return _bent(rigid, (inner, outer), flexibility, (0.0, q[1]))
+    return _bend(rigid, (inner, outer), flexibility, (0.0, q[1]))
 
 
 def deflections(support: Any, flexibility: BoomFlexibility | None, place: Any, gravity: float, hung: float) -> Any:

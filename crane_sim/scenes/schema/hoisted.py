@@ -98,7 +98,7 @@ class HoistedFile(SupportedFile, FallsFile):
     @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
-        return (*self._start.q, *self._load_q, *self._bent(self._start.q), *self._drives[0])
+        return (*self._start.q, *self._load_q, *self._deflections(self._start.q), *self._drives[0])
 
     @property
     def initial_v(self) -> tuple[float, ...]:
@@ -111,7 +111,7 @@ class HoistedFile(SupportedFile, FallsFile):
         starts = [
             target[[name for name, _, _ in self.support_joints].index(name.split("_drive_")[0])] for name in drives
         ]
-        return (*target, *self._hanging(target, target[-1], None), *self._bent(target), *starts)
+        return (*target, *self._rest_pose(target, target[-1], None), *self._deflections(target), *starts)
 
     @property
     def target(self) -> tuple[float, ...] | None:

@@ -176,10 +176,9 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
         crane = Crane(support, cable, load, self.gravity, self.swing_friction, self.payload_drag)
         if reflected_inertia(self, "rope") > 0.0:
             raise SceneError("actuators.rope.motor.inertia: the winch of rope.drive: force has no inertia; must be 0")
-        base_motion, force = self.base_motion, self.payload_force
         return crane._replace(
-            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
-            force=force.force() if force is not None else None,
+            base=self.base(),
+            force=self.force(),
             stops=self._stops(),
             wind=self.airflow(),
             friction=self._joint_friction(),

@@ -1,5 +1,7 @@
 """Base class of scene files of cranes with a load below any support: on rope and links, or on elastic falls."""
 
+from typing import Any
+
 from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.scenes.schema.groups import PayloadForceGroup
@@ -25,6 +27,14 @@ class LoadFile(SceneFile):
     def payload_mass(self) -> float:
         """Mass of the payload at t = 0 [kg]."""
         return self.payload.mass
+
+    def base(self) -> Any:
+        """Return the motion of the base, None where it rests."""
+        return self.base_motion.base(self.seed, self.duration) if self.base_motion is not None else None
+
+    def force(self) -> Any:
+        """Return the given force on the payload, None without one."""
+        return self.payload_force.force() if self.payload_force is not None else None
 
     def path(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""

@@ -247,7 +247,6 @@ class PendulumFile(PendulumGroups, RiggedFile):
 
     def _crane_with_one_rope(self, point: Point, load: PointLoad) -> Crane:
         """Return the parameters of the crane with one rope and a point mass."""
-        base_motion = self.base_motion
         return Crane(
             point,
             LockedRope(self.rope.length),
@@ -255,8 +254,8 @@ class PendulumFile(PendulumGroups, RiggedFile):
             self.gravity,
             self.swing_friction,
             self.payload_drag,
-            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
-            force=self.payload_force.force() if self.payload_force is not None else None,
+            base=self.base(),
+            force=self.force(),
             stops=self._stops(),
             wind=self.airflow(),
         )

@@ -71,7 +71,7 @@ class PendulumFallsFile(PendulumGroups, FallsFile):
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...]:
         """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,)."""
         at = (*target, *self.initial.tip[len(target) :])
-        return (*at, *self._hanging(at, self._length, None))
+        return (*at, *self._rest_pose(at, self._length, None))
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""

@@ -55,7 +55,6 @@ class RiggedFile(LoadFile):
             SceneError: groups contradict each other.
         """
         check_equipment(self, self.payload, joints)
-        base_motion, force = self.base_motion, self.payload_force
         load, exchange = exchange_of(self.payload, self.events)
         return SuspendedCrane(
             support,
@@ -64,8 +63,8 @@ class RiggedFile(LoadFile):
             hoist,
             self.gravity,
             self.payload_drag,
-            base=base_motion.base(self.seed, self.duration) if base_motion is not None else None,
-            force=force.force() if force is not None else None,
+            base=self.base(),
+            force=self.force(),
             stops=stops,
             wind=self.airflow(),
             exchange=exchange,

@@ -92,7 +92,7 @@ class SupportedFile(SceneFile):
         """Modes of the structure by the name of their joint."""
         return modes_of(getattr(self, "flexibility", None))
 
-    def _bent(self, q: Any) -> tuple[float, ...]:
+    def _deflections(self, q: Any) -> tuple[float, ...]:
         """Return the angles [rad] of the structure's modes with the first payload hanging at joint positions q."""
         if not self._bending:
             return ()
@@ -101,7 +101,7 @@ class SupportedFile(SceneFile):
 
     def tip(self, q: Any) -> Tip:
         """Return where the support's frame is at joint positions q, the structure bent by the first payload."""
-        angles = dict(zip(self._bending, self._bent(q), strict=True))
+        angles = dict(zip(self._bending, self._deflections(q), strict=True))
         radius, height = self._reach(q, angles.get("vertical_deflection", 0.0))
         yaw = q[0] + angles.get("lateral_deflection", 0.0) if self._slews else 0.0
         return Tip((radius * cos(yaw), radius * sin(yaw), height), yaw)

@@ -66,7 +66,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
     @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
-        return (*self._start.q, *self._rigging()[0], *self._bent(self._start.q), *self._drives[0])
+        return (*self._start.q, *self._rigging()[0], *self._deflections(self._start.q), *self._drives[0])
 
     @property
     def initial_v(self) -> tuple[float, ...]:

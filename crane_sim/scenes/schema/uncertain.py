@@ -190,7 +190,7 @@ def _draw(distribution: Any, key: str, value: Any, p: float) -> Any:
     if isinstance(value, list):
         if not distribution.relative:
             raise ValueError(f"has {len(value)} values: relative: true scales them all, {key}.0 is the first one")
-        return _scaled(value, distribution.quantile(p, 1.0))
+        return _scale(value, distribution.quantile(p, 1.0))
     number = _number(value)
     return number * distribution.quantile(p, 1.0) if distribution.relative else distribution.quantile(p, number)
 
@@ -203,6 +203,6 @@ def _number(value: Any) -> float:
     raise ValueError(f"is {shorten(value)} in the scene, not a number")
 
 
-def _scaled(value: Any, factor: float) -> Any:
+def _scale(value: Any, factor: float) -> Any:
     """Return numbers, in lists of any depth, times a factor."""
-    return [_scaled(part, factor) for part in value] if isinstance(value, list) else factor * _number(value)
+    return [_scale(part, factor) for part in value] if isinstance(value, list) else factor * _number(value)

@@ -8,7 +8,7 @@ import yaml
 
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
-from crane_sim.operator.drives import BANDWIDTH, DURATION, RISE, SOFT_MARGIN, driven_joints, operated
+from crane_sim.operator.drives import BANDWIDTH, DURATION, RISE, SOFT_MARGIN, driven_joints, with_operator_drives
 from crane_sim.simulation.plant import Plant
 
 pytestmark = pytest.mark.interpreted
@@ -16,19 +16,19 @@ pytestmark = pytest.mark.interpreted
 
 def actuators_of(name: str, overrides: dict[str, Any] | None = None, **options: Any) -> dict[str, Any]:
     """Return the drives of a scene for an operator."""
-    return operated(load_scene(name, overrides), **options).to_dict()["actuators"]
+    return with_operator_drives(load_scene(name, overrides), **options).to_dict()["actuators"]
 
 
 def test_a_scene_loses_its_law_and_keeps_its_crane() -> None:
     """Law, inputs and reference are left out, the run is long, and everything but the drives is the scene's own."""
     scene = load_scene("tower_gust")
-    before, after = scene.to_dict(), operated(scene).to_dict()
+    before, after = scene.to_dict(), with_operator_drives(scene).to_dict()
     assert after.pop("duration") == DURATION
     dropped = {"control", "reference", "duration", "actuators"}
     assert {key: value for key, value in before.items() if key not in dropped} == {
         key: value for key, value in after.items() if key != "actuators"
     }
-    assert operated(scene, duration=5.0).duration == 5.0
+    assert with_operator_drives(scene, duration=5.0).duration == 5.0
 
 
 def test_drives_by_force_follow_speeds() -> None:
@@ -52,7 +52,7 @@ def test_weak_drives_get_slow_ramps() -> None:
 @pytest.mark.parametrize("name", ["tower_gust", "mobile_lift", "knuckle_setpoint"])
 def test_a_driven_scene_is_a_file(name: str) -> None:
     """It goes to the nodes as YAML, which has plain numbers only, and is the same scene when it is read."""
-    document = operated(load_scene(name)).to_dict()
+    document = with_operator_drives(load_scene(name)).to_dict()
     assert yaml.safe_load(yaml.safe_dump(document)) == document
 
 
@@ -79,10 +79,10 @@ def test_keys_of_drives_by_effort_are_left_out() -> None:
 def test_soft_limits_stand_inside_the_travel() -> None:
     """Soft limits are a part of the travel inside limits and limit switches, and the shortest rope is a part of it."""
     changes = {"actuators.trolley.limit_switches": [-8.0, 8.5]}
-    trolley, bridge, rope = driven_joints(operated(load_scene("bridge_speed_drive", changes)))
+    trolley, bridge, rope = driven_joints(with_operator_drives(load_scene("bridge_speed_drive", changes)))
     assert (trolley.low, trolley.high) == pytest.approx((-8.0 + SOFT_MARGIN * 16.5, 8.5 - SOFT_MARGIN * 16.5))
     assert (bridge.low, bridge.high) == (-inf, inf) and rope.lag == 0.2
-    *_, free = driven_joints(operated(load_scene("knuckle_setpoint")))
+    *_, free = driven_joints(with_operator_drives(load_scene("knuckle_setpoint")))
     assert (free.name, free.low, free.high) == ("rope", pytest.approx(0.2), inf)
 
 
@@ -99,13 +99,13 @@ def test_soft_limits_stand_inside_the_travel() -> None:
 def test_scenes_that_no_operator_has(name: str, speeds: dict[str, float], line: str) -> None:
     """What cannot be driven is refused in one line."""
     with pytest.raises(SceneError) as error:
-        operated(load_scene(name), speeds=speeds)
+        with_operator_drives(load_scene(name), speeds=speeds)
     assert str(error.value).startswith(line) and "\n" not in str(error.value)
 
 
-def test_a_crane_that_nobody_moves_stands() -> None:
+def test_a_crane_without_commands_stands() -> None:
     """Under gravity a knuckle boom with a drive by speed on every joint stands where it is with all speeds zero."""
-    scene = operated(load_scene("knuckle_setpoint"), duration=1.0)
+    scene = with_operator_drives(load_scene("knuckle_setpoint"), duration=1.0)
     plant = Plant(scene.with_external_commands())
     for _ in range(50):
         plant.advance((0.0,) * 4)
