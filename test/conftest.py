@@ -100,6 +100,18 @@ def _limited(item: pytest.Item) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects."""
+    for item in items:
+        mark = item.get_closest_marker("long")
+        if mark is None or "cases" not in mark.kwargs:
+            continue
+        assert isinstance(item, pytest.Function)
+        if item.callspec.id not in mark.kwargs["cases"]:
+            item.own_markers.remove(mark)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Generator[None, Any, Any]:
     """Limit the time of a test's fixtures; slow tests have no limit."""

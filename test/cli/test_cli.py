@@ -107,6 +107,7 @@ def test_an_unknown_scene_is_rejected_without_listing_the_catalogue() -> None:
         assert len(line) < 120 and "crane scenes" in line
 
 
+@pytest.mark.long
 def test_no_compilation_status_without_compilation() -> None:
     """Once a scene's equations are on disk, the terminal shows no status line of compilation."""
     command = ["simulate", "--duration", "0.1"]

@@ -115,6 +115,7 @@ class Terminal:
             self.text += re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", os.read(self.master, 65536).decode(errors="ignore"))
 
 
+@pytest.mark.long
 def test_a_drive_by_keys(tmp_path: Path) -> None:
     """Keys move, stop, release and assist; q ends the run with exit code 0, and the terminal is as it was before."""
     command = [CRANE, "drive", "bridge_speed_drive", "--no-record"]

@@ -58,6 +58,7 @@ def decay(run: Any, start: float) -> tuple[float, float]:
     return float(pole.real), abs(float(pole.imag))
 
 
+@pytest.mark.long
 def test_the_feedback_damps_the_swing_as_it_says() -> None:
     """A payload that swings below an operator's zero speed is damped with the ratio z at the pendulum's frequency."""
     control = {"damping": 0.2, "speeds": {}}

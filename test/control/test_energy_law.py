@@ -76,6 +76,7 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
 
 
+@pytest.mark.long
 @pytest.mark.interpreted
 def test_the_rate_of_v_is_that_of_every_instant() -> None:
     """On a moving base, under a varying force, V changes at the rate that the law gives for each instant."""

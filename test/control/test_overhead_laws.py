@@ -187,6 +187,7 @@ def test_lqr_holds_any_target() -> None:
     assert abs(np.array(run.q[-1, :4]) - run.scene.reference).max() < 1e-2
 
 
+@pytest.mark.long(cases=["2-energy"])
 @pytest.mark.parametrize("law", ["energy", "lqr"])
 @pytest.mark.parametrize("links", [1, 2, pytest.param(10, marks=pytest.mark.slow)])
 def test_laws_that_believe_in_one_link_work_on_more(law: str, links: int) -> None:

@@ -85,6 +85,7 @@ def error(name: str, payload: np.ndarray) -> float:
     return float(np.max(np.abs(payload - reference(name))))
 
 
+@pytest.mark.long(cases=["overhead_chain"])
 def test_orders(scene: tuple[str, Loops]) -> None:
     """Every fixed-step method of the hand-written C converges to the independent reference at its own order."""
     name, loops = scene

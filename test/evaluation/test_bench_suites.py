@@ -32,6 +32,7 @@ def test_a_ratio_is_taken_round_by_round() -> None:
     assert ratio([2.0, 40.0, 6.0], [1.0, 20.0, 3.0]) == describe_spread([2.0, 2.0, 2.0])
 
 
+@pytest.mark.long
 def test_lockstep_is_compared_with_both_echoes() -> None:
     """Every kind has a speed per round and a ratio to each echo, that of an echo to itself being 1."""
     results = without_machine(lockstep.measure(duration=0.2, rounds=1, recorder=False))
@@ -46,6 +47,7 @@ def test_lockstep_is_compared_with_both_echoes() -> None:
     assert results["ratio_to_echo"]["lockstep"]["median"] == speed["lockstep"] / speed["echo"]
 
 
+@pytest.mark.long
 def test_a_recording_has_a_size_and_a_cost() -> None:
     """Files of both kinds are measured against the same run without a recorder."""
     results = without_machine(recording.measure(duration=0.2, rounds=1, labels=("none", "rrd and mcap")))
@@ -97,6 +99,7 @@ def test_memory_of_a_node_that_comes_late_or_exits(monkeypatch: pytest.MonkeyPat
     assert figures["growth_MB"] == 1.0 and figures["slope_MB_per_hour"] == pytest.approx(3600.0)
 
 
+@pytest.mark.long
 def test_starts_are_separate_processes() -> None:
     """The first step of a new process is timed warm, beside its imports and an empty program."""
     results = without_machine(start.measure("overhead_swing", rounds=1, cold_rounds=1))

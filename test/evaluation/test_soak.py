@@ -55,6 +55,7 @@ def test_steps_without_ros_leak_no_memory() -> None:
         assert min(samples["steps_per_second"]) > 0.0
 
 
+@pytest.mark.long
 def test_a_run_over_ros_is_sampled_to_its_end() -> None:
     """A few seconds of lockstep: every node is sampled as often as the rate, and growth is judged for each."""
     figures, data = memory.soak(6.0)
@@ -70,6 +71,7 @@ def test_a_run_over_ros_is_sampled_to_its_end() -> None:
     assert named["plant, growth since the warm-up"].kept  # the recorder's buffers still fill in the first seconds
 
 
+@pytest.mark.long
 def test_overruns_are_those_that_a_subscriber_counts() -> None:
     """At 1 kHz the plant's own count of overruns is that of a subscriber, which only has the times of sending."""
     figures, data = realtime.soak(3.0)

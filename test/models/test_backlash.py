@@ -217,6 +217,7 @@ def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None
     assert summary["energy_audit_max"] < 1e-9
 
 
+@pytest.mark.long
 def test_a_drive_that_is_pushed_bounces_on_one_flank() -> None:
     """Parabolas in the gap and arcs on the flank make a limit cycle under a constant force, its period in closed form.
 

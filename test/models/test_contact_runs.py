@@ -75,6 +75,7 @@ def test_bounces_of_a_dropped_load() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
 
 
+@pytest.mark.long
 def test_sliding_distance() -> None:
     """A load that slides flat at v stops after ∫ √(v² + v_s²) dv / (μ g) from v_s to v, near Coulomb's v² / (2 μ g)."""
     friction, v, slip = 0.3, 1.0, 1e-3

@@ -63,6 +63,7 @@ def test_a_plane_stays_the_plane_it_is() -> None:
     assert np.max(np.abs(space.tensions - plane.tensions)) < 1e-9  # N; some 100 N
 
 
+@pytest.mark.long
 def test_every_vertical_plane_is_alike() -> None:
     """The heavy payload on ten links moves in a plane at an azimuth as its planar reference does in its own."""
     name, azimuth = "03_N10_S3a", 0.7

@@ -153,6 +153,7 @@ def still(scene: crane_sim.Scene, drift: tuple[float, ...]) -> crane_sim.Scene:
     return replace(scene, model=scene.model._replace(base=base))
 
 
+@pytest.mark.long(cases=["constant velocity"])
 @pytest.mark.parametrize("drift", [(0.0,) * 6, (3.0, -2.0, 1.0, 0.0, 0.0, 0.0)], ids=["still", "constant velocity"])
 def test_a_base_that_does_not_accelerate_changes_nothing(drift: tuple[float, ...]) -> None:
     """On a base that rests, or moves at constant velocity, the trajectory is that of the fixed base."""

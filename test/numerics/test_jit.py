@@ -38,6 +38,7 @@ def copied_tree(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_a_change_in_any_file_is_seen_at_once(tmp_path: Path) -> None:
     """After a callee in another file changed, even with its old time stamp and size, the next process computes anew."""
     tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"

@@ -47,6 +47,7 @@ def is_applied(client: Remote, effort: float) -> bool:
     return bool(client.efforts) and client.efforts[-1][0] == effort
 
 
+@pytest.mark.long(cases=["lockstep"])
 def test_a_second_publisher_waits_for_the_lease(bench: tuple[Remote, dict[str, str]]) -> None:
     """The second of two real processes is refused by name; when the first is killed it takes over."""
     client, env = bench

@@ -16,12 +16,14 @@ def hash_in_process() -> str:
     return simulate(SCENE).summary["state_sha256"]
 
 
+@pytest.mark.long(cases=["3-events"])
 @pytest.mark.parametrize(("processes", "executor"), [(2, "single"), (3, "events")])
 def test_processes_and_executors_change_no_bit(processes: int, executor: str) -> None:
     """Two processes or three, one executor or the other: the states are those of a run in one process."""
     assert state_sha256(Setup(processes, executor), SCENE) == hash_in_process()
 
 
+@pytest.mark.long
 def test_a_loaded_machine_changes_no_bit() -> None:
     """Two busy loops beside the nodes make the run slower, and nothing else."""
     with busy(2):

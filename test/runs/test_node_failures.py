@@ -58,6 +58,7 @@ class NodeKiller:
         return orchestration.run(SCENE, record=path, **callbacks, **options)
 
 
+@pytest.mark.long
 def test_killed_nodes_are_replaced_and_no_bit_changes(tmp_path: Path) -> None:
     """With restarts a run passes through the same states; the recording has them all, and so have the bags."""
     path = tmp_path / "run.rrd"
@@ -90,6 +91,7 @@ def test_a_killed_controller_has_the_crane_braked_to_rest(tmp_path: Path) -> Non
     assert np.abs(rates[-1, driven]).max() < SLOW  # what the plant itself calls rest
 
 
+@pytest.mark.long
 def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
     """A killed recorder costs no step of the run; its recording is recovered, and the error names the missing steps."""
     killer = NodeKiller({"recorder": 2000})

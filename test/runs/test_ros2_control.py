@@ -25,6 +25,7 @@ def run_with(folder: Path, environment: dict[str, str], options: tuple[str, ...]
         return orchestration.run(SCENE, controller=False, record=None, **settings)
 
 
+@pytest.mark.long(cases=["options1"])
 @pytest.mark.parametrize("options", [("sim", "actuated", "single", "reliable"), ("sim", "all", "events", "reliable")])
 def test_the_clock_leads_lockstep(
     domain_id: int, ros_environment: dict[str, str], tmp_path: Path, options: tuple[str, ...]
@@ -51,6 +52,7 @@ def test_the_clock_leads_on_a_loaded_machine(
             assert summary["state_sha256"] == alone, summary
 
 
+@pytest.mark.long(cases=["wall clock, any stamps", "wall clock, ROS time", "simulated time, stamps of states"])
 @pytest.mark.parametrize(
     ("options", "stamps"),
     [

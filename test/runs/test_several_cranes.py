@@ -18,6 +18,7 @@ PROGRAMS = Path(__file__).parents[1] / "programs"
 CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # those of the example
 
 
+@pytest.mark.long
 def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
     """Two cranes step at most a period apart, /clock has one publisher, and each moves as in a run of its own."""
     monitor = [sys.executable, PROGRAMS / "clock_monitor.py", *CRANES]
@@ -59,6 +60,7 @@ def run_side_by_side(*runs: dict) -> list[dict]:
         return list(pool.map(run, runs))
 
 
+@pytest.mark.long
 def test_two_runs_side_by_side_are_independent() -> None:
     """Two `crane run` of the same scene at once: each in a domain of its own, exact, and with its own commands only."""
     runs = [{"scene": "knuckle_setpoint", "duration": duration} for duration in (20.0, 18.0)]

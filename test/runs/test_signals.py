@@ -50,6 +50,7 @@ def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int
     assert end.code != 0
 
 
+@pytest.mark.long(cases=["restart", "mcap"])
 @pytest.mark.parametrize("way", [way for way in RUN_KINDS if way != "realtime"])
 def test_every_kind_of_run_is_interrupted_cleanly(way: str, monitored: tuple[int, MonitorFile]) -> None:
     """In lockstep, with restarts, with a bag: it exits soon, no orphan, no part, a last effort of zero."""

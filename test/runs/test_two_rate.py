@@ -79,6 +79,7 @@ def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_i
     assert 0.0 < summary["tracker_us"]["p50"] <= summary["tracker_us"]["max"]
 
 
+@pytest.mark.long
 def test_realtime_does_not_wait_for_the_tracker(domain_id: int) -> None:
     """In real time the run takes every step with the demands as they come, and keeps the payload on its path."""
     summary = orchestration.run(SCENE, mode="realtime", record=None, domain_id=domain_id)

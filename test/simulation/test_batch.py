@@ -22,6 +22,7 @@ KINDS: dict[str, tuple[str, dict[str, Any], dict[str, Any], int]] = {
 LONG = ("knuckle in lanes", "chain")  # to compile: up to three minutes
 
 
+@pytest.mark.long(cases=["friction, error control"])
 @pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind in LONG else ()) for kind in KINDS])
 def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
     """Every crane of a batch ends, with samples at the given times, equal bit for bit to those of `simulate`."""
@@ -51,6 +52,7 @@ FAILURES: dict[str, tuple[str, dict[str, Any], str, list[Any], int]] = {
 }
 
 
+@pytest.mark.long(cases=["overflow in a lane"])
 @pytest.mark.parametrize("kind", FAILURES)
 def test_a_crane_that_fails_fails_alone(kind: str) -> None:
     """A crane that cannot go on has the error of `simulate` and ends at the same state; the others continue."""

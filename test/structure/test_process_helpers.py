@@ -95,6 +95,7 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
         wait_exited(other_session)
 
 
+@pytest.mark.long(cases=["in compiled code"])
 @pytest.mark.parametrize(
     ("hang", "message"),
     [
