@@ -15,7 +15,7 @@ from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP, Group
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
-from crane_sim.cli.viewing import clip, recording_of, replay, shot, view
+from crane_sim.cli.viewing import clip, output_of, recording_of, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.read import read_recording
@@ -87,24 +87,30 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
 
 @app.command()
 @click.argument("run", required=False, type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="FILE.png, FILE.pdf or FILE.svg.")
-def plot(run: Path | None, output: Path) -> None:
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="A .png (default: the recording's name), .pdf or .svg."
+)
+def plot(run: Path | None, output: Path | None) -> None:
     """Draw the curves of a recorded run, RUN or the newest: positions and targets, speeds, efforts, swing, energy."""
-    from crane_sim.evaluation.report.figure import save_run_figure
+    from crane_sim.evaluation.report.figure import KINDS, save_run_figure
 
-    save_run_figure(read_recording(recording_of(run)), output)
-    print(output)
+    recording = recording_of(run)
+    file = output_of(output, recording, *KINDS)
+    save_run_figure(read_recording(recording), file)
+    print(file)
 
 
 @app.command("report")
 @click.argument("run", required=False, type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="FILE.html.")
-def write_report(run: Path | None, output: Path) -> None:
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="A .html (default: the recording's name).")
+def write_report(run: Path | None, output: Path | None) -> None:
     """Write a recorded run, RUN or the newest, as one HTML page that plays it, without a network or any other file."""
     from crane_sim.evaluation.report.page import save_page
 
-    save_page(read_recording(recording_of(run)), output)
-    print(output)
+    recording = recording_of(run)
+    file = output_of(output, recording, ".html")
+    save_page(read_recording(recording), file)
+    print(file)
 
 
 @app.command()

@@ -1,7 +1,8 @@
 """The command `crane drive`: an operator's hands on a crane, in real time over Fast DDS."""
 
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from typing import Any
 
@@ -17,7 +18,10 @@ from crane_sim.files.errors import SceneError, shorten
 from crane_sim.operator.drives import driven_joints, with_operator_drives
 from crane_sim.operator.gamepad import MISSING
 from crane_sim.operator.inputs import DEVICES
-from crane_sim.operator.levers import assign
+from crane_sim.operator.levers import Assignment, assign
+
+DEFAULT_TOPIC = "/joy"
+_TOPIC = re.compile(r"~?/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS
 
 _OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
@@ -25,7 +29,7 @@ _OPTIONS = (
         "--input", "device", default="keyboard", help=f"The device: {' | '.join(DEVICES)} (default keyboard)."
     ),
     click.option("--gamepad", default="", metavar="FILE", help="Of --input gamepad: its device (default: the first)."),
-    click.option("--joy-topic", default="/joy", help="Of --input joy: topic of sensor_msgs/Joy (default /joy)."),
+    click.option("--joy-topic", metavar="TOPIC", help="Of --input joy: topic of sensor_msgs/Joy (default /joy)."),
     click.option("--map", "mapping", multiple=True, metavar="NAME=N", help="Axis N of a joint, -N inverted; a button."),
     click.option("--speed", "speeds", multiple=True, metavar="JOINT=V", help="Largest speed of a joint, m/s or rad/s."),
     click.option("--assist", is_flag=True, help="Begin with the assistance against swing."),
@@ -52,12 +56,13 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
 
     options = RunOptions.of_drive({name: given.pop(name) for name in RunOptions._fields if name in given})
     options.check()
-    _check_device(given["device"])
+    _check_device(given)
     loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
+    speeds, assignment = _parse_speeds(given["speeds"]), assign(loaded.actuated, given["mapping"])
     with report.compiling(hidden=as_json):
-        ready = with_operator_drives(loaded, given["duration"], _parse_speeds(given["speeds"]))
+        ready = with_operator_drives(loaded, given["duration"], speeds)
         _warm(ready)
-    console = _open_console(ready, given, as_json)
+    console = _open_console(ready, assignment, given, as_json)
     console.log(_describe_drives(loaded, ready))
     arguments = options.arguments(loaded.name)
     try:
@@ -67,14 +72,20 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     process_signals.exit_now(report.print_outcome(dict(ready.notes) | summary, ready, as_json))
 
 
-def _check_device(device: str) -> None:
-    """Raise SceneError where the device is none, or cannot be there."""
+def _check_device(given: Mapping[str, Any]) -> None:
+    """Raise SceneError where the device is none, cannot be there, or is not the one that an option is of."""
+    device, topic = given["device"], given["joy_topic"]
     if device not in DEVICES:
         raise SceneError(f"--input = {device!r}: possible: {', '.join(DEVICES)}")
     if device == "keyboard" and not sys.stdin.isatty():
         raise SceneError("--input keyboard: needs a terminal, and the input is none; possible: gamepad, joy")
     if device == "gamepad" and find_spec("evdev") is None:
         raise SceneError(f"--input gamepad: {MISSING}")
+    for option, value, owner in (("--gamepad", given["gamepad"], "gamepad"), ("--joy-topic", topic, "joy")):
+        if value and device != owner:
+            raise SceneError(f"{option} {value}: belongs to --input {owner}, here is --input {device}")
+    if topic is not None and not _TOPIC.fullmatch(topic):
+        raise SceneError(f"--joy-topic {topic!r}: is no topic's name; possible: letters, digits, _ and /, such as /joy")
 
 
 def _parse_speeds(speeds: Sequence[str]) -> dict[str, float]:
@@ -88,11 +99,10 @@ def _parse_speeds(speeds: Sequence[str]) -> dict[str, float]:
     return parsed
 
 
-def _open_console(scene: Any, given: dict[str, Any], as_json: bool) -> OperatorConsole:
+def _open_console(scene: Any, assignment: Assignment, given: dict[str, Any], as_json: bool) -> OperatorConsole:
     """Print the table of levers; return the console, closed."""
-    joints, assignment = driven_joints(scene), assign(scene.actuated, given["mapping"])
-    device = given["device"]
-    parameters = {"device": device, "joy_topic": given["joy_topic"], "gamepad": given["gamepad"]}
+    joints, device = driven_joints(scene), given["device"]
+    parameters = {"device": device, "joy_topic": given["joy_topic"] or DEFAULT_TOPIC, "gamepad": given["gamepad"]}
     parameters |= {"mapping": ",".join(given["mapping"]), "assistance": given["assist"]}
     console = OperatorConsole(parameters, scene.name, joints, as_json or not sys.stderr.isatty())
     console.console.print(lever_table(joints, assignment, device))

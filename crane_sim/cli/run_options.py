@@ -145,7 +145,7 @@ class RunOptions(NamedTuple):
         record = None if self.no_record else self.record or _default_recording(scene)
         for option, path in (("--record", record), ("--mcap", self.mcap)):
             if path is not None:
-                _check_writable(option, path)
+                check_writable(option, path)
         set_options = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
         set_options |= {"command_stamps": self.command_stamps, "tf": self.tf, "frame_prefix": self.frame_prefix}
         set_options["wait"] = math.inf if self.wait == 0.0 else self.wait
@@ -179,7 +179,7 @@ def check_recording(path: Path | None) -> None:
         return
     if find_spec("rerun") is None:
         raise SceneError("--record: needs the Python package rerun-sdk, which is not installed")
-    _check_writable("--record", path)
+    check_writable("--record", path)
 
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -214,7 +214,8 @@ def _check_mcap(path: Path) -> None:
             raise SceneError(f"--mcap {path}: {partial_file} is in the way{reason}")
 
 
-def _check_writable(option: str, path: Path) -> None:
+def check_writable(option: str, path: Path) -> None:
+    """Make the folder of a file; raise a single-line SceneError where the file cannot be written."""
     if path.is_dir():
         raise SceneError(f"{option} {path}: is a folder")
     if path.exists() and not path.is_file():

@@ -146,6 +146,11 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
         ([], "--input keyboard: needs a terminal, and the input is none; possible: gamepad, joy"),
         (["--input", "joy", "--speed", "slew"], "--speed 'slew': must be JOINT=NUMBER"),
         (["--input", "joy", "--map", "slw=1"], "--map 'slw=1': unknown name 'slw', did you mean 'slew'?"),
+        (
+            ["--input", "joy", "--gamepad", "/dev/x"],
+            "--gamepad /dev/x: belongs to --input gamepad, here is --input joy",
+        ),
+        (["--input", "joy", "--joy-topic", "a b"], "--joy-topic 'a b': is no topic's name; possible: letters, digits"),
         (["--input", "joy", "--on-silence", "stop"], "--on-silence = 'stop': possible: zero, hold, brake"),
     ],
 )

@@ -76,11 +76,14 @@ def test_a_page_is_served_on_the_loopback_interface(
 
 @pytest.mark.usefixtures("folder")
 def test_options_that_contradict_are_refused() -> None:
-    """A file beside --live, a port without it, and a folder that is missing are one line each."""
+    """A file beside --live, a port without it, and files of another kind or without a folder are one line each."""
     for arguments, line in (
         (("view", "runs/a.rrd", "--live"), "RUN and --live: only one of the two is possible"),
         (("view", "--port", "9999"), "--port = 9999: only with --live"),
-        (("shot", "-o", "no/a.png"), "--output no/a.png: there is no folder no"),
+        (("shot", "-o", "a.jpg"), "--output a.jpg: must end in .png"),
+        (("clip", "-o", "a.avi"), "--output a.avi: must end in .gif or .mp4"),
+        (("plot", "-o", "a.txt"), "--output a.txt: must end in .png or .pdf or .svg"),
+        (("report", "-o", "runs/b.rrd/a.html"), "--output runs/b.rrd/a.html: cannot be written: "),
     ):
         with pytest.raises(SceneError, match=line):
             run(*arguments)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from crane_sim.files.errors import SceneError
 from crane_sim.recording.rerun import screenshot as picture_module
 from crane_sim.recording.rerun import viewer as viewer_module
 from crane_sim.recording.rerun.clip import Cut, write_clip
@@ -116,11 +117,11 @@ def test_a_tab_is_selected_by_its_title(recording: Path, tmp_path: Path) -> None
     """The tab of a title, in any case, becomes the active one; an unknown one, view or time is one line."""
     picture(recording, tmp_path / "run.png", shown=Shown(tab="summary", view="crane"))
     assert TABS["active_tab"] == "view/b" and "set_blueprint" in LossyClient.requests
-    with pytest.raises(PictureError, match="^tab 'sum': no such tab.*; possible: Overview, Summary$"):
+    with pytest.raises(SceneError, match="^tab 'sum': no such tab.*; possible: Overview, Summary$"):
         picture(recording, tmp_path / "no.png", shown=Shown(tab="sum"))
-    with pytest.raises(PictureError, match="^view 'plot': no such view; possible: Crane$"):
+    with pytest.raises(SceneError, match="^view 'plot': no such view; possible: Crane$"):
         picture(recording, tmp_path / "no.png", shown=Shown(view="plot"))
-    with pytest.raises(PictureError, match=r"^time 5: .*run\.rrd has 0 \.\. 4 s$"):
+    with pytest.raises(SceneError, match=r"^time 5: .*run\.rrd has 0 \.\. 4 s$"):
         picture(recording, tmp_path / "no.png", at=5.0)
     assert not (tmp_path / "no.png").exists()
 
@@ -137,8 +138,9 @@ def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) ->
 def test_an_impossible_clip_is_one_line(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another kind of file, an MP4 without ffmpeg and a part beyond the run are refused, each in one line."""
     monkeypatch.setattr(shutil, "which", lambda _program: None)
-    for name, line in (("run.avi", "must end in .gif or .mp4"), ("run.mp4", "needs the program ffmpeg")):
-        with pytest.raises(PictureError, match=line):
-            write_clip(recording, tmp_path / name, Cut(), Shown())
-    with pytest.raises(PictureError, match="^from 4 to 4 s: no part of a run of 4 s$"):
+    with pytest.raises(SceneError, match="must end in .gif or .mp4"):
+        write_clip(recording, tmp_path / "run.avi", Cut(), Shown())
+    with pytest.raises(PictureError, match="needs the program ffmpeg"):
+        write_clip(recording, tmp_path / "run.mp4", Cut(), Shown())
+    with pytest.raises(SceneError, match="^from 4 to 4 s: no part of a run of 4 s$"):
         write_clip(recording, tmp_path / "run.gif", Cut(begin=4.0), Shown())

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from PIL import Image
 
+from crane_sim.files.errors import SceneError
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.recording.rerun.screenshot import Camera, Shown, camera
 from crane_sim.recording.rerun.viewer import PictureError
@@ -45,7 +46,8 @@ def write_clip(
         on_progress: called with the frames done and all frames.
 
     Raises:
-        PictureError: as of `screenshot.picture`; the part of the run is empty; no ffmpeg, or it failed.
+        SceneError: as of `screenshot.picture`; the part of the run is empty, or the file of another kind.
+        PictureError: as of `screenshot.picture`; no ffmpeg, or it failed.
     """
     _check_output(output)
     with camera(recording, shown) as viewer:
@@ -58,7 +60,7 @@ def write_clip(
 
 def _check_output(output: Path) -> None:
     if output.suffix not in KINDS:
-        raise PictureError(f"{output}: must end in {' or '.join(KINDS)}")
+        raise SceneError(f"{output}: must end in {' or '.join(KINDS)}")
     if output.suffix == ".mp4" and shutil.which("ffmpeg") is None:
         raise PictureError(f"{output}: needs the program ffmpeg, which is not installed; a .gif needs nothing more")
 
@@ -66,7 +68,7 @@ def _check_output(output: Path) -> None:
 def _instants(cut: Cut, end_of_run: float) -> list[float]:
     end = end_of_run if cut.end is None else min(cut.end, end_of_run)
     if not 0.0 <= cut.begin < end:
-        raise PictureError(f"from {cut.begin:g} to {end:g} s: no part of a run of {end_of_run:g} s")
+        raise SceneError(f"from {cut.begin:g} to {end:g} s: no part of a run of {end_of_run:g} s")
     return np.arange(cut.begin, end, cut.speed / cut.frames_per_second).tolist()
 
 

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from crane_sim.files.errors import did_you_mean
+from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, headless_viewer
 
 if TYPE_CHECKING:
@@ -39,7 +39,8 @@ class Camera:
         """Load a recording.
 
         Raises:
-            PictureError: the viewer cannot load it, or it has no such tab or view.
+            SceneError: it has no such tab or view.
+            PictureError: the viewer cannot load it.
         """
         self._viewer = viewer
         state = viewer.load(recording)
@@ -73,10 +74,11 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[Camera]:
     """Run a viewer that has loaded a recording for the length of the block.
 
     Raises:
-        PictureError: there is no such recording, no viewer, no Vulkan driver to draw with, no such tab or view.
+        SceneError: there is no such recording, tab or view.
+        PictureError: no viewer, no Vulkan driver to draw with.
     """
     if not recording.is_file():
-        raise PictureError(f"{recording}: no such file")
+        raise SceneError(f"{recording}: no such file")
     with headless_viewer() as viewer:
         yield Camera(viewer, recording, shown or Shown())
 
@@ -94,13 +96,13 @@ def picture(recording: Path, output: Path, at: float | None = None, shown: Shown
         What the views complain about, one line each; empty for a healthy recording.
 
     Raises:
-        PictureError: there is no such recording, no viewer, no Vulkan driver to draw with, no such tab or view, or
-            the run was over by then.
+        SceneError: there is no such recording, tab or view, or the run was over by then.
+        PictureError: no viewer, no Vulkan driver to draw with.
     """
     with camera(recording, shown) as viewer:
         instant = viewer.end if at is None else at
         if not 0.0 <= instant <= viewer.end:
-            raise PictureError(f"time {instant:g}: {recording} has 0 .. {viewer.end:g} s")
+            raise SceneError(f"time {instant:g}: {recording} has 0 .. {viewer.end:g} s")
         output.write_bytes(viewer.at(instant))
         return viewer.reports()
 
@@ -130,9 +132,9 @@ def _by_title(titles: Mapping[str, str], name: str, kind: str) -> str:
     """Return the value of a title, written in any case.
 
     Raises:
-        PictureError: there is none; the line names those there are.
+        SceneError: there is none; the line names those there are.
     """
     for title, value in titles.items():
         if title.casefold() == name.casefold():
             return value
-    raise PictureError(f"{kind} {name!r}: no such {kind}{did_you_mean(name, titles)}; possible: {', '.join(titles)}")
+    raise SceneError(f"{kind} {name!r}: no such {kind}{did_you_mean(name, titles)}; possible: {', '.join(titles)}")
