@@ -6,6 +6,7 @@
 
 load_scene: a scene from a name of the catalogue, a file or a dict, checked.
 simulate: one run of a scene; simulate_batch: many, that differ in parameters.
+compare: runs of one crane side by side, metrics and differences.
 read_recording: a recorded run, as arrays with the names of simulate's; run.plot(), run.show(), run.to_dataframe().
 acceleration, energy: the equations of a scene.
 SceneError: a scene that is not possible; SimulationError: a run that could not go on.
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from crane_sim.files.errors import SceneError
+    from crane_sim.recording.comparison import Comparison, compare
     from crane_sim.recording.read import read_recording
     from crane_sim.recording.run import RecordedRun
     from crane_sim.scenes.scene import Scene, load_scene
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "Batch": "simulation.batch",
     "simulate_batch": "simulation.batch",
+    "Comparison": "recording.comparison",
+    "compare": "recording.comparison",
     "SceneError": "files.errors",
     "acceleration": "simulation.dynamics",
     "energy": "simulation.dynamics",
@@ -42,12 +46,14 @@ _HOMES = {
 }
 __all__ = [
     "Batch",
+    "Comparison",
     "RecordedRun",
     "Rollout",
     "Scene",
     "SceneError",
     "SimulationError",
     "acceleration",
+    "compare",
     "energy",
     "load_scene",
     "read_recording",

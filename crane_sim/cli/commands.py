@@ -12,6 +12,7 @@ import yaml
 
 from crane_sim import process_signals
 from crane_sim.cli import report
+from crane_sim.cli.compare import compare_runs
 from crane_sim.cli.help_lines import HELP, Group
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
@@ -266,7 +267,7 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-for command in (view, shot, clip, replay):
+for command in (view, shot, clip, replay, compare_runs):
     app.add_command(command)
 
 

@@ -229,7 +229,7 @@ class Rollout:
         return self._recorded().show(height)
 
     def _recorded(self) -> Any:
-        return import_module("crane_sim.recording.rerun.rollout").recorded(self)
+        return import_module("crane_sim.recording.rerun.rollout").recorded_run(self)
 
     def lyapunov(self) -> Array:
         """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.

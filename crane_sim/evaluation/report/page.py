@@ -6,17 +6,19 @@ import json
 import re
 from html import escape
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from crane_sim.evaluation.report.comparison_page import comparison_data
 from crane_sim.evaluation.report.page_data import page_data
 from crane_sim.files.errors import SceneError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from crane_sim.recording.comparison import Comparison
     from crane_sim.recording.run import RecordedRun
 
-SCRIPTS = ("three.min.js", "frames.js", "crane.js", "charts.js", "page.js")
+SCRIPTS = ("three.min.js", "frames.js", "body.js", "crane.js", "charts.js", "page.js")
 
 
 def save_page(run: RecordedRun, file: Path) -> None:
@@ -25,18 +27,35 @@ def save_page(run: RecordedRun, file: Path) -> None:
     Raises:
         SceneError: the file cannot be written.
     """
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(page(run), encoding="utf-8")
-    except OSError as error:
-        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+    _write(page(run), file)
+
+
+def save_comparison(comparison: Comparison, file: Path) -> None:
+    """Write the page of a comparison.
+
+    Raises:
+        SceneError: the file cannot be written.
+    """
+    _write(_document(" / ".join(comparison.names), comparison_data(comparison)), file)
 
 
 def page(run: RecordedRun) -> str:
     """Return the HTML document of a run."""
-    data = json.dumps(page_data(run), separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    return _document(f"{run.name} · {run.crane.kind} crane", page_data(run))
+
+
+def _write(document: str, file: Path) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(document, encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+
+
+def _document(title: str, values: dict[str, Any]) -> str:
+    data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
     parts = {
-        "@title@": escape(f"{run.name} · {run.crane.kind} crane"),
+        "@title@": escape(title),
         "@style@": _asset("page.css"),
         "@scripts@": "\n".join(f"<script>\n{_asset(name)}</script>" for name in SCRIPTS),
         "@licence@": escape(_asset("three.LICENSE.txt")),

@@ -27,8 +27,8 @@ DENSE = 10.0  # s at the end of a long run that keep all their frames
 EVENTS = 200  # that are listed
 
 
-def page_data(run: RecordedRun) -> dict[str, Any]:
-    """Return all that the page of a run shows."""
+def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
+    """Return all that the page of a run shows, with at most so many numbers in its frames."""
     robot = robot_of(run.urdf, run.crane.joint_names)
     end = float(run.t[-1]) + run.period
     panels = panels_of(run)
@@ -44,7 +44,7 @@ def page_data(run: RecordedRun) -> dict[str, Any]:
         "robot": robot,
         "framing": run.crane.framing,
         "afloat": run.base is not None,
-        "frames": _frames(run, sources(robot)),
+        "frames": frames_of(run, sources(robot), frame_numbers),
         "panels": _encode(run, panels, slice(None)),
         "last_panels": None if run.finished else _encode(run, panels, _last(run, end)),
         "events": run.events[:EVENTS],
@@ -72,7 +72,7 @@ def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str
             "unit": panel.unit,
             "curves": [
                 {"name": curve.name, "color": curve.color, "dashed": curve.dashed}
-                | _points(run.t[rows], curve.values[rows], points)
+                | curve_points(run.t[rows], curve.values[rows], points)
                 for curve in panel.curves
             ],
         }
@@ -80,12 +80,13 @@ def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str
     ]
 
 
-def _points(t: Numbers, values: Numbers, count: int) -> dict[str, str]:
+def curve_points(t: Numbers, values: Numbers, count: int) -> dict[str, str]:
+    """Return a curve over the times t (K,), thinned out to about `count` points."""
     rows = rows_with_peaks(values, count)
     return {"t": encode_floats(t[rows]), "values": encode_floats(values[rows])}
 
 
-def _frames(run: RecordedRun, moving: list[int]) -> dict[str, Any]:
+def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
     """Return the frames of the 3D scene, as columns, and which columns are what: [first, count]."""
     frames, tip = run.frames, run.crane.tip_index
     at = np.searchsorted(run.t, frames.t - 0.5 * run.period)
@@ -101,16 +102,16 @@ def _frames(run: RecordedRun, moving: list[int]) -> dict[str, Any]:
     firsts = np.cumsum([0, *widths]).tolist()
     columns = np.hstack(list(parts.values()))
     named = {name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)}
-    kept = _kept_frames(frames.t, columns)
+    kept = _kept_frames(frames.t, columns, numbers)
     return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
 
 
-def _kept_frames(t: Numbers, columns: Numbers) -> NDArray[np.bool_]:
+def _kept_frames(t: Numbers, columns: Numbers, numbers: int) -> NDArray[np.bool_]:
     """Return which frames (F,) stay: of a long run every n-th, but all at its end."""
     varying = max(1, int(np.count_nonzero(np.ptp(columns, axis=0) > 0.0)))
-    stride = max(1, -(-len(t) * varying // FRAME_NUMBERS))
+    stride = max(1, -(-len(t) * varying // numbers))
     dense = t > t[-1] - DENSE
-    if np.count_nonzero(dense) * varying > FRAME_NUMBERS // 4:
+    if np.count_nonzero(dense) * varying > numbers // 4:
         dense = t == t[-1]
     return (np.arange(len(t)) % stride == 0) | dense
 

@@ -39,7 +39,7 @@ def record(rollout: Rollout, path: Path) -> Path:
     return writer.close(rollout.summary | entries)
 
 
-def recorded(rollout: Rollout) -> RecordedRun:
+def recorded_run(rollout: Rollout) -> RecordedRun:
     """Return a run as it would be read back from its recording."""
     with tempfile.TemporaryDirectory() as folder:
         return replace(read_run(record(rollout, Path(folder, "run.rrd"))), path=None)

@@ -1,10 +1,9 @@
 "use strict";
-// The crane in three dimensions: solids of the URDF on their joints, ropes between nodes, load, target, ground.
+// The view of a run in three dimensions: cranes, the payload's trail and target, ground, light, camera.
 
-const Z = new THREE.Vector3(0, 0, 1);
-const ROPE_COLOR = 0x3c4650, TRAIL_COLOR = 0xd9480f, TARGET_COLOR = 0x2a9d5c;
+const TRAIL_COLOR = 0xd9480f, TARGET_COLOR = 0x2a9d5c;
 const FIELD = 40; // degrees from top to bottom of the view
-const TRAIL_SECONDS = 6, ROPE_RADIUS = 0.0035; // radius in sizes of the crane
+const TRAIL_SECONDS = 6;
 
 class CraneView {
   constructor(canvas, run, frames) {
@@ -35,11 +34,8 @@ class CraneView {
 
   // Return the corners of what the whole run takes, from the middle between them.
   corners() {
-    const box = new THREE.Box3().setFromObject(this.root), { frames } = this, [first, count] = frames.parts.nodes;
-    for (let k = 0; k < count; k += 3) {
-      const [x, y, z] = [0, 1, 2].map((i) => limits(frames.columns[first + k + i]));
-      box.expandByPoint(new THREE.Vector3(x[0], y[0], z[0])).expandByPoint(new THREE.Vector3(x[1], y[1], z[1]));
-    }
+    const box = new THREE.Box3();
+    for (const body of this.bodies) body.expand(box);
     const middle = box.getCenter(new THREE.Vector3());
     box.expandByPoint(new THREE.Vector3(middle.x, middle.y, this.run.framing.ground[2]));
     box.getCenter(middle);
@@ -62,54 +58,19 @@ class CraneView {
 
   buildScene() {
     this.scene = new THREE.Scene();
-    this.base = new THREE.Group();
-    this.scene.add(this.base);
-    this.buildRobot();
+    this.body = new CraneBody(this.scene, this.run.robot, this.frames, this.size);
+    this.ghosts = (this.run.ghosts ?? []).map(
+      (ghost) => new CraneBody(this.scene, ghost.robot, new Frames(ghost.frames), this.size, ghost.color));
+    this.bodies = [this.body, ...this.ghosts];
     this.floor = this.measureFloor();
     this.addGround();
     this.addLights();
-    const radius = ROPE_RADIUS * this.size;
-    const rope = new THREE.MeshLambertMaterial({ color: ROPE_COLOR });
-    const shape = new THREE.CylinderGeometry(radius, radius, 1, 8).rotateX(Math.PI / 2);
-    const falls = this.frames.has("falls");
-    const count = falls ? this.frames.parts.falls[1] / 6 : this.frames.parts.nodes[1] / 3 - 1;
-    this.ropes = Array.from({ length: count }, () => new THREE.Mesh(shape, rope));
-    for (const each of this.ropes) {
-      each.castShadow = true;
-      (falls ? this.base : this.scene).add(each);
-    }
     this.addTrail();
     if (this.frames.has("target")) {
       const look = new THREE.MeshLambertMaterial({ color: TARGET_COLOR, transparent: true, opacity: 0.55 });
       this.target = new THREE.Mesh(new THREE.SphereGeometry(0.022 * this.size, 24, 16), look);
       this.scene.add(this.target);
     }
-  }
-
-  buildRobot() {
-    const { links, joints } = this.run.robot;
-    this.links = {};
-    for (const [name, solids] of Object.entries(links)) {
-      this.links[name] = new THREE.Group();
-      for (const solid of solids) this.links[name].add(makeSolid(solid));
-    }
-    const children = new Set(joints.map((joint) => joint.child));
-    for (const name of Object.keys(links)) if (!children.has(name)) this.root = this.links[name];
-    const moves = this.frames.has("base");
-    (moves ? this.base : this.scene).add(this.root);
-    this.joints = joints.map((joint) => this.addJoint(joint));
-    if (!moves) this.scene.add(this.base);
-  }
-
-  addJoint(joint) {
-    const mount = new THREE.Group(), child = this.links[joint.child];
-    mount.position.set(...joint.at);
-    mount.rotation.set(...joint.rpy, "ZYX");
-    mount.add(child);
-    this.links[joint.parent].add(mount);
-    const axis = joint.axis ? new THREE.Vector3(...joint.axis) : null;
-    const places = [joint.source ?? []].flat().map((i) => this.frames.moving.indexOf(i));
-    return { ...joint, axis, places, object: child };
   }
 
   addGround() {
@@ -156,44 +117,13 @@ class CraneView {
 
   // Move everything to where it is at time t.
   move(t) {
-    const at = this.frames.locate(t);
-    this.moveJoints(this.frames.at("q", at));
-    if (this.frames.has("base")) {
-      const [x, y, z, ...turn] = this.frames.at("base", at);
-      this.base.position.set(x, y, z);
-      this.base.quaternion.set(...turn).normalize();
-    }
-    const nodes = this.frames.at("nodes", at);
-    this.moveRopes(nodes, at);
+    const at = this.frames.locate(t), nodes = this.body.move(t);
+    for (const ghost of this.ghosts) ghost.move(t);
     if (this.target) this.target.position.set(...this.frames.at("target", at));
     const since = this.frames.locate(t - TRAIL_SECONDS)[0];
     this.trail.geometry.setDrawRange(since, at[0] - since + 1);
     this.followPayload(new THREE.Vector3(...nodes.slice(-3)));
     this.render();
-  }
-
-  moveJoints(q) {
-    for (const joint of this.joints) {
-      const values = joint.places.map((place) => q[place]);
-      if (values.length === 4) joint.object.quaternion.set(values[1], values[2], values[3], values[0]).normalize();
-      if (values.length !== 1) continue;
-      const value = joint.multiplier * values[0] + joint.offset;
-      if (joint.slides) joint.object.position.copy(joint.axis).multiplyScalar(value);
-      else joint.object.quaternion.setFromAxisAngle(joint.axis, value);
-    }
-  }
-
-  moveRopes(nodes, at) {
-    const falls = this.frames.has("falls") ? this.frames.at("falls", at) : null;
-    this.ropes.forEach((rope, i) => {
-      const ends = falls ? falls.slice(6 * i, 6 * i + 6) : nodes.slice(3 * i, 3 * i + 6);
-      const top = new THREE.Vector3(...ends.slice(0, 3)), bottom = new THREE.Vector3(...ends.slice(3));
-      const along = bottom.clone().sub(top), length = along.length();
-      rope.visible = length > 1e-9;
-      rope.position.copy(top).add(bottom).multiplyScalar(0.5);
-      rope.quaternion.setFromUnitVectors(Z, along.normalize());
-      rope.scale.set(1, 1, Math.max(length, 1e-9));
-    });
   }
 
   followPayload(payload) {
@@ -232,20 +162,6 @@ class CraneView {
   // Return where a link is drawn in the world.
   positionOf(link) {
     this.scene.updateMatrixWorld(true);
-    return this.links[link].getWorldPosition(new THREE.Vector3()).toArray();
+    return this.body.links[link].getWorldPosition(new THREE.Vector3()).toArray();
   }
-}
-
-function makeSolid({ size, at, rpy, color }) {
-  const [red, green, blue] = color;
-  const shape = size.length === 3 ? new THREE.BoxGeometry(...size)
-    : size.length === 2 ? new THREE.CylinderGeometry(size[0], size[0], size[1], 32).rotateX(Math.PI / 2)
-    : new THREE.SphereGeometry(size[0], 32, 20);
-  const look = new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0.05 });
-  look.color.setRGB(red, green, blue, "srgb");
-  const mesh = new THREE.Mesh(shape, look);
-  mesh.position.set(...at);
-  mesh.rotation.set(...rpy, "ZYX");
-  mesh.castShadow = mesh.receiveShadow = true;
-  return mesh;
 }

@@ -6,13 +6,14 @@
   const get = (id) => document.getElementById(id);
   const frames = new Frames(run.frames);
   const clock = { t: run.last ?? 0, playing: false, speed: 1, start: run.last ?? 0, before: 0 };
-  const end = frames.t[frames.t.length - 1];
+  const end = Math.max(...[frames, ...(run.ghosts ?? []).map((ghost) => new Frames(ghost.frames))].map((each) => each.t[each.t.length - 1]));
   let view = null, charts = [], showsLast = run.last !== null;
 
   function fillHead() {
     get("name").textContent = run.name.replaceAll("_", " ");
-    get("about").textContent = [run.description, `${run.kind} crane, law ${run.law}`].filter(Boolean).join(" — ");
-    get("status").textContent = run.finished ? "finished" : "failed";
+    get("about").textContent = run.about ?? [run.description, `${run.kind} crane, law ${run.law}`].filter(Boolean).join(" — ");
+    for (const [name, color] of run.legend ?? []) html("span", get("about"), `  ■ ${name}`).style.color = color;
+    get("status").textContent = run.legend ? "comparison" : run.finished ? "finished" : "failed";
     get("status").classList.toggle("bad", !run.finished);
     if (!run.finished) {
       get("failure").hidden = false;

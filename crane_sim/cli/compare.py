@@ -1,0 +1,101 @@
+"""The command `crane compare`: runs of one crane side by side."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from crane_sim.cli import report
+from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
+from crane_sim.cli.viewing import output_of, recording_of
+from crane_sim.files.errors import SceneError
+
+if TYPE_CHECKING:
+    from crane_sim.recording.comparison import Comparison
+    from crane_sim.simulation.rollout import Rollout
+
+
+@click.command("compare")
+@click.argument("runs", nargs=-1, required=True, metavar="RUN RUN ...")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write a .html that plays all runs in one scene.")
+@click.option("--laws", default="", metavar="A,B,...", help="Simulate the SCENE given as RUN with each law first.")
+@as_json_option
+def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json: bool) -> None:
+    """Compare runs of one crane with the first of them: recordings, or the laws of --laws on one scene."""
+    from crane_sim.recording.comparison import compare
+
+    if output is not None:
+        output_of(output, Path(runs[0]), ".html")
+    if laws:
+        names = _law_names(laws, runs)
+        comparison = compare(*_simulate(runs[0], names, hidden=as_json), names=names)
+    else:
+        comparison = compare(*(recording_of(Path(run)) for run in runs))
+    if output is not None:
+        from crane_sim.evaluation.report.page import save_comparison
+
+        save_comparison(comparison, output)
+    if as_json:
+        print(json.dumps(report.json_value(comparison.to_dict())))
+    else:
+        _print(comparison)
+        print(*[output] * (output is not None))
+
+
+def _law_names(laws: str, runs: Sequence[str]) -> list[str]:
+    names = [name.strip() for name in laws.split(",") if name.strip()]
+    if len(runs) != 1:
+        raise SceneError(f"--laws = {laws!r}: takes one SCENE, here are {len(runs)}: {', '.join(runs)}")
+    if len(set(names)) < max(2, len(names)):
+        raise SceneError(f"--laws = {laws!r}: must be two different laws or more, with commas between them")
+    return names
+
+
+def _simulate(source: str, laws: Sequence[str], hidden: bool) -> list[Rollout]:
+    """Return the runs of a scene with each law, a failed one up to where it failed; checks all laws first."""
+    from crane_sim.simulation.plant import SimulationError
+    from crane_sim.simulation.rollout import simulate
+
+    scenes = [load_scene_with_options(source, law=law) for law in laws]
+    found = []
+    for scene in scenes:
+        with report.compiling(hidden=hidden):
+            try:
+                found.append(simulate(scene))
+            except SimulationError as error:
+                if error.run is None:
+                    raise
+                found.append(error.run)
+    return found
+
+
+def _print(comparison: Comparison) -> None:
+    """Print the metrics that differ or matter, and the largest differences of every quantity."""
+    names, console = comparison.names, Console()
+    first, *others = names
+    table = Table("figure", *names, *(f"{name} − {first}" for name in others), title="figures", title_justify="left")
+    away = [comparison.metric_differences(i) for i in range(1, len(names))]
+    for key, values in comparison.metrics.items():
+        shown = [_format(value) for value in (*values, *(each.get(key) for each in away))]
+        table.add_row(key.replace("_", " "), *shown)
+    console.print(table)
+    for name, run in zip(names, comparison.runs, strict=True):
+        if not run.finished:
+            console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True)
+    title = f"differences from {first}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
+    table = Table("run", "quantity", "largest", "at [s]", "RMS", "unit", title=title, title_justify="left")
+    for name, differences in zip(others, comparison.differences, strict=True):
+        for quantity, each in differences.items():
+            row: list[Any] = [name, quantity, _format(each.largest), f"{each.at:g}", _format(each.rms), each.unit]
+            table.add_row(*row)
+    console.print(table)
+
+
+def _format(value: float | None) -> str:
+    return "" if value is None else f"{value:.5g}"

@@ -1,0 +1,115 @@
+"""What the page of a comparison holds: the first run's crane, the others as ghosts, curves of all on common axes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.evaluation.report.page_data import curve_points, frames_of, page_data
+from crane_sim.evaluation.report.panels import PALETTE, joint_colors
+from crane_sim.evaluation.report.robot import robot_of, sources
+from crane_sim.recording.layout import label
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from crane_sim.recording.comparison import Comparison
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.run import RecordedRun
+
+CURVE_NUMBERS = 40_000  # points of all curves
+POINTS = 1000  # of one curve at most
+FRAME_NUMBERS = 140_000  # of all frames of all runs
+
+
+def comparison_data(comparison: Comparison) -> dict[str, Any]:
+    """Return all that the page of a comparison shows, in the form of `page_data`."""
+    runs, names = comparison.runs, comparison.names
+    colors = [PALETTE[i % len(PALETTE)] for i in range(len(runs))]
+    ghosts = [
+        _ghost(run, FRAME_NUMBERS // len(runs)) | {"name": name, "color": color}
+        for run, name, color in zip(runs[1:], names[1:], colors[1:], strict=True)
+    ]
+    return page_data(runs[0], FRAME_NUMBERS // len(runs)) | {
+        "name": " and ".join(names) if len(names) == 2 else ", ".join(names),
+        "about": f"{runs[0].crane.kind} crane; {names[0]} in its own colours, the others as ghosts",
+        "end": max(float(run.t[-1]) + run.period for run in runs),
+        "finished": True,
+        "last": None,
+        "last_panels": None,
+        "legend": list(zip(names, colors, strict=True)),
+        "ghosts": ghosts,
+        "panels": _panels(comparison, colors),
+        "headlines": [],
+        "events": [],
+        "event_count": 0,
+        "joints": _metrics(comparison),
+        "figures": _differences(comparison),
+    }
+
+
+def _ghost(run: RecordedRun, numbers: int) -> dict[str, Any]:
+    robot = robot_of(run.crane.urdf, run.crane.joint_names)
+    return {"robot": robot, "frames": frames_of(run, sources(robot), numbers)}
+
+
+def _panels(comparison: Comparison, colors: list[str]) -> list[dict[str, Any]]:
+    """Return one panel for each quantity, with a curve of each run."""
+    quantities = [dict(_quantities(run)) for run in comparison.runs]
+    shown = [key for key in quantities[0] if all(key in each for each in quantities)]
+    points = min(POINTS, CURVE_NUMBERS // max(1, len(shown) * len(colors)))
+    rows = list(zip(comparison.runs, comparison.names, colors, quantities, strict=True))
+    return [
+        {
+            "title": title,
+            "unit": unit,
+            "curves": [
+                {"name": name, "color": color, "dashed": False} | curve_points(run.t, values[title, unit], points)
+                for run, name, color, values in rows
+            ],
+        }
+        for title, unit in shown
+    ]
+
+
+def _quantities(run: RecordedRun) -> Iterator[tuple[tuple[str, str], Numbers]]:
+    """Yield ((title, unit), values (K,)) of what is compared; angles in degrees."""
+    crane = run.crane
+    for name in joint_colors(run):
+        i = crane.joint_names.index(name)
+        angle = crane.joint_units[i] == "rad"
+        yield (label(name), "°" if angle else crane.joint_units[i]), np.degrees(run.q[:, i]) if angle else run.q[:, i]
+    yield ("swing from the vertical", "°"), np.degrees(run.swing)
+    for i, axis in enumerate("xyz"):
+        yield (f"payload {axis}", "m"), run.payload[:, i]
+    for k, name in enumerate(crane.actuated):
+        yield (f"effort of {label(name)}", crane.effort_units[k]), run.u[:, k]
+    yield ("rope tension", "N"), run.tension
+    yield ("energy since the start", "J"), run.energy - run.energy[0]
+
+
+def _metrics(comparison: Comparison) -> list[list[str]]:
+    """Return the table of metrics: values of every run, and differences from the first."""
+    names = comparison.names
+    away = [comparison.metric_differences(i) for i in range(1, len(names))]
+    head = ["figure", *names, *(f"{name} − {names[0]}" for name in names[1:])]
+    rows = [
+        [key.replace("_", " "), *(_format(x) for x in values), *(_format(each.get(key)) for each in away)]
+        for key, values in comparison.metrics.items()
+    ]
+    return [head, *rows]
+
+
+def _differences(comparison: Comparison) -> list[list[str]]:
+    """Return the rows of the largest differences of every quantity."""
+    named = zip(comparison.names[1:], comparison.differences, strict=True)
+    return [
+        [name, quantity, f"largest {each.largest:.4g} {each.unit} at {each.at:g} s", f"RMS {each.rms:.4g} {each.unit}"]
+        for name, differences in named
+        for quantity, each in differences.items()
+    ]
+
+
+def _format(value: float | None) -> str:
+    return "–" if value is None else f"{value:.6g}"

@@ -1,0 +1,145 @@
+"""Runs of one crane side by side: their metrics, and the differences of every quantity on common time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError
+from crane_sim.recording.read import read_recording
+from crane_sim.recording.run import RecordedRun
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.simulation.rollout import Rollout
+
+SPEED = ("wall_time", "steps_per_second", "real_time_factor", "rhs_evaluations", "recorded_steps")
+"""Entries of a summary on how it was computed, which say nothing about the crane."""
+
+
+class Difference(NamedTuple):
+    """How far a quantity of a run is from the first run's, at the steps of the common time."""
+
+    unit: str
+    largest: float  # absolute value, unit
+    at: float  # s, when that is
+    rms: float  # unit, root of the mean square
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison:
+    """Runs of one crane, compared with the first of them."""
+
+    runs: tuple[RecordedRun, ...]  # n
+    names: tuple[str, ...]  # (n,)
+    t: Numbers  # (K,) s, steps of the first run within the time that all runs have; others are interpolated linearly
+    metrics: dict[str, tuple[float | None, ...]]  # (n,) values by name, None where a run has no such figure
+    differences: tuple[dict[str, Difference], ...]  # (n - 1,) by quantity, see RecordedRun.columns
+
+    def __repr__(self) -> str:
+        """Return names and common time in one line."""
+        return f"<Comparison of {', '.join(self.names)}: {len(self.t)} steps, {self.t[0]:g} .. {self.t[-1]:g} s>"
+
+    def metric_differences(self, i: int) -> dict[str, float]:
+        """Return the metrics of run i minus those of the first run, where both have them."""
+        pairs = {name: (values[0], values[i]) for name, values in self.metrics.items()}
+        return {name: b - a for name, (a, b) in pairs.items() if a is not None and b is not None}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it but the runs, as plain data."""
+        return {
+            "runs": list(self.names),
+            "interval": [float(self.t[0]), float(self.t[-1])],
+            "metrics": {name: list(values) for name, values in self.metrics.items()},
+            "differences": [{name: each._asdict() for name, each in one.items()} for one in self.differences],
+        }
+
+
+def compare(*runs: RecordedRun | Rollout | Path | str, names: Sequence[str] = ()) -> Comparison:
+    """Return the comparison of two or more runs of one crane with the first of them.
+
+    Args:
+        runs: recorded runs, runs of `simulate`, or paths of recordings.
+        names: what they are called; default: files, or scenes.
+
+    Raises:
+        SceneError: there are fewer than two, a file is no recording, the cranes are unlike, or no time is common.
+    """
+    if len(runs) < 2:
+        raise SceneError(f"compare: needs two runs or more, here {'is one' if runs else 'are none'}")
+    read = tuple(_run_of(run) for run in runs)
+    called = tuple(names) or _distinct([run.path.stem if run.path else run.name for run in read])
+    for run, name in zip(read[1:], called[1:], strict=True):
+        _check_alike(read[0], called[0], run, name)
+    t = _common_time(read)
+    differences = tuple(_differences(read[0], run, t) for run in read[1:])
+    return Comparison(read, called, t, _metrics(read), differences)
+
+
+def _run_of(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
+    if isinstance(run, RecordedRun):
+        return run
+    if isinstance(run, Path | str):
+        return read_recording(Path(run))
+    from crane_sim.recording.rerun.rollout import recorded_run
+
+    return recorded_run(run)
+
+
+def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names, numbered where two are the same."""
+    return tuple(f"{name} ({i + 1})" if names.count(name) > 1 else name for i, name in enumerate(names))
+
+
+def _check_alike(first: RecordedRun, first_name: str, run: RecordedRun, name: str) -> None:
+    """Raise SceneError where two runs are of unlike cranes."""
+    for a, b in ((first.crane.kind, run.crane.kind), (first.crane.joint_names, run.crane.joint_names)):
+        if a != b:
+            what = [x if isinstance(x, str) else ", ".join(x) for x in (b, a)]
+            raise SceneError(f"{name} is of {what[0]}, {first_name} of {what[1]}: only runs of one crane are compared")
+
+
+def _common_time(runs: Sequence[RecordedRun]) -> Numbers:
+    """Return the steps (K,) [s] of the first run within the time that all runs have."""
+    if not all(len(run.t) for run in runs):
+        raise SceneError("compare: a run without steps; there is nothing to compare")
+    begin, end = max(run.t[0] for run in runs), min(run.t[-1] for run in runs)
+    t = runs[0].t[(runs[0].t >= begin) & (runs[0].t <= end)]
+    if not len(t):
+        raise SceneError(f"compare: the runs have no common time, all have begun at {begin:g} s, one ends at {end:g} s")
+    return t
+
+
+def _differences(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[str, Difference]:
+    """Return the differences of all quantities that both runs have and that are numbers throughout."""
+    ours, others = first.columns(), run.columns()
+    found = {}
+    for name in (name for name in ours if name in others):
+        (a, unit), (b, _) = ours[name], others[name]
+        away = np.interp(t, run.t, b) - np.interp(t, first.t, a)
+        if np.isfinite(away).all():
+            k = int(np.argmax(np.abs(away)))
+            found[name] = Difference(unit, float(abs(away[k])), float(t[k]), float(np.sqrt(np.mean(away * away))))
+    return found
+
+
+def _metrics(runs: Sequence[RecordedRun]) -> dict[str, tuple[float | None, ...]]:
+    flat = [dict(_numbers(run.summary)) for run in runs]
+    names = dict.fromkeys(name for each in flat for name in each)
+    return {name: tuple(each.get(name) for each in flat) for name in names}
+
+
+def _numbers(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Return (name, value) of all numbers of a summary, those of joints as NAME.JOINT."""
+    found = []
+    for key, value in summary.items():
+        inner = value.items() if isinstance(value, dict) else [("", value)]
+        for part, number in inner:
+            if key not in SPEED and isinstance(number, int | float) and not isinstance(number, bool):
+                found.append((f"{key}.{part}" if part else key, float(number)))
+    return found

@@ -1,0 +1,107 @@
+"""Runs of one crane are compared: with itself by zeros, with a shifted one by the shift, with an unlike crane not at all."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import CHROMIUM, NO_CHROMIUM, ask
+
+import crane_sim
+from crane_sim.cli.commands import app
+from crane_sim.evaluation.report.page import save_comparison
+
+pytestmark = pytest.mark.interpreted
+SHIFT = 0.125  # m, a power of two: sums with it are exact at these magnitudes up to rounding
+QUESTION = """() => ({
+  text: document.body.innerText, drawn: window.crane.drawn(), charts: document.querySelectorAll("svg").length,
+})"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> crane_sim.RecordedRun:
+    """Record a second of the overhead crane."""
+    file = tmp_path_factory.mktemp("runs") / "a.rrd"
+    return crane_sim.read_recording(crane_sim.simulate("overhead_energy", duration=1.0).record(file))
+
+
+def shifted(run: crane_sim.RecordedRun, **changes: Any) -> crane_sim.RecordedRun:
+    """Return the run with its trolley and payload shifted."""
+    q, payload = run.q.copy(), run.payload.copy()
+    q[:, 0] += SHIFT
+    payload[:, 0] += SHIFT
+    return replace(run, q=q, payload=payload, **changes)
+
+
+def test_a_run_is_itself(run: crane_sim.RecordedRun) -> None:
+    """All differences of a run from itself are zero, of metrics and of quantities."""
+    comparison = crane_sim.compare(run, run)
+    assert set(comparison.metric_differences(1).values()) == {0.0}
+    assert {(each.largest, each.rms) for each in comparison.differences[0].values()} == {(0.0, 0.0)}
+    assert comparison.names == ("a (1)", "a (2)") and len(comparison.t) == len(run.t)
+
+
+def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
+    """A run that is shifted by an offset differs by it where it is shifted, and nowhere else."""
+    other = shifted(run, summary=run.summary | {"peak_swing_deg": run.summary["peak_swing_deg"] + 0.5})
+    comparison = crane_sim.compare(run, other, names=("one", "two"))
+    found = {name: each for name, each in comparison.differences[0].items() if each.largest}
+    assert found.keys() == {"q.trolley", "payload.x"}
+    for each in found.values():  # the sums round to the last bit of values below 1 m
+        assert each.unit == "m" and abs(each.largest - SHIFT) < 1e-15 and abs(each.rms - SHIFT) < 1e-15
+    away = {name: value for name, value in comparison.metric_differences(1).items() if value}
+    assert away == {"peak_swing_deg": 0.5}
+
+
+def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.RecordedRun) -> None:
+    """A run of half the time at half the period is compared up to its end: the difference is that of the mean of steps."""
+    changes = {"control.period": 0.005}
+    finer = crane_sim.simulate("overhead_energy", duration=0.5, overrides=changes)
+    comparison = crane_sim.compare(run, finer)
+    assert comparison.t[-1] == pytest.approx(0.49) and len(comparison.t) == 50
+    expected = np.abs(finer.q[:100:2, 0] - run.q[:50, 0]).max()
+    assert comparison.differences[0]["q.trolley"].largest == pytest.approx(
+        expected, rel=1e-12
+    )  # times differ by roundings
+    line = "^compare: needs two runs or more, here is one$"
+    with pytest.raises(crane_sim.SceneError, match=line):
+        crane_sim.compare(run)
+
+
+def test_mistakes_are_one_line(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
+    """Unlike cranes, other kinds of files, and laws that are no choice are refused before anything is simulated."""
+    unlike = replace(run, crane=run.crane._replace(joint_names=("trolley", "swing_2")), path=None)
+    with pytest.raises(
+        crane_sim.SceneError, match="is of trolley, swing_2, a of trolley, swing_1: only runs of one crane"
+    ):
+        crane_sim.compare(run, unlike)
+    for arguments, line in (
+        ((str(run.path), str(run.path), "-o", str(tmp_path / "a.txt")), "must end in .html"),
+        (("overhead_energy", "--laws", "energy"), "must be two different laws or more"),
+        (("overhead_energy", "overhead_lqr", "--laws", "energy,lqr"), "takes one SCENE, here are 2"),
+        (("overhead_energy", "--laws", "energy,nope"), "control.law = 'nope': no such law"),
+    ):
+        with pytest.raises(crane_sim.SceneError, match=line):
+            app(["compare", *arguments], standalone_mode=False)
+
+
+def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Both laws of a scene are simulated, their figures stand side by side, and the page is written."""
+    file = tmp_path / "both.html"
+    source = tmp_path / "short.yaml"
+    crane_sim.load_scene("overhead_energy", {"duration": 0.3}).dump(source)
+    app(["compare", str(source), "--laws", "energy,lqr", "-o", str(file)], standalone_mode=False)
+    shown = capsys.readouterr().out
+    assert "lqr − energy" in shown and "q.trolley" in shown and file.name in shown.replace("\n", "")
+    assert file.stat().st_size < 2_000_000
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
+    """In a browser the page draws, reports no fault, makes no request, and names every run."""
+    save_comparison(crane_sim.compare(run, shifted(run), names=("one", "two")), tmp_path / "page.html")
+    answer = ask({"page": (tmp_path / "page.html").read_text()}, QUESTION, tmp_path)["page"]
+    assert not answer["faults"] and not answer["requests"]
+    assert answer["answer"]["drawn"] and answer["answer"]["charts"] >= 8  # of eight quantities or more
+    assert all(word in answer["answer"]["text"] for word in ("one", "two", "two − one", "comparison"))
