@@ -240,7 +240,6 @@ class Layout(NamedTuple):
     ropes: Ropes
     provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
-    robot: str  # URDF
     framing: Framing
     commanded: bool  # efforts are commanded every period
     has_targets: bool  # the actuated joints have targets
@@ -248,6 +247,11 @@ class Layout(NamedTuple):
     lyapunov: bool  # the law comes with a Lyapunov function
     properties: Mapping[str, Any]  # run properties that are known at the start
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
+
+    @property
+    def robot(self) -> str:
+        """Return the URDF document of the crane."""
+        return self.properties["urdf"]
 
     @property
     def frame_stride(self) -> int:
@@ -298,7 +302,8 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable, robot = suspension(scene), urdf(scene)
+    cable = suspension(scene)
+    framing = _framing(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -315,13 +320,12 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
         provenance=source_note(scene),
         period_ns=scene.period_ns,
-        robot=robot,
-        framing=_framing(scene, cable),
+        framing=framing,
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_scene_properties(scene) | {"urdf": robot, "crane": _crane_facts(scene, cable)},
+        properties=_scene_properties(scene) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
 
 
@@ -396,7 +400,7 @@ def _scene_properties(scene: Scene) -> dict[str, Any]:
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
 
 
-def _crane_facts(scene: Scene, cable: Suspension | None) -> str:
+def _crane_facts(scene: Scene, framing: Framing) -> str:
     """Return what a reader of the curves must know of the crane, as JSON."""
     facts = {
         "kind": scene.crane,
@@ -407,4 +411,4 @@ def _crane_facts(scene: Scene, cable: Suspension | None) -> str:
         "command_units": scene.command_units,
         "tip_index": int(system.tip_index(scene.model)),
     }
-    return json.dumps(facts | {"framing": _framing(scene, cable)._asdict()})
+    return json.dumps(facts | {"framing": framing._asdict()})
