@@ -148,10 +148,22 @@ def _shape(joints: Sequence[str]) -> str:
     return "rod"
 
 
-def tension_name(cable: Suspension | None) -> str:
-    """Return what the recorded tension is."""
-    several = cable is not None and len(cable.hang.lengths) > 1
-    return "tension of the top link" if several else "rope tension"
+MOST_TENSIONS = 12  # that a recording holds; of more links or falls it has the first one's only
+
+
+def select_tensions(tensions: Numbers) -> Numbers:
+    """Return those of the tensions (K, L) of all links or falls that are recorded."""
+    return tensions if tensions.shape[1] <= MOST_TENSIONS else tensions[:, :1]
+
+
+def tension_names(count: int, falls: bool) -> tuple[str, ...]:
+    """Return the names of the recorded tensions of a load on `count` falls, or on a cable of as many links."""
+    kind = "fall" if falls else "link"
+    if 1 < count <= MOST_TENSIONS:
+        return tuple(f"{kind} {k}" for k in range(1, 1 + count))
+    if falls:
+        return ("tension of fall 1",)
+    return ("tension of the top link",) if count > 1 else ("rope tension",)
 
 
 def effort_scales(scene: Scene, hang: SuspendedCable) -> tuple[float, ...]:
@@ -206,6 +218,7 @@ class Ropes(NamedTuple):
 
     tip: int  # which of the nodes is the upper end of the cable
     falls: Falls | None  # the ropes of a load that hangs on several
+    tensions: tuple[str, ...]  # names of the recorded tensions
 
 
 class Stand(NamedTuple):
@@ -260,8 +273,10 @@ class Layout(NamedTuple):
 
     @property
     def tension(self) -> str:
-        """Return what the recorded tension is."""
-        return tension_name(self.suspension)
+        """Return what the recorded tensions are."""
+        if len(self.ropes.tensions) == 1:
+            return self.ropes.tensions[0]
+        return f"tension of each {'link' if self.ropes.falls is None else 'fall'}"
 
     @property
     def driven(self) -> list[int]:
@@ -295,7 +310,7 @@ class Block(NamedTuple):
     potential: Numbers  # (K,) J
     energy: Numbers  # (K,) J, their sum
     raised: Numbers  # (K,) J, potential energy since the start of the run
-    tension: Numbers  # (K,) N
+    tensions: Numbers  # (K, T) N, those of `select_tensions`
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
@@ -317,7 +332,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         swings=_swings(scene, cable),
         suspension=cable,
         stand=Stand(WORLD if base_of(scene) is None else BASE, _sea(scene)),
-        ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
+        ropes=_ropes(scene),
         provenance=source_note(scene),
         period_ns=scene.period_ns,
         framing=framing,
@@ -349,6 +364,11 @@ def _framing(scene: Scene, cable: Suspension | None) -> Framing:
     if scene.crane == "knuckle":
         return of_knuckle(scene)
     return of_gantry(scene) if scene.crane == "gantry" else of_suspended(scene)
+
+
+def _ropes(scene: Scene) -> Ropes:
+    falls, count = getattr(scene.model, "falls", None), system.link_count(scene.model)
+    return Ropes(system.tip_index(scene.model), falls, tension_names(count, falls is not None))
 
 
 def _sea(scene: Scene) -> SineSum | None:
