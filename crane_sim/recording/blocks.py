@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.recording.layout import Block, base_of, hanging_still, to_base, to_world
+from crane_sim.recording.layout import Block, base_of, hanging_still, select_tensions, to_base, to_world
 from crane_sim.simulation.metrics import Derived, derive, derive_instant
 from crane_sim.trajectories.base_motion import base_positions
 
@@ -73,7 +73,7 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
         potential=known.potential,
         energy=known.energy,
         raised=known.potential - _potential_at_start(scene),
-        tension=known.tension,
+        tensions=select_tensions(known.tensions),
         swing=known.swing,
         lyapunov=_lyapunov(scene, t, motion.q, motion.v),
     )

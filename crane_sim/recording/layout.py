@@ -148,10 +148,22 @@ def _shape(joints: Sequence[str]) -> str:
     return "rod"
 
 
-def tension_name(cable: Suspension | None) -> str:
-    """Return what the recorded tension is."""
-    several = cable is not None and len(cable.hang.lengths) > 1
-    return "tension of the top link" if several else "rope tension"
+MOST_TENSIONS = 12  # that a recording holds; of more links or falls it has the first one's only
+
+
+def select_tensions(tensions: Numbers) -> Numbers:
+    """Return those of the tensions (K, L) of all links or falls that are recorded."""
+    return tensions if tensions.shape[1] <= MOST_TENSIONS else tensions[:, :1]
+
+
+def tension_names(count: int, falls: bool) -> tuple[str, ...]:
+    """Return the names of the recorded tensions of a load on `count` falls, or on a cable of as many links."""
+    kind = "fall" if falls else "link"
+    if 1 < count <= MOST_TENSIONS:
+        return tuple(f"{kind} {k}" for k in range(1, 1 + count))
+    if falls:
+        return ("tension of fall 1",)
+    return ("tension of the top link",) if count > 1 else ("rope tension",)
 
 
 def effort_scales(scene: Scene, hang: SuspendedCable) -> tuple[float, ...]:
@@ -206,6 +218,7 @@ class Ropes(NamedTuple):
 
     tip: int  # which of the nodes is the upper end of the cable
     falls: Falls | None  # the ropes of a load that hangs on several
+    tensions: tuple[str, ...]  # names of the recorded tensions
 
 
 class Stand(NamedTuple):
@@ -240,7 +253,6 @@ class Layout(NamedTuple):
     ropes: Ropes
     provenance: str  # what derived curves are computed from, empty where that is the truth
     period_ns: int
-    robot: str  # URDF
     framing: Framing
     commanded: bool  # efforts are commanded every period
     has_targets: bool  # the actuated joints have targets
@@ -250,14 +262,21 @@ class Layout(NamedTuple):
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
 
     @property
+    def robot(self) -> str:
+        """Return the URDF document of the crane."""
+        return self.properties["urdf"]
+
+    @property
     def frame_stride(self) -> int:
         """Return the number of steps from one frame of the 3D scene to the next."""
         return max(1, FRAME_NS // self.period_ns)
 
     @property
     def tension(self) -> str:
-        """Return what the recorded tension is."""
-        return tension_name(self.suspension)
+        """Return what the recorded tensions are."""
+        if len(self.ropes.tensions) == 1:
+            return self.ropes.tensions[0]
+        return f"tension of each {'link' if self.ropes.falls is None else 'fall'}"
 
     @property
     def driven(self) -> list[int]:
@@ -291,14 +310,15 @@ class Block(NamedTuple):
     potential: Numbers  # (K,) J
     energy: Numbers  # (K,) J, their sum
     raised: Numbers  # (K,) J, potential energy since the start of the run
-    tension: Numbers  # (K,) N
+    tensions: Numbers  # (K, T) N, those of `select_tensions`
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable, robot = suspension(scene), urdf(scene)
+    cable = suspension(scene)
+    framing = _framing(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -312,16 +332,15 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         swings=_swings(scene, cable),
         suspension=cable,
         stand=Stand(WORLD if base_of(scene) is None else BASE, _sea(scene)),
-        ropes=Ropes(system.tip_index(scene.model), getattr(scene.model, "falls", None)),
+        ropes=_ropes(scene),
         provenance=source_note(scene),
         period_ns=scene.period_ns,
-        robot=robot,
-        framing=_framing(scene, cable),
+        framing=framing,
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        properties=_scene_properties(scene) | {"urdf": robot, "crane": _crane_facts(scene, cable)},
+        properties=_scene_properties(scene) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
 
 
@@ -345,6 +364,11 @@ def _framing(scene: Scene, cable: Suspension | None) -> Framing:
     if scene.crane == "knuckle":
         return of_knuckle(scene)
     return of_gantry(scene) if scene.crane == "gantry" else of_suspended(scene)
+
+
+def _ropes(scene: Scene) -> Ropes:
+    falls, count = getattr(scene.model, "falls", None), system.link_count(scene.model)
+    return Ropes(system.tip_index(scene.model), falls, tension_names(count, falls is not None))
 
 
 def _sea(scene: Scene) -> SineSum | None:
@@ -396,7 +420,7 @@ def _scene_properties(scene: Scene) -> dict[str, Any]:
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
 
 
-def _crane_facts(scene: Scene, cable: Suspension | None) -> str:
+def _crane_facts(scene: Scene, framing: Framing) -> str:
     """Return what a reader of the curves must know of the crane, as JSON."""
     facts = {
         "kind": scene.crane,
@@ -407,4 +431,4 @@ def _crane_facts(scene: Scene, cable: Suspension | None) -> str:
         "command_units": scene.command_units,
         "tip_index": int(system.tip_index(scene.model)),
     }
-    return json.dumps(facts | {"framing": _framing(scene, cable)._asdict()})
+    return json.dumps(facts | {"framing": framing._asdict()})

@@ -77,7 +77,9 @@ class RecordedRun:
     tip: Numbers  # (K, 3) m
     payload: Numbers  # (K, 3) m
     base: Numbers | None  # (K, 6) surge, sway, heave [m], roll, pitch, yaw [rad] of a base that moves
-    tension: Numbers  # (K,) N, of the uppermost link
+    tensions: (
+        Numbers  # (K, L) N, of the links from the top to the payload, or of the falls; only the first of more than 12
+    )
     swing: Numbers  # (K,) rad, angle of the line from tip to payload from the vertical
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J, from height 0 of the world
@@ -120,6 +122,11 @@ class RecordedRun:
     def energy(self) -> NDArray[np.float64]:
         """Total energy in the world (K,) [J], weights from its height 0."""
         return self.kinetic + self.potential
+
+    @property
+    def tension(self) -> NDArray[np.float64]:
+        """Tension of the uppermost link, or of the first fall (K,) [N]."""
+        return self.tensions[:, 0]
 
     @property
     def nodes(self) -> NDArray[np.float64]:
@@ -166,7 +173,8 @@ class RecordedRun:
         """Return a `pandas.DataFrame` (needs pandas), one row a step, index t [s]; `attrs["units"]`: unit by column.
 
         Columns: `q.JOINT`, `v.JOINT`, `u.JOINT`, `command.JOINT`, `reference.JOINT`, `payload.x`, `tip.x`, ..., and
-        `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`, `lyapunov_rate` where the run has them.
+        `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`, `lyapunov_rate` where the run has them;
+        `tension.1`, `tension.2`, ... of a run with the tensions of several links or falls.
         """
         pandas = import_module("pandas")  # an optional package, wanted here only
         columns = self.columns()
@@ -194,6 +202,8 @@ class RecordedRun:
         )
         columns = {name: column for table in tables for name, column in _split(*table).items()}
         columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")}
+        if (count := self.tensions.shape[1]) > 1:
+            columns |= _split("tension", [str(k) for k in range(1, 1 + count)], ["N"] * count, self.tensions)
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
             columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}

@@ -133,7 +133,7 @@ def lengthen(run: RecordedRun, steps: int) -> RecordedRun:
         "reference",
         "tip",
         "payload",
-        "tension",
+        "tensions",
         "swing",
         "kinetic",
         "potential",

@@ -28,7 +28,7 @@ class Curve(NamedTuple):
     name: str
     color: str
     values: Numbers  # (K,)
-    dashed: bool = False  # a target, or a command
+    dashed: bool = False  # a target, a command, or one of so many curves that colours come again
 
 
 class Panel(NamedTuple):
@@ -106,6 +106,18 @@ def _payload(run: RecordedRun) -> list[Panel]:
     return _share("Payload position", "m", curves)
 
 
+def _tensions(run: RecordedRun) -> list[Panel]:
+    """Return the tensions of links or falls; `falls` of the frames tells which they are."""
+    several, falls = run.tensions.shape[1] > 1, run.frames.falls is not None
+    if not several and not falls:
+        return _share("Rope tension", "N", [[Curve("uppermost link", INK, run.tension)]])
+    curves = []
+    for k, values in enumerate(run.tensions.T):
+        color = PALETTE[k % len(PALETTE)] if several else INK
+        curves.append([Curve(f"{'fall' if falls else 'link'} {k + 1}", color, values, dashed=k >= len(PALETTE))])
+    return _share("Rope tension", "N", curves)
+
+
 def _rest(run: RecordedRun) -> list[Panel]:
     potential, energy = (each - each[0] for each in (run.potential, run.energy))
     curves = [
@@ -113,8 +125,7 @@ def _rest(run: RecordedRun) -> list[Panel]:
         [Curve("potential since the start", PALETTE[2], potential)],
         [Curve("total since the start", INK, energy)],
     ]
-    panels = _share("Rope tension", "N", [[Curve("uppermost link", INK, run.tension)]])
-    panels += _share("Energy", "J", curves)
+    panels = [*_tensions(run), *_share("Energy", "J", curves)]
     if run.lyapunov is not None:
         panels += _share("Lyapunov function of the law", "J", [[Curve("V", PALETTE[3], run.lyapunov[:, 0])]])
     return panels

@@ -161,8 +161,15 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/energy_parts", ("kinetic [J]", "potential [J]"), BLUE_GREEN, _energy_parts),
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
-        Channel("plots/tension", (f"{layout.tension} [N]{derived}",), (PALETTE[3],), lambda b: b.tension),
+        _tensions(layout, derived),
     ]
+
+
+def _tensions(layout: Layout, derived: str) -> Channel:
+    """Return the tensions of links or falls, in the darker tone where the colours come again."""
+    names = layout.ropes.tensions
+    colors = (*PALETTE, *map(soften, PALETTE)) if len(names) > 1 else (PALETTE[3],)
+    return Channel("plots/tension", tuple(f"{name} [N]{derived}" for name in names), colors, lambda b: b.tensions)
 
 
 def _positions(layout: Layout) -> list[Channel]:

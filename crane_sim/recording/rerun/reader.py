@@ -83,9 +83,10 @@ def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
         return None if curves is None else curves.values
 
     count, names = len(states.step), {"u": "effort", "commands": "effort_demanded", "reference": "q_ref"}
-    names |= {name: name for name in ("q", "v", "tip", "payload", "base", "tension", "swing")}
+    names |= {name: name for name in ("q", "v", "tip", "payload", "base", "swing")}
+    names["tensions"] = "tension"
     arrays = {name: matrix(entity) for name, entity in names.items()}
-    arrays["tension"], arrays["swing"] = arrays["tension"][:, 0], arrays["swing"][:, 0]
+    arrays["swing"] = arrays["swing"][:, 0]
     kinetic, potential = matrix("energy_parts").T
     parts = matrix("lyapunov"), matrix("lyapunov_rate")
     lyapunov = None if parts[0] is None else np.hstack(parts)

@@ -53,6 +53,7 @@ class RunWriter:
         """
         self.path, self.part = path, unfinished_name(path)
         self._layout, self._channels = layout, channels(layout)
+        self._strides = {channel.stride for channel in self._channels}
         self._spans: dict[str, Span] = {}
         self._lock = _claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
@@ -72,14 +73,15 @@ class RunWriter:
         Raises:
             RecordingError: it did not reach the disk, which is full or gone.
         """
+        rows = {stride: np.flatnonzero((block.step - 1) % stride == 0) for stride in self._strides}
+        time = {stride: times(self._layout, block.step[those]) for stride, those in rows.items()}
         for channel in self._channels:
-            values = channel.values(block)
-            rows = np.flatnonzero((block.step - 1) % channel.stride == 0)
-            if values is None or not rows.size:
+            values, those = channel.values(block), rows[channel.stride]
+            if values is None or not those.size:
                 continue
-            columns = rr.Scalars.columns(scalars=values[rows].ravel())
-            width, time = values.size // len(block.step), times(self._layout, block.step[rows])
-            self._rec.send_columns(channel.entity, time, columns.partition([width] * len(rows)))
+            columns = rr.Scalars.columns(scalars=values[those].ravel())
+            widths = [values.size // len(block.step)] * len(those)
+            self._rec.send_columns(channel.entity, time[channel.stride], columns.partition(widths))
             self._widen_span(channel.entity, values[np.isfinite(values)])
         self._stage.draw(block)
         self._check()

@@ -1,0 +1,107 @@
+"""Recordings hold the tension of every link of a chain and of every fall, unless there are very many."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+import crane_sim
+from crane_sim.evaluation.report.panels import Curve, panels_of
+from crane_sim.recording.layout import MOST_TENSIONS, of_scene
+from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.run import RecordedRun
+from crane_sim.recording.step_assembler import Row
+
+pytestmark = pytest.mark.interpreted
+
+STEPS = 4
+
+
+def chain(links: int) -> crane_sim.Rollout:
+    """Run a chain of `links` links, each bent against the one above it, for a few steps."""
+    cable = {"model": "rigid", "links": links, "lengths": 4.0 / links, "node_masses": [1.0] * (links - 1) + [4.0]}
+    start = {"angles": np.linspace(0.1, 0.6, links).tolist()}
+    document = {"crane": "overhead", "trolley": {"mass": 5.0}, "cable": cable, "initial": start}
+    return crane_sim.simulate(crane_sim.load_scene(document | {"duration": 0.01 * STEPS}))
+
+
+@pytest.fixture(scope="module")
+def rollouts() -> dict[str, crane_sim.Rollout]:
+    """Run a spreader on falls whose lengths differ, and a chain of three links."""
+    return {"fall": crane_sim.simulate("spreader_skew", duration=0.01 * STEPS), "link": chain(3)}
+
+
+@pytest.fixture(scope="module")
+def runs(rollouts: dict[str, crane_sim.Rollout], tmp_path_factory: pytest.TempPathFactory) -> dict[str, RecordedRun]:
+    """Record both and read them back."""
+    folder = tmp_path_factory.mktemp("tensions")
+    return {kind: crane_sim.read_recording(run.record(folder / f"{kind}.rrd")) for kind, run in rollouts.items()}
+
+
+def tension_curves(run: RecordedRun) -> dict[str, Curve]:
+    """Return the curves of the panels of tensions by name, forces in kN back in N."""
+    panels = [panel for panel in panels_of(run) if panel.title == "Rope tension"]
+    scale = {"N": 1.0, "kN": 1e3, "MN": 1e6}
+    return {
+        curve.name: curve._replace(values=scale[panel.unit] * curve.values)
+        for panel in panels
+        for curve in panel.curves
+    }
+
+
+@pytest.mark.parametrize(("kind", "count"), [("fall", 4), ("link", 3)])
+def test_every_tension_is_recorded(
+    kind: str, count: int, rollouts: dict[str, crane_sim.Rollout], runs: dict[str, RecordedRun]
+) -> None:
+    """What is read back are the run's tensions, no two the same, bit for bit; `tension` is the first of them."""
+    run, expected = runs[kind], rollouts[kind].derived.tensions[:-1]
+    assert run.tensions.shape == (STEPS, count) and np.array_equal(run.tensions, expected)
+    assert len(np.unique(expected[0])) == count
+    assert np.array_equal(run.tension, expected[:, 0])
+
+
+@pytest.mark.parametrize("kind", ["fall", "link"])
+def test_every_tension_has_its_name(kind: str, runs: dict[str, RecordedRun]) -> None:
+    """Viewer, panels and columns name link or fall, and each name has its own values and colour."""
+    run = runs[kind]
+    assert run.path is not None
+    names = [f"{kind} {k}" for k in range(1, 1 + run.tensions.shape[1])]
+    styles = [c for c in RrdReader(run.path).stream() if c.entity_path == "/plots/tension" and c.is_static]
+    assert styles[0].to_record_batch()["SeriesLines:names"][0].as_py() == [f"{name} [N]" for name in names]
+    curves, columns = tension_curves(run), run.columns()
+    assert sorted(curves) == names and len({curve.color for curve in curves.values()}) == len(names)
+    assert np.array_equal(columns["tension"][0], run.tension)
+    for k, name in enumerate(names):
+        assert curves[name].values == pytest.approx(run.tensions[:, k], rel=1e-15)  # N to kN and back
+        assert np.array_equal(columns[f"tension.{k + 1}"][0], run.tensions[:, k])
+
+
+@pytest.mark.parametrize("kind", ["fall", "link"])
+def test_a_recorder_derives_the_same(
+    kind: str, rollouts: dict[str, crane_sim.Rollout], runs: dict[str, RecordedRun], tmp_path: Path
+) -> None:
+    """A recorder, which gets joint states and efforts only, writes the same tensions in blocks of any length."""
+    run, session = rollouts[kind], Session(rollouts[kind].scene, tmp_path / "run.rrd")
+    rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(STEPS)]
+    session.write(rows[:1])
+    session.write(rows[1:])
+    session.close({"scene": run.scene.name}, lost=0)
+    assert np.array_equal(crane_sim.read_recording(tmp_path / "run.rrd").tensions, runs[kind].tensions)
+
+
+def test_of_very_many_links_the_first_is_recorded(tmp_path: Path) -> None:
+    """A chain of more links than are recorded keeps the top one's tension, and says so."""
+    rollout = chain(MOST_TENSIONS + 1)
+    run = crane_sim.read_recording(rollout.record(tmp_path / "run.rrd"))
+    assert np.array_equal(run.tensions, rollout.derived.tensions[:-1, :1])
+    assert of_scene(rollout.scene, "run").ropes.tensions == ("tension of the top link",)
+    assert list(tension_curves(run)) == ["uppermost link"] and "tension.1" not in run.columns()
+
+
+def test_recordings_with_one_tension_are_shown(runs: dict[str, RecordedRun]) -> None:
+    """Of a run on falls whose recording holds one tension, as older ones do, it is shown as the first fall's."""
+    old = replace(runs["fall"], tensions=runs["fall"].tensions[:, :1])
+    assert list(tension_curves(old)) == ["fall 1"]
+    assert "tension.1" not in old.columns()
