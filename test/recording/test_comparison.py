@@ -1,4 +1,4 @@
-"""Runs of one crane are compared: with itself by zeros, with a shifted one by the shift, with an unlike crane not at all."""
+"""Runs of one crane are compared: zeros with itself, the shift with a shifted one, refusal of an unlike crane."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -55,15 +55,14 @@ def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
 
 
 def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.RecordedRun) -> None:
-    """A run of half the time at half the period is compared up to its end: the difference is that of the mean of steps."""
+    """A run of half the time at half the period is compared up to its end, at the steps that both have."""
     changes = {"control.period": 0.005}
     finer = crane_sim.simulate("overhead_energy", duration=0.5, overrides=changes)
     comparison = crane_sim.compare(run, finer)
     assert comparison.t[-1] == pytest.approx(0.49) and len(comparison.t) == 50
     expected = np.abs(finer.q[:100:2, 0] - run.q[:50, 0]).max()
-    assert comparison.differences[0]["q.trolley"].largest == pytest.approx(
-        expected, rel=1e-12
-    )  # times differ by roundings
+    largest = comparison.differences[0]["q.trolley"].largest
+    assert largest == pytest.approx(expected, rel=1e-12)  # the times of both differ by roundings
     line = "^compare: needs two runs or more, here is one$"
     with pytest.raises(crane_sim.SceneError, match=line):
         crane_sim.compare(run)
