@@ -23,6 +23,12 @@ SPEED = ("wall_time", "steps_per_second", "real_time_factor", "rhs_evaluations",
 """Entries of a summary on how it was computed, which say nothing about the crane."""
 
 
+HELD = ("u.", "command.", "reference.")
+"""Beginnings of the quantities that hold over a control period; the others are interpolated linearly."""
+CLOSE = 1e-9
+"""Seconds by which roundings may part two times."""
+
+
 class Difference(NamedTuple):
     """How far a quantity of a run is from the first run's, at the steps of the common time."""
 
@@ -55,6 +61,7 @@ class Comparison:
         """Return all of it but the runs, as plain data."""
         return {
             "runs": list(self.names),
+            "status": [run.status for run in self.runs],
             "interval": [float(self.t[0]), float(self.t[-1])],
             "metrics": {name: list(values) for name, values in self.metrics.items()},
             "differences": [{name: each._asdict() for name, each in one.items()} for one in self.differences],
@@ -74,6 +81,8 @@ def compare(*runs: RecordedRun | Rollout | Path | str, names: Sequence[str] = ()
     if len(runs) < 2:
         raise SceneError(f"compare: needs two runs or more, here {'is one' if runs else 'are none'}")
     read = tuple(_run_of(run) for run in runs)
+    if names and len(names) != len(runs):
+        raise SceneError(f"names = {list(names)}: must be one for each of {len(runs)} runs")
     called = tuple(names) or _distinct([run.path.stem if run.path else run.name for run in read])
     for run, name in zip(read[1:], called[1:], strict=True):
         _check_alike(read[0], called[0], run, name)
@@ -120,11 +129,17 @@ def _differences(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[str, 
     found = {}
     for name in (name for name in ours if name in others):
         (a, unit), (b, _) = ours[name], others[name]
-        away = np.interp(t, run.t, b) - np.interp(t, first.t, a)
+        sample = _hold if name.startswith(HELD) else np.interp
+        away = sample(t, run.t, b) - sample(t, first.t, a)
         if np.isfinite(away).all():
             k = int(np.argmax(np.abs(away)))
             found[name] = Difference(unit, float(abs(away[k])), float(t[k]), float(np.sqrt(np.mean(away * away))))
     return found
+
+
+def _hold(t: Numbers, steps: Numbers, values: Numbers) -> Numbers:
+    """Return at times t (K,) values that hold from their step on; a step that is later by a rounding counts."""
+    return values[np.searchsorted(steps, t + CLOSE, side="right") - 1]
 
 
 def _metrics(runs: Sequence[RecordedRun]) -> dict[str, tuple[float | None, ...]]:

@@ -63,6 +63,10 @@ def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.Recor
     expected = np.abs(finer.q[:100:2, 0] - run.q[:50, 0]).max()
     largest = comparison.differences[0]["q.trolley"].largest
     assert largest == pytest.approx(expected, rel=1e-12)  # the times of both differ by roundings
+    held = crane_sim.compare(finer, run).differences[0]["u.trolley"].largest  # the coarser run's efforts are held
+    assert held == pytest.approx(np.abs(finer.u[:100, 0] - np.repeat(run.u[:50, 0], 2))[:99].max(), rel=1e-12)
+    with pytest.raises(crane_sim.SceneError, match="must be one for each of 2 runs"):
+        crane_sim.compare(run, run, names=("one",))
     line = "^compare: needs two runs or more, here is one$"
     with pytest.raises(crane_sim.SceneError, match=line):
         crane_sim.compare(run)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crane_sim.evaluation.report.page_data import curve_points, frames_of, page_data
+from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data
 from crane_sim.evaluation.report.panels import PALETTE, joint_colors
 from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.layout import label
@@ -35,18 +35,25 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "name": " and ".join(names) if len(names) == 2 else ", ".join(names),
         "about": f"{runs[0].crane.kind} crane; {names[0]} in its own colours, the others as ghosts",
         "end": max(float(run.t[-1]) + run.period for run in runs),
-        "finished": True,
+        "finished": all(run.finished for run in runs),
+        "error": "; ".join(f"{name}: {run.error}" for run, name in zip(runs, names, strict=True) if run.error),
         "last": None,
         "last_panels": None,
         "legend": list(zip(names, colors, strict=True)),
         "ghosts": ghosts,
         "panels": _panels(comparison, colors),
         "headlines": [],
-        "events": [],
-        "event_count": 0,
+        "events": _events(comparison)[:EVENTS],
+        "event_count": sum(len(run.events) for run in runs),
         "joints": _metrics(comparison),
         "figures": _differences(comparison),
     }
+
+
+def _events(comparison: Comparison) -> list[tuple[float, str]]:
+    """Return the events of all runs in the order of time, each with the name of its run."""
+    named = zip(comparison.runs, comparison.names, strict=True)
+    return sorted((t, f"{name}: {what}") for run, name in named for t, what in run.events)
 
 
 def _ghost(run: RecordedRun, numbers: int) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 // Charts over time and paths in the plane, as SVG.
 
 const SVG = "http://www.w3.org/2000/svg";
+const TEXT_WIDTH = 6.4; // px of a digit, at most
 const PLAIN = { left: 54, right: 10, top: 8, bottom: 32, height: 190 };
 
 function element(name, attributes = {}, parent = null, text = "") {
@@ -26,7 +27,14 @@ function ticks(low, high, count) {
   const step = power * ([1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999) ?? 10);
   const numbers = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) numbers.push(k * step);
-  return { numbers, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  return { numbers, step, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}
+
+// Return the text of a number between ticks `step` apart, on an axis up to `size`: as many digits as tell ticks apart.
+function tickText(value, step, digits, size) {
+  if (Math.abs(value) < 1e-9 * step) return "0";
+  const places = Math.max(0, Math.floor(Math.log10(Math.abs(value)) + 1e-9) - Math.floor(Math.log10(step) + 1e-9));
+  return size >= 1e5 || size < 1e-3 ? value.toExponential(Math.min(places, 6)) : value.toFixed(Math.min(digits, 9));
 }
 
 function spread(low, high) {
@@ -38,17 +46,19 @@ function spread(low, high) {
 
 class Axes {
   constructor(svg, width, height, x, y, labels) {
-    const box = PLAIN;
-    Object.assign(this, { x, y, left: box.left, top: box.top, width: width - box.left - box.right, height: height - box.top - box.bottom });
+    const box = PLAIN, up = ticks(...y, Math.max(3, Math.round((height - box.top - box.bottom) / 38)));
+    const size = Math.max(...y.map(Math.abs)), texts = up.numbers.map((value) => tickText(value, up.step, up.digits, size));
+    const left = Math.max(box.left, 26 + TEXT_WIDTH * Math.max(...texts.map((text) => text.length)));
+    Object.assign(this, { x, y, left, top: box.top, width: width - left - box.right, height: height - box.top - box.bottom });
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     svg.setAttribute("height", height);
     const grid = element("g", { stroke: "#e3e7eb" }, svg);
-    const across = ticks(...x, Math.max(3, Math.round(this.width / 80))), up = ticks(...y, Math.max(3, Math.round(this.height / 38)));
-    for (const value of up.numbers) {
+    const across = ticks(...x, Math.max(3, Math.round(this.width / 80)));
+    up.numbers.forEach((value, i) => {
       element("line", { x1: this.left, x2: this.left + this.width, y1: this.py(value), y2: this.py(value) }, grid);
       const place = { x: this.left - 6, y: this.py(value) + 4, "text-anchor": "end" };
-      element("text", place, svg, Math.abs(value) >= 1e5 ? value.toExponential(1) : value.toFixed(up.digits > 6 ? 6 : up.digits));
-    }
+      element("text", place, svg, texts[i]);
+    });
     for (const value of across.numbers) {
       element("line", { x1: this.px(value), x2: this.px(value), y1: this.top, y2: this.top + this.height }, grid);
       element("text", { x: this.px(value), y: this.top + this.height + 15, "text-anchor": "middle" }, svg, value.toFixed(across.digits));

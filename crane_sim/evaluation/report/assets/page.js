@@ -18,7 +18,7 @@
     if (!run.finished) {
       get("failure").hidden = false;
       html("strong", get("failure"), run.error);
-      html("span", get("failure"), `The view and the curves begin with the last ${(run.end - run.last).toFixed(1)} s before it.`);
+      if (run.last !== null) html("span", get("failure"), `The view and the curves begin with the last ${(run.end - run.last).toFixed(1)} s before it.`);
     }
     for (const [name, value] of run.headlines) {
       const card = html("div", get("headlines"));
