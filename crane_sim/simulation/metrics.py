@@ -106,7 +106,8 @@ class Tracking:
         if self._path.of_joints:
             points = q[:, self._driven]
         else:
-            points = payload if base is None else in_base(base, np.asarray(t, dtype=np.float64), payload)
+            # contiguous for one signature: of one instant a column is contiguous, of several it is not
+            points = payload if base is None else in_base(base, *map(np.ascontiguousarray, (t, payload)))
         return np.sqrt(np.sum((points[:, : goal.shape[1]] - goal) ** 2, axis=1))
 
 

@@ -1,0 +1,26 @@
+"""Warm-up of the plant: nothing is left to be compiled in a run, where the wall clock goes on."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROGRAM = Path(__file__).parents[1] / "programs" / "warm_up_coverage.py"
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        "knuckle_setpoint",
+        "offshore_two_rate",  # follows a path in the frame of a base that moves
+        pytest.param("tower_gust", marks=pytest.mark.long),
+        pytest.param("overhead_sway", marks=pytest.mark.long),
+        pytest.param("bridge_hook_and_sling", marks=pytest.mark.long),
+    ],
+)
+def test_a_run_requires_no_function_that_the_warm_up_has_not_called(scene: str) -> None:
+    """Past a full block of rows, and at the summary, every compiled function has the signatures of the warm-up."""
+    command = [sys.executable, str(PROGRAM), scene]
+    found = subprocess.run(command, capture_output=True, text=True, timeout=300.0, check=True)
+    assert found.stdout == ""
