@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.description.transforms import WORLD, RelativeMotion, Transform, TransformTree, base_transform
+from crane_sim.description.transforms import BASE, WORLD, RelativeMotion, Transform, TransformTree, base_transform
 from crane_sim.simulation.base_state import base_state
 
 if TYPE_CHECKING:
@@ -42,8 +42,18 @@ def frame_motions(
         base = base_state(scene, t)
         turn = base.rotation
         relative.append(RelativeMotion(base_transform(base), turn @ base.velocity, turn @ base.angular_velocity))
-    above = {motion.transform.child: motion for motion in relative}
-    found = {WORLD: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
+    return _chain(relative, WORLD)
+
+
+def motions_aboard(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
+    """Return the motions of all frames relative to the base, in its axes, at joint positions and rates (nq,)."""
+    return _chain(tree.motions(q, v), BASE)
+
+
+def _chain(relative: Sequence[RelativeMotion], root: str) -> dict[str, FrameMotion]:
+    """Return the motions in a frame of all that are below it."""
+    above = {motion.transform.child: motion for motion in relative if motion.transform.child != root}
+    found = {root: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
 
     def motion_of(frame: str) -> FrameMotion:
         if frame not in found:
@@ -52,7 +62,7 @@ def frame_motions(
 
     for frame in above:
         motion_of(frame)
-    del found[WORLD]
+    del found[root]
     return found
 
 

@@ -50,9 +50,9 @@ def check_payload(scene: Scene, messages: Messages) -> None:
 
 
 def check_frames(messages: Messages, poses: dict[int, Any]) -> None:
-    """Check that clock and diagnostics are in the bag, and the frames, whose chain gives the payload's pose."""
+    """Check that the clock is in the bag, and the frames, whose chain gives the payload's pose."""
     clocks = [each.clock.sec * 10**9 + each.clock.nanosec for each in messages["/clock"]]
-    assert clocks == sorted(clocks) and set(poses) & set(clocks) and messages["/diagnostics"]
+    assert clocks and clocks == sorted(clocks), clocks
     if "/tf" not in messages:  # the package is not installed
         return
     fixed = {each.child_frame_id: each for message in messages["/tf_static"] for each in message.transforms}

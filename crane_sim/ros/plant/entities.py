@@ -9,11 +9,9 @@ from enum import IntEnum
 
 from crane_sim.description import urdf
 from crane_sim.description.frame_motion import FrameMotion, frame_motions
-from crane_sim.description.transforms import TransformTree
+from crane_sim.description.transforms import PAYLOAD, TransformTree
 from crane_sim.ros.plant.name_filter import NameFilter
 from crane_sim.simulation.plant import Plant
-
-PAYLOAD = "payload_link"
 
 
 class Category(IntEnum):
