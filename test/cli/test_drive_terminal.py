@@ -68,7 +68,7 @@ def test_the_panel() -> None:
     """The panel says the desk's mode, velocities and places, what a soft limit holds, why there is no assistance."""
     shown = {"t": 12.3, "mode": "emergency stop", "assisted": False, "no_assistance": "", "device": "keyboard"}
     shown |= {"level": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
-    shown |= {"limited": ["rope"], "swing_deg": 2.51}
+    shown |= {"limited": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51}
     text = printed(panel("tower_gust", (SLEW, ROPE), shown, True))
     for part in (
         "12.3 s",
@@ -76,7 +76,8 @@ def test_the_panel() -> None:
         "1.15°/s",
         "28.65°",
         "6.90 m",
-        "soft limit",
+        "soft limit, dragged",
+        "brakes on",
         "25 %",
         "swing 2.5°",
         "q end",

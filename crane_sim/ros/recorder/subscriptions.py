@@ -161,7 +161,7 @@ def _topic(name: str, source: _Source) -> Topic:
     return Topic(
         name=name,
         kind=f"{package}/msg/{source.kind.__name__}",
-        stamped=not shared and "header" in source.kind.get_fields_and_field_types(),
+        stamped=source.kind is Clock or (not shared and "header" in source.kind.get_fields_and_field_types()),
         latched=source.qos.durability == DurabilityPolicy.TRANSIENT_LOCAL,
         reliable=source.qos.reliability == ReliabilityPolicy.RELIABLE,
         shared=shared,
