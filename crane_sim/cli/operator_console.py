@@ -57,11 +57,8 @@ class OperatorConsole:
         self.parameters, self.console = parameters, Console(stderr=True, quiet=hidden)
         self._title, self._joints = title, joints
         self._keys = sys.stdin.isatty()
-        self._live = (
-            Live(console=self.console, auto_refresh=False, transient=True)
-            if self.console.is_terminal and not hidden
-            else None
-        )
+        shows = self.console.is_terminal and not hidden
+        self._live = Live(console=self.console, auto_refresh=False, transient=True) if shows else None
         self._closing, self._modes = threading.Event(), None
         self._thread: threading.Thread | None = None
 
