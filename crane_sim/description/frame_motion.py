@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[np.float64]
 
+DIFFERENCE_STEP = 1e-4  # s: rounding leaves 1e-11 of an acceleration, and the square of the step is 1e-8
+
 
 class FrameMotion(NamedTuple):
     """Motion of a frame in the axes of the world."""
@@ -31,6 +33,13 @@ class FrameMotion(NamedTuple):
     rotation: Numbers  # (3, 3), takes vectors of the frame to the world
     velocity: Numbers  # (3,) m/s
     angular_velocity: Numbers  # (3,) rad/s
+
+
+class FrameAcceleration(NamedTuple):
+    """Acceleration of a frame in the axes of the world."""
+
+    linear: Numbers  # (3,) m/s²
+    angular: Numbers  # (3,) rad/s²
 
 
 def frame_motions(
@@ -43,6 +52,29 @@ def frame_motions(
         turn = base.rotation
         relative.append(RelativeMotion(base_transform(base), turn @ base.velocity, turn @ base.angular_velocity))
     return _chain(relative, WORLD)
+
+
+def frame_accelerations(
+    scene: Scene, tree: TransformTree, t: float, q: Sequence[float], v: Sequence[float], a: Sequence[float]
+) -> dict[str, FrameAcceleration]:
+    """Return the accelerations of all frames but `world` at time t [s]; q, v, a (nq,): joints, rates and their rates.
+
+    Central differences of the velocities along the motion.
+    """
+    position, rate, change, s = np.array(q), np.array(v), np.array(a), DIFFERENCE_STEP
+
+    def motions_after(h: float) -> dict[str, FrameMotion]:
+        moved = position + h * (rate + 0.5 * h * change)
+        return frame_motions(scene, tree, t + h, moved.tolist(), (rate + h * change).tolist())
+
+    before, after = motions_after(-s), motions_after(s)
+    return {
+        frame: FrameAcceleration(
+            (after[frame].velocity - before[frame].velocity) / (2.0 * s),
+            (after[frame].angular_velocity - before[frame].angular_velocity) / (2.0 * s),
+        )
+        for frame in before
+    }
 
 
 def motions_aboard(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
