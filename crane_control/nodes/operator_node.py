@@ -143,7 +143,7 @@ class OperatorNode:
         q, v = ([values[i] for i in self._driven] for values in (state.q, state.v))
         self._speeds = self._limits.take(self._assisted_speeds(state, operator), q, v)
         self._commands.publish(self._wire.encode(state.stamp, self._speeds))
-        if self._brakes.order(self._desk.stopped, now):
+        if self._brakes.order(self._desk.braked, now):
             self._limits.reset()
         self._count(before)
 
@@ -183,6 +183,8 @@ class OperatorNode:
             "positions": [state.q[i] for i in self._driven],
             "velocities": [state.v[i] for i in self._driven],
             "limited": self._limits.held,
+            "dragged": [] if desk.braked else self._limits.dragged([state.v[i] for i in self._driven]),
+            "braked": desk.braked,
             "swing_deg": _swing(self._scene, state.q),
         }
 

@@ -104,7 +104,7 @@ def _open_console(scene: Any, assignment: Assignment, given: dict[str, Any], as_
     joints, device = driven_joints(scene), given["device"]
     parameters = {"device": device, "joy_topic": given["joy_topic"] or DEFAULT_TOPIC, "gamepad": given["gamepad"]}
     parameters |= {"mapping": ",".join(given["mapping"]), "assistance": given["assist"]}
-    console = OperatorConsole(parameters, scene.name, joints, as_json or not sys.stderr.isatty())
+    console = OperatorConsole(parameters, scene.name, joints, as_json)
     console.console.print(lever_table(joints, assignment, device))
     console.console.print(lever_note(assignment, device), highlight=False, soft_wrap=True)
     return console

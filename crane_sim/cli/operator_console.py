@@ -53,11 +53,12 @@ class OperatorConsole:
     def __init__(
         self, parameters: Mapping[str, object], title: str, joints: Sequence[DrivenJoint], hidden: bool
     ) -> None:
-        """Create it closed; `hidden`: show nothing."""
+        """Create it closed; `hidden`: show nothing. Where stderr is no terminal there is no panel."""
         self.parameters, self.console = parameters, Console(stderr=True, quiet=hidden)
         self._title, self._joints = title, joints
         self._keys = sys.stdin.isatty()
-        self._live = Live(console=self.console, auto_refresh=False, transient=True) if not hidden else None
+        shows = self.console.is_terminal and not hidden
+        self._live = Live(console=self.console, auto_refresh=False, transient=True) if shows else None
         self._closing, self._modes = threading.Event(), None
         self._thread: threading.Thread | None = None
 
@@ -131,12 +132,16 @@ def panel(title: str, joints: Sequence[DrivenJoint], shown: Mapping[str, Any], k
     outer = Table.grid()
     head = Text.assemble(f"{title}  {shown['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow")))
     assistance = shown["no_assistance"] or ("on" if shown["assisted"] else "off")
+    if shown["braked"]:
+        head.append("   brakes on")
     outer.add_row(head)
     for i, joint in enumerate(joints):
         speed, largest = shown["speeds"][i], joint.bounds.speed
-        note = "soft limit" if joint.name in shown["limited"] else ""
+        notes = [note for note, key in (("soft limit", "limited"), ("dragged", "dragged")) if joint.name in shown[key]]
         velocity = _number(shown["velocities"][i], joint.unit, "/s")
-        table.add_row(joint.name, bar(speed / largest), velocity, _number(shown["positions"][i], joint.unit), note)
+        table.add_row(
+            joint.name, bar(speed / largest), velocity, _number(shown["positions"][i], joint.unit), ", ".join(notes)
+        )
     outer.add_row(table)
     level = f"   keys: {100.0 * shown['level']:.0f} % of the speed" if keys and shown["device"] == "keyboard" else ""
     outer.add_row(f"swing {shown['swing_deg']:.1f}°   assistance: {assistance}   device: {shown['device']}{level}")

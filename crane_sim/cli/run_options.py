@@ -19,6 +19,7 @@ from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
 
 _PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of names of frames
+_NAMESPACE = re.compile(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS, without the slash before it
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
 _OPTIONS = {
@@ -53,6 +54,11 @@ _OPTIONS = {
     "frame_prefix": click.option(
         "--frame-prefix", help="Begins the names of frames but world: several cranes in one ROS domain."
     ),
+    "namespace": click.option("--namespace", help="Of the nodes and their topics (default: the kind of crane)."),
+    "beside": click.option(
+        "--beside", help="lockstep: namespaces of other cranes on the same clock, with commas between them."
+    ),
+    "no_clock": click.option("--no-clock", is_flag=True, help="Leave /clock to another crane."),
     "paused": click.option("--paused", is_flag=True, help="Begin paused, until a service plays the run."),
     "fifo": click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 }
@@ -78,6 +84,9 @@ class RunOptions(NamedTuple):
     command_stamps: str | None
     tf: str | None
     frame_prefix: str | None
+    namespace: str | None
+    beside: str | None
+    no_clock: bool
     paused: bool
     fifo: int | None
 
@@ -85,7 +94,7 @@ class RunOptions(NamedTuple):
     def of_drive(cls, given: Mapping[str, Any]) -> "RunOptions":
         """Return the options of `crane drive`: in real time, commanded by the operator, braked without commands."""
         values: dict[str, Any] = {"mode": "realtime", "no_controller": True, "wait": None, "command_stamps": None}
-        values |= {"frame_prefix": None, "paused": False}
+        values |= {"frame_prefix": None, "namespace": None, "beside": None, "no_clock": False, "paused": False}
         values |= given
         values["on_silence"] = given["on_silence"] or CommandTimeoutAction.BRAKE.value
         return cls(**values)
@@ -104,16 +113,24 @@ class RunOptions(NamedTuple):
             raise SceneError(f"--command-stamps = {self.command_stamps!r}: possible: {', '.join(COMMAND_STAMPS)}")
         if self.tf is not None and self.tf not in TRANSFORM_SCOPES:
             raise SceneError(f"--tf = {self.tf!r}: possible: {', '.join(TRANSFORM_SCOPES)}")
+        if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
+            raise SceneError(f"--wait = {self.wait}: must be a number of seconds, 0 or more")
+        if self.fifo is not None and not 0 <= self.fifo <= 99:
+            raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
+        self._check_names()
+        self._check_effect()
+        self._check_files()
+
+    def _check_names(self) -> None:
+        """Raise SceneError for a name that ROS does not have."""
         if self.frame_prefix is not None and not _PREFIX.fullmatch(self.frame_prefix):
             raise SceneError(
                 f"--frame-prefix = {self.frame_prefix!r}: possible: letters, digits, _ and /, such as west/"
             )
-        if self.fifo is not None and not 0 <= self.fifo <= 99:
-            raise SceneError(f"--fifo = {self.fifo}: possible: 1 .. 99, and 0 for none")
-        if self.wait is not None and not (self.wait >= 0.0 and math.isfinite(self.wait)):
-            raise SceneError(f"--wait = {self.wait}: must be a number of seconds, 0 or more")
-        self._check_effect()
-        self._check_files()
+        for option, names in (("--namespace", self.namespace), ("--beside", self.beside)):
+            for name in [] if names is None else names.split(",") if option == "--beside" else [names]:
+                if not _NAMESPACE.fullmatch(name):
+                    raise SceneError(f"{option} = {names!r}: possible: letters, digits, _ and /, such as west")
 
     def _check_effect(self) -> None:
         """Raise SceneError for an option without effect."""
@@ -121,6 +138,10 @@ class RunOptions(NamedTuple):
         for option, value in realtime_options.items():
             if self.mode == "lockstep" and value is not None:
                 raise SceneError(f"{option} = {value}: only with --mode realtime, lockstep does not follow the clock")
+        if self.beside is not None and self.mode == "realtime":
+            raise SceneError(
+                f"--beside = {self.beside}: only in lockstep, in real time the wall clock is shared by all"
+            )
         own_options = {"--wait": self.wait, "--command-stamps": self.command_stamps}
         for option, value in own_options.items():
             if value is not None and not self.no_controller:
@@ -148,6 +169,7 @@ class RunOptions(NamedTuple):
                 check_writable(option, path)
         set_options = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
         set_options |= {"command_stamps": self.command_stamps, "tf": self.tf, "frame_prefix": self.frame_prefix}
+        set_options |= {"namespace": self.namespace, "beside": self.beside}
         set_options["wait"] = math.inf if self.wait == 0.0 else self.wait
         return {name: value for name, value in set_options.items() if value is not None} | {
             "mode": self.mode,
@@ -158,6 +180,7 @@ class RunOptions(NamedTuple):
             "controller": not self.no_controller,
             "restart": self.restart,
             "paused": self.paused,
+            "clock": not self.no_clock,
         }
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.description.transforms import WORLD, RelativeMotion, Transform, TransformTree, base_transform
+from crane_sim.description.transforms import BASE, WORLD, RelativeMotion, Transform, TransformTree, base_transform
 from crane_sim.simulation.base_state import base_state
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[np.float64]
 
+DIFFERENCE_STEP = 1e-4  # s: rounding leaves 1e-11 of an acceleration, and the square of the step is 1e-8
+
 
 class FrameMotion(NamedTuple):
     """Motion of a frame in the axes of the world."""
@@ -31,6 +33,13 @@ class FrameMotion(NamedTuple):
     rotation: Numbers  # (3, 3), takes vectors of the frame to the world
     velocity: Numbers  # (3,) m/s
     angular_velocity: Numbers  # (3,) rad/s
+
+
+class FrameAcceleration(NamedTuple):
+    """Acceleration of a frame in the axes of the world."""
+
+    linear: Numbers  # (3,) m/s²
+    angular: Numbers  # (3,) rad/s²
 
 
 def frame_motions(
@@ -42,8 +51,41 @@ def frame_motions(
         base = base_state(scene, t)
         turn = base.rotation
         relative.append(RelativeMotion(base_transform(base), turn @ base.velocity, turn @ base.angular_velocity))
-    above = {motion.transform.child: motion for motion in relative}
-    found = {WORLD: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
+    return _chain(relative, WORLD)
+
+
+def frame_accelerations(
+    scene: Scene, tree: TransformTree, t: float, q: Sequence[float], v: Sequence[float], a: Sequence[float]
+) -> dict[str, FrameAcceleration]:
+    """Return the accelerations of all frames but `world` at time t [s]; q, v, a (nq,): joints, rates and their rates.
+
+    Central differences of the velocities along the motion.
+    """
+    position, rate, change, s = np.array(q), np.array(v), np.array(a), DIFFERENCE_STEP
+
+    def motions_after(h: float) -> dict[str, FrameMotion]:
+        moved = position + h * (rate + 0.5 * h * change)
+        return frame_motions(scene, tree, t + h, moved.tolist(), (rate + h * change).tolist())
+
+    before, after = motions_after(-s), motions_after(s)
+    return {
+        frame: FrameAcceleration(
+            (after[frame].velocity - before[frame].velocity) / (2.0 * s),
+            (after[frame].angular_velocity - before[frame].angular_velocity) / (2.0 * s),
+        )
+        for frame in before
+    }
+
+
+def motions_aboard(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
+    """Return the motions of all frames relative to the base, in its axes, at joint positions and rates (nq,)."""
+    return _chain(tree.motions(q, v), BASE)
+
+
+def _chain(relative: Sequence[RelativeMotion], root: str) -> dict[str, FrameMotion]:
+    """Return the motions in a frame of all that are below it."""
+    above = {motion.transform.child: motion for motion in relative if motion.transform.child != root}
+    found = {root: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
 
     def motion_of(frame: str) -> FrameMotion:
         if frame not in found:
@@ -52,7 +94,7 @@ def frame_motions(
 
     for frame in above:
         motion_of(frame)
-    del found[WORLD]
+    del found[root]
     return found
 
 

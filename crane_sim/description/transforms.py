@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.base_state import BaseState
 
-WORLD, BASE = "world", "base_link"
+WORLD, BASE, PAYLOAD = "world", "base_link", "payload_link"
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 NO_TURN: Quaternion = (0.0, 0.0, 0.0, 1.0)

@@ -4,6 +4,8 @@
 - Interlock of zero position: after the start, a stop or a loss of the device, levers count again only when all of them
   have been at rest.
 - Emergency stop: latched; a release counts only while the dead man's switch is open and all levers rest.
+- Brakes: on from the emergency stop until the first lever that counts after its release. A drive that is weaker than
+  its brake would be dragged along by a load that still swings.
 - Loss: without a sign of life for longer than the time-out, every speed is zero.
 - Soft limits: see `hardware.soft_limits`.
 """
@@ -19,6 +21,10 @@ from crane_sim.operator.inputs import Demand
 
 AHEAD = 0.1
 """Seconds for which a speed may hold until the next one counts: transport, and late steps on a busy machine."""
+
+
+DRAGGED = 0.25
+"""Part of a joint's largest speed: velocities that differ by more from a drive's reference are a load's doing."""
 
 
 class Mode(StrEnum):
@@ -48,6 +54,7 @@ class Desk:
     Attributes:
         mode: since the last demand.
         stopped: the emergency stop is latched.
+        braked: the brakes are to act.
         assisted: assistance is switched on.
     """
 
@@ -55,6 +62,7 @@ class Desk:
         """Begin interlocked; `timeout`: s without a sign of life until the device counts as lost."""
         self._joints, self._timeout = tuple(joints), timeout
         self.mode, self.stopped, self.assisted = Mode.INTERLOCKED, False, assisted
+        self.braked = False
         self._interlocked, self._last_sign, self._switched = True, -inf, False
 
     def sign_of_life(self, now: float) -> None:
@@ -73,6 +81,7 @@ class Desk:
         lost = now - self._last_sign > self._timeout
         self._interlocked = self.stopped or lost or (self._interlocked and not at_rest)
         self.mode = self._mode(lost, demand.held)
+        self.braked = self.stopped or (self.braked and (at_rest or self.mode != Mode.MOVING))
         if self.mode != Mode.MOVING:
             return (0.0,) * len(self._joints)
         return tuple(axis * joint.bounds.speed for axis, joint in zip(demand.axes, self._joints, strict=True))
@@ -121,6 +130,11 @@ class SoftLimits:
         ]
         return allowed
 
+    def dragged(self, v: Sequence[float]) -> list[str]:
+        """Return the names of the joints whose velocities (nu,) are far from what their drives follow."""
+        joints = zip(self._joints, self._references, v, strict=True)
+        return [joint.name for joint, reference, actual in joints if abs(actual - reference.velocity) > _follows(joint)]
+
     def _permitted_speed(self, joint: DrivenJoint, reference: Motion, speed: float, q: float, v: float) -> float:
         """Return the permitted speed of a joint: its motion is the faster one of what it does and what it follows."""
         speed = min(max(speed, -joint.bounds.speed), joint.bounds.speed)
@@ -130,3 +144,8 @@ class SoftLimits:
         lagging = joint.lag * v
         motion = Motion(q + lagging, fastest, reference.acceleration)
         return permitted_speed(motion, speed, joint.bounds, joint.low, joint.high, AHEAD)
+
+
+def _follows(joint: DrivenJoint) -> float:
+    """Return the deviation of velocity that a drive has by itself: of its lag on a ramp, and of its loop."""
+    return DRAGGED * joint.bounds.speed + joint.lag * joint.bounds.acceleration

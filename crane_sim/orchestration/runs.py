@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 class _RunSettings(NamedTuple):
     """Parameters and roles of a run."""
 
+    namespace: str
     plant: dict[str, object]
     recorder: dict[str, object]  # empty: no recorder
     controller: bool  # ours is started
@@ -46,6 +47,9 @@ def run(
     command_stamps: str | None = None,
     tf: str | None = None,
     frame_prefix: str | None = None,
+    namespace: str | None = None,
+    beside: str | None = None,
+    clock: bool = True,
     paused: bool = False,
     fifo: int | None = None,
     operator: Operator | None = None,
@@ -73,6 +77,9 @@ def run(
         tf: which transforms the plant publishes: "all", those of the "base", or "off"; None: the default of the plant's
             parameter `publish_tf`.
         frame_prefix: begins the names of all frames but `world`; None: no prefix.
+        namespace: of the nodes; None: the kind of crane.
+        beside: in lockstep, namespaces of other cranes on the same clock, with commas between them.
+        clock: the plant publishes /clock; of several cranes in one domain one does.
         paused: begin paused, until a service plays the run.
         operator: commands the crane through the node `operator`, with `controller` False, in realtime.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
@@ -85,12 +92,12 @@ def run(
     """
     progress = on_progress or _ignore
     callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_activated or _ignore)
-    plant: dict[str, object] = {"mode": mode, "commanded": not controller, "paused": paused}
+    plant: dict[str, object] = {"mode": mode, "commanded": not controller, "paused": paused, "clock": clock}
     optional = {"rate": rate, "on_silence": on_silence, "command_stamps": command_stamps, "fifo_priority": fifo}
-    optional |= {"publish_tf": tf, "frame_prefix": frame_prefix}
+    optional |= {"publish_tf": tf, "frame_prefix": frame_prefix, "beside": beside}
     plant |= {name: value for name, value in optional.items() if value is not None}
     recorder = _recorder_settings(record, mcap, live_port, operator is not None)
-    settings = _RunSettings(plant, recorder, controller and scene.sampled, restart, operator)
+    settings = _RunSettings(namespace or scene.crane, plant, recorder, controller and scene.sampled, restart, operator)
     with (
         collect_signals() as interrupts,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
@@ -101,7 +108,7 @@ def run(
         if not (controller or operator):
             limit = f", {max(wait, READY):g} s at most" if isfinite(wait) else ""
             callbacks.on_news(
-                f"the run waits for your node on /{scene.crane}/joint_commands, ROS domain {domain}{limit}"
+                f"the run waits for your node on /{settings.namespace}/joint_commands, ROS domain {domain}{limit}"
             )
         return _supervise(Supervisor(group, roles, interrupts, callbacks, wait), roles, scene, settings)
 
@@ -126,7 +133,7 @@ def _start(group: ProcessGroup, scene: "Scene", folder: Path, settings: _RunSett
     scene.dump(scene_file)
     roles: list[Role] = []
     for name, package, parameters in _nodes(scene, str(scene_file), settings):
-        spec = RoleSpec(name, f"{package}.{name}_node", scene.crane, parameters)
+        spec = RoleSpec(name, f"{package}.{name}_node", settings.namespace, parameters)
         role = RecorderRole if name == "recorder" else Role
         roles.append(role(group, spec, settings.restart and name != "plant"))
     if settings.restart:

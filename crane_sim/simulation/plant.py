@@ -30,6 +30,7 @@ class Plant:
     Attributes:
         k: control periods passed.
         q, v: joint positions and velocities (nq,), in the order of scene.joint_names.
+        rates_before: velocities (nq,) at the start of the last period.
         seen: (q, v) as the scene's sensors measure them, the true ones where it has none.
         applied: efforts applied at the start of the last period (nu,), after limits and brakes.
         faults: names of the faults that the scene may have.
@@ -62,6 +63,7 @@ class Plant:
         self.model = self.scene.model
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
         self._integration, self.q, self.v, self.seen, self._hardware = make_initial(start)
+        self.rates_before = self.v
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
         self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
@@ -147,6 +149,7 @@ class Plant:
         integration, q, v, measured, applied = self._advance_period(None if u is None else tuple(map(float, u)))
         if integration.status != OK and integration.t < (self.k + 1) * self.scene.period:
             check_status(integration, self.model)
+        self.rates_before = self.v
         self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
         self.seen = (self.q, self.v) if measured is None else (as_tuple(measured[0]), as_tuple(measured[1]))
         self.k += 1

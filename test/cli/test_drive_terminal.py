@@ -16,14 +16,15 @@ from command_line import CRANE
 from process_helpers import run_to_completion, started_program
 from rich.console import Console
 
-from crane_sim.cli.operator_console import bar, lever_note, lever_table, panel, read_keys
+from crane_sim.cli.operator_console import OperatorConsole, bar, lever_note, lever_table, panel, read_keys
 from crane_sim.hardware.reference_profiles import Bounds
 from crane_sim.operator.desk import DrivenJoint
-from crane_sim.operator.levers import assign
+from crane_sim.operator.levers import assign, axis_name
 
 LIMIT = 400.0  # s for what a terminal is waited for: the first run of a kind of scene compiles
 SLEW = DrivenJoint("slew", "rad", Bounds(0.1, 0.05, 0.2))
 ROPE = DrivenJoint("rope", "m", Bounds(0.4, 0.4, 1.6), 1.0, 7.0)
+LEVERS = assign(("slew", "rope"))
 
 
 @pytest.mark.parametrize(
@@ -64,11 +65,31 @@ def test_the_table_of_levers() -> None:
     assert "emergency stop: B" in lever_note(assignment, "gamepad") and "space" in lever_note(assignment, "keyboard")
 
 
+def test_the_page_has_the_levers() -> None:
+    """The table of levers in the documentation has the keys and ways of every joint that has levers of its own."""
+    page = (Path(__file__).parents[2] / "docs" / "operator.md").read_text()
+    rows = [line.split("|")[1:4] for line in page.splitlines() if line.startswith("| `")]
+    described = {name: (keys, stick) for names, keys, stick in rows for name in re.findall(r"`(\w+)`", names)}
+    joints = ("slew", "bridge", "trolley", "telescope", "jib", "boom", "rope", "hoist", "tip_x", "tip_y", "tip_z")
+    for joint in joints:
+        (lever,), (keys, stick) = assign((joint,)).levers, described[joint]
+        for key, way in zip(lever.keys, lever.ways, strict=True):
+            assert f"{key}: {way}" in keys or (key in keys and "arrows" in keys), joint
+        assert axis_name(lever).removesuffix(", inverted") in stick, joint
+
+
+def test_levers_are_listed_without_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    """Where stderr is no terminal the console still prints, and shows no panel; with --json it prints nothing."""
+    for hidden in (False, True):
+        OperatorConsole({}, "tower_gust", (SLEW, ROPE), hidden).console.print(lever_table((SLEW, ROPE), LEVERS, "joy"))
+        assert ("slew" in capfd.readouterr().err) is not hidden
+
+
 def test_the_panel() -> None:
     """The panel says the desk's mode, velocities and places, what a soft limit holds, why there is no assistance."""
     shown = {"t": 12.3, "mode": "emergency stop", "assisted": False, "no_assistance": "", "device": "keyboard"}
     shown |= {"level": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
-    shown |= {"limited": ["rope"], "swing_deg": 2.51}
+    shown |= {"limited": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51}
     text = printed(panel("tower_gust", (SLEW, ROPE), shown, True))
     for part in (
         "12.3 s",
@@ -76,7 +97,8 @@ def test_the_panel() -> None:
         "1.15°/s",
         "28.65°",
         "6.90 m",
-        "soft limit",
+        "soft limit, dragged",
+        "brakes on",
         "25 %",
         "swing 2.5°",
         "q end",

@@ -7,7 +7,7 @@ from test_transforms import NAMES, random_state
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
-from crane_sim.description.frame_motion import frame_motions
+from crane_sim.description.frame_motion import FrameMotion, frame_accelerations, frame_motions
 from crane_sim.description.transforms import TransformTree
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.metrics import world_points
@@ -37,6 +37,30 @@ def test_velocities_are_the_rates_of_poses(name: str) -> None:
             assert motion.angular_velocity == pytest.approx(turn, abs=2e-8)
         points, _ = world_points(scene.model, t, q, v)
         assert motions["payload_link"].position == pytest.approx(points[-1], abs=1e-12 * size)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_accelerations_are_the_second_derivatives_of_positions(name: str) -> None:
+    """Every frame's acceleration is the second difference of its place, its angular one that of its turning."""
+    scene = load_scene(name)
+    tree, step = TransformTree(urdf(scene), scene.joint_names), 1e-3
+    t, q = random_state(scene, 1)
+    random = np.random.default_rng(1)
+    v, a = random.uniform(-1.0, 1.0, len(q)), random.uniform(-1.0, 1.0, len(q))
+    _keep_size(scene.joint_names, q, v)
+    accelerations = frame_accelerations(scene, tree, t, q.tolist(), v.tolist(), a.tolist())
+
+    def at(s: float) -> dict[str, FrameMotion]:
+        return frame_motions(scene, tree, t + s, (q + s * (v + 0.5 * s * a)).tolist(), (v + s * a).tolist())
+
+    before, now, after = at(-step), at(0.0), at(step)
+    size = 1.0 + max(float(np.abs(motion.position).max()) for motion in now.values())
+    for frame, acceleration in accelerations.items():
+        second = (after[frame].position - 2.0 * now[frame].position + before[frame].position) / step**2
+        turning = (after[frame].angular_velocity - before[frame].angular_velocity) / (2.0 * step)
+        # fourth derivatives of lengths at some rad/s, times step² = 1e-6; rounding 1e-16 / step²
+        assert acceleration.linear == pytest.approx(second, abs=2e-5 * size)
+        assert acceleration.angular == pytest.approx(turning, abs=1e-4)
 
 
 def _keep_size(joints: tuple[str, ...], q: np.ndarray, v: np.ndarray) -> None:

@@ -1,5 +1,6 @@
 """Masses, inertias and limits of a URDF are the simulated ones."""
 
+from math import radians
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,6 +11,7 @@ import crane_sim
 from crane_sim import load_scene
 from crane_sim.description import urdf
 from crane_sim.description.robot import UNBOUNDED
+from crane_sim.files.catalogue import scene_files
 from crane_sim.scenes.scene import Scene
 
 pytestmark = pytest.mark.interpreted
@@ -170,6 +172,33 @@ def test_limits_are_the_scenes() -> None:
     trolley = {"lower": -1.5, "upper": 300.0, "effort": 30.0, "velocity": UNBOUNDED}
     assert actual["trolley"] == ("prismatic", trolley)
     assert actual["hoist"] == ("prismatic", {"lower": 0.5, "upper": 80.0, "effort": UNBOUNDED, "velocity": UNBOUNDED})
+
+
+def number(value: float | str) -> float:
+    """Return a number of a file, which may be an angle in degrees."""
+    return radians(float(value.removesuffix("deg"))) if isinstance(value, str) else value
+
+
+@pytest.mark.parametrize("name", sorted(scene_files()))
+def test_limits_of_the_catalogue_are_those_of_its_files(name: str) -> None:
+    """Travel and effort of every joint of every scene are what its file says, and where it says nothing unbounded."""
+    scene, document = load_scene(name), load_scene(name).to_dict()
+    drives = document.get("actuators") or {}
+    for joint, (kind, actual) in limits(scene).items():
+        if joint not in scene.joint_names or joint.startswith("link_") or kind == "fixed":  # links: of unit vectors
+            continue
+        group = document.get(joint) or {}
+        low, high = group.get("limits") or (0.0 if joint in ("rope", "hoist") else -UNBOUNDED, UNBOUNDED)
+        drive = (drives.get("all") or {}) | (drives.get(joint) or {})
+        bound = drive.get("limit") or UNBOUNDED
+        effort = max(map(abs, bound)) if isinstance(bound, (list, tuple)) else bound
+        takes_effort = joint in scene.actuated and scene.effort_units[scene.actuated.index(joint)] in ("N", "N m")
+        if kind == "continuous":
+            assert "limits" not in group and actual.keys() <= {"effort", "velocity"}
+        else:
+            assert (actual["lower"], actual["upper"]) == pytest.approx((number(low), number(high))), joint
+        assert actual.get("effort", UNBOUNDED) == pytest.approx(effort if takes_effort else UNBOUNDED), joint
+        assert actual.get("velocity", UNBOUNDED) == (drive.get("servo") or {}).get("max_speed", UNBOUNDED)
 
 
 def test_no_limit_is_invented() -> None:

@@ -1,7 +1,9 @@
 """The operator's desk: the speeds of levers, dead man's switch, zero position, emergency stop, loss of the device."""
 
+import pytest
+
 from crane_sim.hardware.reference_profiles import Bounds
-from crane_sim.operator.desk import Desk, DrivenJoint, Mode
+from crane_sim.operator.desk import Desk, DrivenJoint, Mode, SoftLimits
 from crane_sim.operator.inputs import Demand
 
 JOINTS = (DrivenJoint("slew", "rad", Bounds(0.3, 0.1, 0.4)), DrivenJoint("rope", "m", Bounds(0.7, 0.5, 2.0)))
@@ -82,6 +84,33 @@ def test_a_release_is_deliberate() -> None:
         assert desk.stopped
     assert desk.take(Demand(REST, False, release=True), 0.1) == REST and not desk.stopped
     assert desk.take(Demand(LEVERS, True), 0.2) == SPEEDS
+
+
+def test_brakes_stay_on_until_a_lever_moves() -> None:
+    """After the release of an emergency stop the brakes act until a lever counts; nothing else opens them."""
+    desk = moving_desk()
+    assert not desk.braked
+    desk.take(Demand(LEVERS, True, stop=True), 0.1)
+    assert desk.braked
+    desk.take(Demand(REST, False, release=True), 0.2)
+    for demand in (Demand(REST, False), Demand(REST, True), Demand(LEVERS, False)):
+        desk.take(demand, 0.3)
+        assert desk.braked and not desk.stopped
+    assert desk.take(Demand(LEVERS, True), 0.4) == SPEEDS and not desk.braked
+    desk.take(Demand(REST, False), 0.5)
+    assert not desk.braked
+
+
+@pytest.mark.interpreted
+def test_a_dragged_joint_is_named() -> None:
+    """A velocity that is far from the reference of its drive is named, one on a ramp or behind a lag is not."""
+    limits = SoftLimits((JOINTS[0], JOINTS[1]._replace(lag=0.2)), 0.01)
+    for _ in range(600):  # 6 s: both ramps are over
+        limits.take((0.3, 0.7), (0.0, 0.0), (0.3, 0.7))
+    assert limits.dragged((0.37, 0.7 - 0.27)) == []  # a quarter of 0.3 rad/s; of 0.7 m/s and 0.2 s behind 0.5 m/s²
+    assert limits.dragged((0.38, 0.7)) == ["slew"] and limits.dragged((0.3, 0.7 - 0.28)) == ["rope"]
+    limits.reset()
+    assert limits.dragged((0.0, 0.3)) == ["rope"] and limits.dragged((0.0, 0.2)) == []
 
 
 def test_assistance_is_switched_once_a_press() -> None:

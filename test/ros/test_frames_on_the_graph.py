@@ -3,19 +3,14 @@
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-from bench_graph import NodeProcess, Remote, graph, remote, wait_until
-from geometry_msgs.msg import PoseStamped
+from bench_graph import NodeProcess, graph, remote, wait_until
+from frame_listener import FrameListener
 from graph_messages import vector
-from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from scipy.spatial.transform import Rotation
 
 from crane_sim import load_scene
-from crane_sim.ros.common.messages import nanoseconds
 
 pytestmark = pytest.mark.interpreted
 
@@ -23,69 +18,21 @@ SHIP = {"roll": {"amplitude": 0.1, "frequency": 0.7}, "mount": {"position": [5.0
 FIRST = 10_000_000  # ns, stamp of the first state
 
 
-class Listener:
-    """What a node has received, by stamp [ns].
-
-    Attributes:
-        odometry, poses: messages of the topics.
-        fixed, moving: transforms by child frame, of /tf_static and of each stamp of /tf.
-    """
-
-    def __init__(self, client: Remote) -> None:
-        """Subscribe."""
-        self.odometry: dict[int, Odometry] = {}
-        self.poses: dict[int, PoseStamped] = {}
-        self.fixed: dict[str, Any] = {}
-        self.moving: dict[int, dict[str, Any]] = {}
-        node = client.node
-        node.create_subscription(Odometry, "base/odometry", self._on_odometry, 100)
-        node.create_subscription(PoseStamped, "payload_pose", self._on_pose, qos_profile_sensor_data)
-        if find_spec("tf2_msgs"):
-            from tf2_msgs.msg import TFMessage  # pyright: ignore[reportMissingImports]
-
-            latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-            node.create_subscription(TFMessage, "/tf_static", self._on_fixed, latched)
-            node.create_subscription(TFMessage, "/tf", self._on_moving, 100)
-
-    def _on_odometry(self, message: Odometry) -> None:
-        self.odometry[nanoseconds(message.header.stamp)] = message
-
-    def _on_pose(self, message: PoseStamped) -> None:
-        self.poses[nanoseconds(message.header.stamp)] = message
-
-    def _on_fixed(self, message: Any) -> None:
-        self.fixed |= {transform.child_frame_id: transform for transform in message.transforms}
-
-    def _on_moving(self, message: Any) -> None:
-        stamp = nanoseconds(message.transforms[0].header.stamp)
-        self.moving[stamp] = {transform.child_frame_id: transform for transform in message.transforms}
-
-    def pose(self, stamp: int, frame: str) -> tuple[np.ndarray, Rotation]:
-        """Return place (3,) and turn of a frame in `world`, by the transforms of a stamp."""
-        if frame == "world":
-            return np.zeros(3), Rotation.identity()
-        transform = (self.fixed | self.moving[stamp])[frame]
-        place, turn = self.pose(stamp, transform.header.frame_id)
-        own = transform.transform.rotation
-        here = place + turn.apply(vector(transform.transform.translation))
-        return here, turn * Rotation.from_quat([own.x, own.y, own.z, own.w])
-
-
 @pytest.fixture
-def ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[NodeProcess, Listener]]:
+def ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[NodeProcess, FrameListener]]:
     """Yield a plant that is ready and has not begun, a knuckle crane on a ship, and its subscribers."""
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     scene = tmp_path / "ship.yaml"
     on_ship = {"base_motion": SHIP, "imu": {"position": [1.0, 2.0, 3.0]}, "duration": 1e3, "control": None}
     load_scene("knuckle_setpoint", on_ship).dump(scene)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
-        listener = Listener(client)
+        listener = FrameListener(client.node, "knuckle")
         with NodeProcess("crane_sim.ros.plant_node", env, f"scene:={scene}", "frame_prefix:=a/") as plant:
             plant.await_event("ready")
             yield plant, listener
 
 
-def test_base_and_frames_are_there_before_the_run_and_in_it(ship: tuple[NodeProcess, Listener]) -> None:
+def test_base_and_frames_are_there_before_the_run_and_in_it(ship: tuple[NodeProcess, FrameListener]) -> None:
     """Before the order go the base and the frames of the first state come; in the run they agree with the payload."""
     plant, listener = ship
     wait_until(lambda: FIRST in listener.odometry, "the odometry of the first state")

@@ -6,6 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from bench_graph import NodeProcess, Remote, graph, remote, wait_until
@@ -32,7 +33,7 @@ class Simulator:
         self._kinds = import_module("simulation_interfaces.srv")
         self._action: Any = import_module("simulation_interfaces.action").SimulateSteps
 
-    def request(self, kind: str, name: str, **fields: Any) -> Any:
+    def request(self, kind: str, name: str, /, **fields: Any) -> Any:
         """Call a service and return its answer."""
         types = getattr(self._kinds, kind)
         return self._client.request(types, name, types.Request(**fields))
@@ -147,18 +148,71 @@ def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
     payload = simulator.request("GetEntityState", "get_entity_state", entity="payload_link").state
     assert states.entities == names and states.states[names.index("payload_link")] == payload
     plant = Plant(SCENE)
-    for _ in range(50):
+    for _ in range(49):
         plant.advance()
+    slower = velocity_of_payload(plant)
+    plant.advance()
     position, velocity = payload.pose.position, payload.twist.linear
     assert [position.x, position.y, position.z] == pytest.approx(plant.payload, abs=1e-12)  # rounding
     motion = Entities(plant, "").motions()["payload_link"]  # checked in test_frame_motion.py
     assert [velocity.x, velocity.y, velocity.z] == motion.velocity.tolist() and max(motion.velocity) > 0.01
+    last, mean = (velocity_of_payload(plant) - slower) / SCENE.period, payload.acceleration.linear
+    faster = velocity_of_payload(plant)
+    plant.advance()
+    change = np.abs((velocity_of_payload(plant) - faster) / SCENE.period - last).max()  # in a period
+    assert [mean.x, mean.y, mean.z] == pytest.approx(last, abs=change) and change < 0.2 * max(map(abs, last))
     stamp = payload.header.stamp
     assert payload.header.frame_id == "world" and stamp.sec * 10**9 + stamp.nanosec == 51 * SCENE.period_ns
     unknown = simulator.request("GetEntityState", "get_entity_state", entity="hook").result
     assert unknown.result == Code.NOT_FOUND and "payload_link" in unknown.error_message
     assert simulator.request("GetEntityInfo", "get_entity_info", entity="hook").result.result == Code.NOT_FOUND
     assert simulator.request("GetEntityInfo", "get_entity_info", entity="payload_link").info.category.category == 4
+
+
+UNSUPPORTED = {
+    "set_entity_state": ("SetEntityState", {"entity": "payload_link", "set_pose": True}),
+    "set_entity_info": ("SetEntityInfo", {"entity": "payload_link"}),
+    "get_entity_bounds": ("GetEntityBounds", {"entity": "payload_link"}),
+    "delete_entity": ("DeleteEntity", {"entity": "payload_link"}),
+    "spawn_entity": ("SpawnEntity", {"name": "box"}),
+    "spawn_entities": ("SpawnEntities", {}),
+    "get_spawnables": ("GetSpawnables", {}),
+    "get_named_poses": ("GetNamedPoses", {}),
+    "get_named_pose_bounds": ("GetNamedPoseBounds", {"name": "home"}),
+    "load_world": ("LoadWorld", {}),
+    "unload_world": ("UnloadWorld", {}),
+    "get_current_world": ("GetCurrentWorld", {}),
+    "get_available_worlds": ("GetAvailableWorlds", {}),
+}
+
+
+def test_what_is_not_supported_says_so(simulator: Simulator) -> None:
+    """Every other service answers that the feature is unsupported, moves nothing, and the features do not list it."""
+    simulator.plant.send("go")
+    wait_until(lambda: simulator.state == PLAYING, "the run")
+    assert simulator.set_state(STOPPED) == Code.OK
+    before = simulator.request("GetEntitiesStates", "get_entities_states").states
+    for name, (kind, fields) in UNSUPPORTED.items():
+        result = simulator.request(kind, name, **fields).result
+        assert (result.result, bool(result.error_message)) == (Code.FEATURE_UNSUPPORTED, True), name
+    for name in ("set_entity_state", "set_entity_info", "get_entity_bounds", "delete_entity"):
+        assert simulator.request(UNSUPPORTED[name][0], name, entity="hook").result.result == Code.NOT_FOUND, name
+    assert simulator.request("GetEntitiesStates", "get_entities_states").states == before
+    features = simulator.request("GetSimulatorFeatures", "get_simulator_features").features.features
+    setting, bounds, spawning, loading, entities = 11, 5, 0, 40, 50  # of SimulatorFeatures.msg
+    assert not {setting, bounds, spawning, loading, entities} & set(features)
+    kinds = {name for name in dir(import_module("simulation_interfaces.srv")) if name[0].isupper()}
+    offered = {kind for kind, _ in UNSUPPORTED.values()} | SUPPORTED
+    assert offered == {kind for kind in kinds if not kind.endswith(("_Request", "_Response", "_Event"))}
+
+
+SUPPORTED = {"GetEntities", "GetEntityState", "GetEntitiesStates", "GetEntityInfo", "GetSimulatorFeatures"}
+SUPPORTED |= {"GetSimulationState", "SetSimulationState", "StepSimulation", "ResetSimulation"}
+
+
+def velocity_of_payload(plant: Plant) -> np.ndarray:
+    """Return the payload's velocity (3,) in the world."""
+    return Entities(plant, "").motions()["payload_link"].velocity
 
 
 def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> None:

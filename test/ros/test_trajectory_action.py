@@ -1,6 +1,7 @@
-"""The action FollowJointTrajectory over the wire in lockstep, where control_msgs is importable."""
+"""The action FollowJointTrajectory over the wire, in lockstep and in real time, where control_msgs is importable."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,6 +16,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from crane_sim import load_scene, simulate
 from crane_sim.ros.controller.trajectory_action import NAME
 from crane_sim.ros.controller.trajectory_goal import GoalCode
+from crane_sim.scenes.scene import Scene
 
 pytestmark = [
     pytest.mark.interpreted,
@@ -58,9 +60,9 @@ class Client:
         self._client = ActionClient(node.node, self._action, NAME)
         assert self._client.wait_for_server(30.0)
 
-    def send(self, time: float, position: float, start: float = 0.0, **fields: Any) -> Any:
+    def send(self, time: float, *position: float, start: float = 0.0, **fields: Any) -> Any:
         """Send a goal of one point, at rest; return its handle."""
-        point = JointTrajectoryPoint(positions=[position], velocities=[fields.pop("velocity", 0.0)])
+        point = JointTrajectoryPoint(positions=position, velocities=[fields.pop("velocity", 0.0)] * len(position))
         point.time_from_start.sec, point.time_from_start.nanosec = divmod(round(time * SECOND), SECOND)
         trajectory = JointTrajectory(joint_names=fields.pop("joint_names", ["trolley"]), points=[point])
         trajectory.header.stamp.sec, trajectory.header.stamp.nanosec = divmod(round(start * SECOND), SECOND)
@@ -101,21 +103,22 @@ class Client:
         return self.node.positions[-1][0], self.node.velocities[-1][0]
 
 
-def tolerance(name: str = "trolley", position: float = 0.0) -> Any:
-    """Return a tolerance of a joint."""
-    return import_module("control_msgs.msg").JointTolerance(name=name, position=position)
+def tolerance(name: str = "trolley", position: float = 0.0, **limits: float) -> Any:
+    """Return a tolerance of a joint or coordinate."""
+    return import_module("control_msgs.msg").JointTolerance(name=name, position=position, **limits)
 
 
-@pytest.fixture
-def client(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
-    """Yield a client of a run that has begun, paused at its first state."""
-    scene = tmp_path / "scene.yaml"
-    load_scene(DOCUMENT).dump(scene)
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as node:
+@contextmanager
+def running(scene: Scene, folder: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Iterator[Client]:
+    """Yield a client of a run that has begun; `arguments` are parameters of its plant."""
+    file = folder / "scene.yaml"
+    scene.dump(file)
+    mode = [argument for argument in arguments if argument.startswith("mode:=")]
+    with graph(folder, monkeypatch) as (domain, env), remote(domain) as node:
         with (
-            NodeProcess("crane_sim.ros.plant_node", env, f"scene:={scene}", "paused:=true") as plant,
+            NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}", *arguments) as plant,
             NodeProcess(
-                "crane_control.nodes.controller_node", env, f"scene:={scene}", f"stop_time:={STOP}"
+                "crane_control.nodes.controller_node", env, f"scene:={file}", f"stop_time:={STOP}", *mode
             ) as controller,
         ):
             for process in (plant, controller):
@@ -123,6 +126,13 @@ def client(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
                 process.send("go")
             wait_until(lambda: bool(node.states), "the first state")
             yield Client(plant, node)
+
+
+@pytest.fixture
+def client(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
+    """Yield a client of a run in lockstep that is paused at its first state."""
+    with running(load_scene(DOCUMENT), tmp_path, monkeypatch, "paused:=true") as client:
+        yield client
 
 
 def test_a_goal_is_followed_as_the_path_of_a_scene(client: Client) -> None:
@@ -193,6 +203,59 @@ def test_tolerances_end_a_goal(client: Client) -> None:
     late = client.send(0.2, 1.0, goal_tolerance=[tolerance(position=0.01)], goal_time_tolerance=leeway)
     client.advance(0.5)
     assert client.answer(late)[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.GOAL_TOLERANCE_VIOLATED)
+
+
+def test_a_tolerance_of_accelerations(client: Client) -> None:
+    """A path that jerks the drive beyond its ramp deviates in acceleration, by the mean of the period."""
+    rough = client.send(1.0, 0.5, path_tolerance=[tolerance(acceleration=0.5)])
+    client.advance(0.5)
+    answer = client.answer(rough)
+    assert answer[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.PATH_TOLERANCE_VIOLATED)
+    assert "trolley: the acceleration deviates by" in answer.line
+    smooth = client.send(4.0, 0.5, path_tolerance=[tolerance(acceleration=5.0)])
+    client.advance(4.1)
+    assert client.answer(smooth).status == GoalStatus.STATUS_SUCCEEDED
+
+
+@pytest.mark.long
+def test_a_goal_of_the_payload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A law that leads the payload takes goals of its x and y: followed as the scene's path, bit for bit, and checked.
+
+    One that names joints is refused, one that the payload cannot follow ends by its tolerance.
+    """
+    changes, period = {"duration": 1.0}, 0.004
+    scene = load_scene("knuckle_tracking", changes)
+    begin, end = (1.35, 0.0), (1.34, 0.02)
+    with running(scene, tmp_path, monkeypatch, "paused:=true") as client:
+        limits = [tolerance("x", 0.05), tolerance("y", 0.05)]
+        handle = client.send(0.6, *end, start=0.2, joint_names=["x", "y"], path_tolerance=limits, goal_tolerance=limits)
+        wrong = client.answer(client.send(1.0, 0.0, joint_names=["slew"]))
+        assert wrong[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_JOINTS) and "must be x, y" in wrong.line
+        assert client.node.pause(False) == "ok"
+        assert client.answer(handle)[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
+        run = client.plant.await_event("done")["summary"]["state_sha256"]
+    assert client.feedback and client.feedback[0].joint_names == ["x", "y"]
+    points = [{"positions": x, "velocities": [0.0] * 2, "time_from_start": t} for x, t in ((begin, 0.0), (end, 0.6))]
+    path = {"kind": "trajectory", "joint_names": ["x", "y"], "start": 0.2 - period, "points": points}
+    assert run == simulate(load_scene("knuckle_tracking", changes | {"reference.path": path})).summary["state_sha256"]
+
+
+@pytest.mark.long
+def test_goals_in_real_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In real time goals are reached, preempted, cancelled with the crane stopping, and ended by their tolerances."""
+    scene = load_scene(DOCUMENT | {"duration": 3600.0})
+    with running(scene, tmp_path, monkeypatch, "mode:=realtime") as client:
+        reached = client.answer(client.send(1.0, 0.1, goal_tolerance=[tolerance(position=0.05)]))
+        assert reached[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
+        older = client.send(60.0, 2.0)
+        newer = client.send(60.0, 4.0)
+        assert client.answer(older)[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_GOAL)
+        wait_until(lambda: client.motion()[1] > 0.02, "the trolley on its way")
+        client.cancel(newer)
+        assert client.answer(newer).status == GoalStatus.STATUS_CANCELED
+        wait_until(lambda: abs(client.motion()[1]) < 0.005, "rest")
+        late = client.answer(client.send(0.1, 0.0, path_tolerance=[tolerance(position=0.01)]))
+        assert late[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.PATH_TOLERANCE_VIOLATED)
 
 
 def test_a_reset_ends_a_goal_and_the_law_begins_anew(client: Client) -> None:

@@ -14,11 +14,19 @@ from trajectory_msgs.msg import (
     MultiDOFJointTrajectoryPoint,
 )
 
+from crane_sim import load_scene
+from crane_sim.ros.controller.path_motion import ErrorRate, coordinate_names, motion_sensor
+from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, Tolerances, read_goal
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.metrics import in_base
+from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.polynomials import Array, evaluate, max_derivatives
 from crane_sim.trajectories.replanning import stop_trajectory, to_piecewise_polynomial
 from crane_sim.trajectories.trajectory import compile_trajectory
+
+pytestmark = pytest.mark.interpreted
 
 NAMES = ("trolley", "hoist")
 PERIOD, PERIOD_NS = 0.01, 10_000_000
@@ -55,9 +63,16 @@ def trajectory(stamp: int = 0, **changes: Any) -> JointTrajectory:
 
 def test_a_goal_is_read_as_it_is_meant() -> None:
     """Without a stamp a goal begins with the next state; tolerances are sorted by joint, 0 and -1 are no limits."""
-    goal = read(path_tolerance=[tolerance(position=0.1, velocity=-1.0)], goal_time_tolerance=Duration(sec=2))
+    goal = read(
+        path_tolerance=[tolerance(position=0.1, velocity=-1.0), tolerance("trolley", acceleration=0.5)],
+        goal_time_tolerance=Duration(sec=2),
+    )
     assert goal.immediate and goal.end == 4.0 and goal.leeway == 2.0
-    assert goal.on_the_way == ((inf, 0.1), (inf, inf)) and goal.on_the_way.limited and not goal.at_the_end.limited
+    assert (
+        goal.on_the_way == ((inf, 0.1), (inf, inf), (0.5, inf))
+        and goal.on_the_way.limited
+        and not goal.at_the_end.limited
+    )
     stamped = read(trajectory=trajectory(2 * 10**9 + PERIOD_NS))
     assert not stamped.immediate and stamped.end == pytest.approx(5.0, abs=1e-12) and stamped.leeway == inf
 
@@ -80,7 +95,11 @@ WIDE = MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()])
         ({"goal_tolerance": [tolerance("hook")]}, GoalCode.INVALID_JOINTS, "goal_tolerance: 'hook' is no joint"),
         ({"path_tolerance": [tolerance(position=-2.0)]}, GoalCode.INVALID_GOAL, "hoist: position = -2: must be"),
         ({"path_tolerance": [tolerance(velocity=nan)]}, GoalCode.INVALID_GOAL, "hoist: velocity = nan: must be"),
-        ({"goal_tolerance": [tolerance(acceleration=1.0)]}, GoalCode.INVALID_GOAL, "is not measured; leave it at 0"),
+        (
+            {"goal_tolerance": [tolerance(acceleration=-0.5)]},
+            GoalCode.INVALID_GOAL,
+            "hoist: acceleration = -0.5: must be",
+        ),
     ],
 )
 def test_wrong_goals_have_a_code_and_a_line(changes: dict[str, Any], code: GoalCode, line: str) -> None:
@@ -92,15 +111,49 @@ def test_wrong_goals_have_a_code_and_a_line(changes: dict[str, Any], code: GoalC
 
 def test_the_first_joint_beyond_its_tolerance_is_named() -> None:
     """A deviation at the tolerance is within it, one beyond it is not, and one that is no number is beyond any."""
-    limits = Tolerances((0.5, inf), (inf, 0.25))
+    limits = Tolerances((0.5, inf), (inf, 0.25), (inf, 2.0))
 
     def violation(*error: float) -> str:
-        return limits.describe_violation(NAMES, np.array(error).reshape(2, 2))
+        return limits.describe_violation(NAMES, np.array([*error, 0.0, 0.0][:6]).reshape(3, 2))
 
     assert not violation(-0.5, 1e9, 1e9, 0.25)
     assert violation(0.6, 0.0, 0.0, 1.0) == "trolley: the position deviates by 0.6, tolerance 0.5"
     assert violation(0.0, 0.0, 0.0, -0.3) == "hoist: the velocity deviates by -0.3, tolerance 0.25"
     assert violation(0.0, nan, 0.0, 0.0)
+    assert violation(0.0, 0.0, 0.0, 0.0, 9.0, 2.5) == "hoist: the acceleration deviates by 2.5, tolerance 2"
+
+
+def test_accelerations_are_means_over_a_period() -> None:
+    """The error of an acceleration is the change of the velocity's error over a period, and zero at the first state."""
+    rate = ErrorRate()
+    errors = [rate.update(State(k * PERIOD_NS, 0.0, (), ()), np.array([0.3 * k, -0.1 * k * k])) for k in (4, 5, 6)]
+    assert errors[0].tolist() == [0.0, 0.0]
+    assert errors[1:] == [pytest.approx([30.0, -90.0]), pytest.approx([30.0, -110.0])]
+
+
+@pytest.mark.parametrize("name", ["knuckle_tracking", "offshore_obstacle"])
+def test_a_payload_on_its_path_is_measured_from_the_joints(name: str) -> None:
+    """Coordinates of a payload's path are those of the payload in the base frame, with their rates."""
+    scene = load_scene(name)
+    run, n = simulate(load_scene(name, {"duration": 0.2})), 10
+    assert scene.path is not None
+    names, measure = coordinate_names(scene.path, scene), motion_sensor(scene.path, scene)
+    assert names in (("x", "y"), ("x", "y", "z"))
+
+    def at(k: int) -> Array:
+        return measure(State(0, 0.0, tuple(run.q[k].tolist()), tuple(run.v[k].tolist())))
+
+    aboard = (
+        in_base(scene.model.base, run.t[n : n + 1], run.payload[n : n + 1])[0] if has_base(scene) else run.payload[n]
+    )
+    assert at(n)[0] == pytest.approx(aboard[: len(names)], abs=1e-12)  # rounding
+    rate = (at(n + 1)[0] - at(n - 1)[0]) / (run.t[n + 1] - run.t[n - 1])
+    assert at(n)[1] == pytest.approx(rate, abs=1e-3)  # third derivatives of some m/s³, times the period squared
+
+
+def has_base(scene: Scene) -> bool:
+    """Return whether the base of a crane moves."""
+    return getattr(scene.model, "base", None) is not None
 
 
 def test_stopping_is_smooth_and_ends_at_rest() -> None:

@@ -96,7 +96,10 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
         settle(0.3)
         assert all(map(np.isnan, stick.held.values())) and desk.panel()["mode"] == Mode.STOPPED
         stick.move(REST, RELEASE)
-        wait_for(lambda: stick.held == STILL, "released brakes")
+        wait_mode(desk, Mode.OPEN)
+        stick.move(REST, DEAD_MAN)
+        wait_mode(desk, Mode.MOVING)
+        assert all(map(np.isnan, stick.held.values())) and desk.panel()["braked"]  # a load that swings moves nothing
         start_moving(desk, stick, expected)
         os.kill(nodes["operator"], signal.SIGSTOP)
         wait_for(lambda: all(map(np.isnan, stick.held.values())), "the brakes after the time-out of commands")

@@ -49,7 +49,7 @@ def test_the_clock_leads_on_a_loaded_machine(
         for tag in ("actuated", "all") * 5:
             options = ("sim", tag, executor)
             summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
-            assert summary["state_sha256"] == alone, summary
+            assert summary.get("state_sha256") == alone, summary
 
 
 @pytest.mark.long(cases=["wall clock, any stamps", "wall clock, ROS time", "simulated time, stamps of states"])

@@ -5,10 +5,17 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
+from bench_graph import graph, remote
+from command_line import CRANE
+from frame_listener import FrameListener
+from graph_messages import vector
 from process_helpers import has_exited, run_to_completion, started_program, wait_until
 from run_helpers import check_one_command_per_state
 
@@ -58,6 +65,52 @@ def run_side_by_side(*runs: dict) -> list[dict]:
 
     with ThreadPoolExecutor() as pool:
         return list(pool.map(run, runs))
+
+
+SIDES = ("west", "east")
+
+
+@pytest.mark.interpreted
+@pytest.mark.skipif(find_spec("tf2_msgs") is None, reason="tf2_msgs is absent (./crane interfaces builds it)")
+def test_two_cranes_of_a_kind_have_one_tree_of_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two `crane run` of one scene in one domain, on one clock: no frame is both cranes', each payload is in its frame.
+
+    Each is the run of `simulate`, and no other node publishes /clock than the first one.
+    """
+    changes = {"duration": 1.0}
+    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
+        listeners = {side: FrameListener(client.node, side) for side in SIDES}
+        with ThreadPoolExecutor() as pool:
+            running = {side: pool.submit(run_beside, side, domain, env, changes) for side in SIDES}
+            clocks = 0
+            while not all(run.done() for run in running.values()):
+                clocks = max(clocks, client.node.count_publishers("/clock"))
+                time.sleep(0.01)
+        expected = simulate(load_scene("knuckle_setpoint", changes)).summary["state_sha256"]
+        assert [run.result()["state_sha256"] for run in running.values()] == [expected] * 2 and clocks == 1
+        for side, listener in listeners.items():
+            check_frames(side, listener)
+
+
+def run_beside(side: str, domain: int, env: dict[str, str], changes: dict[str, float]) -> dict[str, Any]:
+    """Return the summary of `crane run` of one of two cranes."""
+    (other,) = set(SIDES) - {side}
+    command = [CRANE, "run", "knuckle_setpoint", "--no-record", "--json", "--domain-id", str(domain)]
+    command += ["--namespace", side, "--frame-prefix", f"{side}/", "--beside", other]
+    command += ["--no-clock"] * (side == SIDES[1]) + ["--duration", str(changes["duration"])]
+    return json.loads(run_to_completion(command, env=env).stdout)
+
+
+def check_frames(side: str, listener: FrameListener) -> None:
+    """Check that all frames are in one tree, and that a crane's payload is where its frame is."""
+    assert not listener.contested
+    assert {name.partition("/")[0] for name in listener.fixed} == set(SIDES)
+    own = [stamp for stamp, frames in listener.moving.items() if f"{side}/payload_link" in frames]
+    common = listener.poses.keys() & own
+    assert len(common) > 20  # of 50; poses are best effort
+    for stamp in common:
+        position = vector(listener.poses[stamp].pose.position)
+        assert listener.pose(stamp, f"{side}/payload_link")[0] == pytest.approx(position, abs=1e-12)  # rounding
 
 
 @pytest.mark.long

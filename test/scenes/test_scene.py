@@ -185,6 +185,8 @@ def test_a_file_with_a_misspelt_crane() -> None:
     """An error about a misspelt first key suggests the right one."""
     with pytest.raises(crane_sim.SceneError, match="unknown key 'crne', did you mean 'crane'"):
         load_scene({"crne": "knuckle"})
+    with pytest.raises(crane_sim.SceneError, match="crane: is missing"):
+        load_scene({"cabel": {"lengths": 2.0}})  # as near to crane as to nothing
 
 
 def test_null_means_absent() -> None:

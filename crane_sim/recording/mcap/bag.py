@@ -114,7 +114,8 @@ class Bag:
         self._file.abandon()
 
     def _write_message(self, track: _TopicState, data: bytes) -> None:
-        self._last_message = time.monotonic()
+        if not track.topic.shared:
+            self._last_message = time.monotonic()
         stamp = stamp_of(data) if track.topic.stamped else 0
         if track is self._states:
             if stamp < self._now:

@@ -12,9 +12,10 @@ class Topic(NamedTuple):
 
     name: str  # with its namespace
     kind: str  # "sensor_msgs/msg/JointState"
-    stamped: bool  # its messages begin with a header
+    stamped: bool  # its messages begin with a header, or with a time
     latched: bool  # late subscribers get the last message
     reliable: bool
+    shared: bool = False  # of all nodes of the domain: its messages do not tell that this run goes on
 
 
 def has_stamp(data: bytes) -> bool:

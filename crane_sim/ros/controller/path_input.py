@@ -8,9 +8,9 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.files.errors import one_line
 from crane_sim.ros.common import messages
+from crane_sim.ros.controller.path_motion import coordinate_names
 from crane_sim.ros.controller.trajectory_goal import waypoints_of
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.schema.reference import COORDINATES
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
 from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import (
@@ -19,7 +19,6 @@ from crane_sim.trajectories.replanning import (
     trajectory_of_law,
     with_trajectory,
 )
-from crane_sim.trajectories.trajectory import Trajectory
 
 
 class TrajectoryInput:
@@ -37,7 +36,7 @@ class TrajectoryInput:
         path = trajectory_of_law(law)
         if path is None:
             return
-        self._names = _coordinate_names(path, scene)
+        self._names = coordinate_names(path, scene)
         start = tuple(evaluate(to_piecewise_polynomial(path), path.starts[:1])[0].tolist())
         join_trajectory(Waypoints(self._names, (Point(start, 1.0),)), path, self._names, 0.0)  # imports slow packages
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
@@ -65,8 +64,3 @@ class TrajectoryInput:
 
     def _refuse(self, line: str) -> None:
         self._node.get_logger().warning(f"joint_trajectory: refused: {line}", throttle_duration_sec=1.0)
-
-
-def _coordinate_names(path: Trajectory, scene: Scene) -> tuple[str, ...]:
-    """Return the names of a path's coordinates."""
-    return scene.actuated if path.of_joints else COORDINATES[: to_piecewise_polynomial(path).coefficients.shape[1]]

@@ -1,4 +1,6 @@
-"""The action `joint_trajectory_controller/follow_joint_trajectory` of a law that follows a path of the joints.
+"""The action `joint_trajectory_controller/follow_joint_trajectory` of a law that follows a path.
+
+The path is one of the joints or, for a law whose path is the payload's, of its coordinates in the base frame.
 
 A goal's trajectory becomes the law's path, joined to the old one, at the goal's start: at the next state, or at the
 first one that is not before its stamp. What a goal does depends on the states alone, so in lockstep a run with goals
@@ -17,6 +19,7 @@ from trajectory_msgs.msg import JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.deferred_server import DeferredServer
+from crane_sim.ros.controller.path_motion import ErrorRate, coordinate_names, motion_sensor
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, read_goal
 from crane_sim.scenes.scene import Scene
@@ -66,8 +69,10 @@ class TrajectoryAction:
         self._followed: _Followed | None = None
         self._server: DeferredServer | None = None
         self._action: Any = None
+        self._rate = ErrorRate()
         path = trajectory_of_law(law)
-        if path is not None and path.of_joints:
+        if path is not None:
+            self._names, self._measure = coordinate_names(path, scene), motion_sensor(path, scene)
             self._find_action()
 
     def activate(self, active: bool) -> None:
@@ -131,7 +136,7 @@ class TrajectoryAction:
         handle.execute()
         scene = self._scene
         try:
-            goal = read_goal(handle.request, scene.actuated, self._now, scene.period, scene.period_ns)
+            goal = read_goal(handle.request, self._names, self._now, scene.period, scene.period_ns)
         except GoalError as error:
             self._complete(handle, handle.abort, error.code, str(error))
             return
@@ -150,12 +155,13 @@ class TrajectoryAction:
         if goal.immediate:
             goal = goal._replace(waypoints=goal.waypoints._replace(start=state.t))
         try:
-            new = join_trajectory(goal.waypoints, path, self._scene.actuated, state.t)
+            new = join_trajectory(goal.waypoints, path, self._names, state.t)
         except ValueError as error:
             self._complete(handle, handle.abort, GoalCode.OLD_HEADER_TIMESTAMP, str(error))
             return law
         if self._followed:
             self._preempt(self._followed.handle)
+        self._rate = ErrorRate()
         self._stops, self._followed = False, _Followed(handle, goal, new, to_piecewise_polynomial(new), state.stamp)
         return with_trajectory(law, new)
 
@@ -163,15 +169,14 @@ class TrajectoryAction:
         """Publish feedback, and end the goal at its end or out of its tolerances; return whether the joints stop."""
         handle, goal, ended = followed.handle, followed.goal, state.t > followed.goal.end - MIN_INTERVAL
         due = (state.stamp - followed.first_stamp) // self._scene.period_ns % self._every == 0
-        if not (due or ended or goal.on_the_way.limited):
+        if not (due or ended or goal.on_the_way.limited or goal.at_the_end.limited):
             return False
         desired = np.concatenate([evaluate(followed.polynomials, np.array([state.t]), k) for k in range(2)])
-        n = len(self._scene.actuated)
-        actual = np.array([state.q[:n], state.v[:n]])
+        actual = self._measure(state)
         if due:
             self._publish_feedback(followed, state, desired, actual)
-        tolerances = goal.at_the_end if ended else goal.on_the_way
-        violation = tolerances.describe_violation(self._scene.actuated, desired - actual)
+        tolerances, error = goal.at_the_end if ended else goal.on_the_way, desired - actual
+        violation = tolerances.describe_violation(self._names, np.vstack([error, self._rate.update(state, error[1])]))
         if not violation and ended:
             self._followed = None
             self._complete(handle, handle.succeed, GoalCode.SUCCESSFUL, "the joints are there")
@@ -183,7 +188,7 @@ class TrajectoryAction:
         return False
 
     def _publish_feedback(self, followed: _Followed, state: State, desired: Array, actual: Array) -> None:
-        feedback = self._action.Feedback(joint_names=list(self._scene.actuated))
+        feedback = self._action.Feedback(joint_names=list(self._names))
         messages.set_stamp(feedback.header.stamp, state.stamp)
         elapsed = round((state.t - followed.goal.waypoints.start) * messages.SECOND)
         for point, rows in ((feedback.desired, desired), (feedback.actual, actual), (feedback.error, desired - actual)):

@@ -17,6 +17,7 @@ from crane_sim.trajectories.joint_trajectory import Waypoints
 from crane_sim.trajectories.polynomials import Array
 
 _FORM = TypeAdapter(Waypoints)
+_KINDS = ("position", "velocity", "acceleration")
 _NO_LIMIT = -1.0  # value of a tolerance; 0 is the server's own, which has no limit either
 
 
@@ -45,15 +46,16 @@ class Tolerances(NamedTuple):
 
     positions: tuple[float, ...]  # joint's unit
     velocities: tuple[float, ...]  # joint's unit/s
+    accelerations: tuple[float, ...]  # joint's unit/s², mean over the last period
 
     @property
     def limited(self) -> bool:
         """Whether there is a limit at all."""
-        return min(*self.positions, *self.velocities) < inf
+        return min(*self.positions, *self.velocities, *self.accelerations) < inf
 
     def describe_violation(self, names: Sequence[str], error: Array) -> str:
-        """Return one line on the first joint beyond its tolerance, empty where none is; error (2, nu)."""
-        for kind, limits, deviations in zip(("position", "velocity"), self, error.tolist(), strict=True):
+        """Return one line on the first joint beyond its tolerance, empty where none is; error (3, nu)."""
+        for kind, limits, deviations in zip(_KINDS, self, error.tolist(), strict=True):
             for name, limit, deviation in zip(names, limits, deviations, strict=True):
                 if not abs(deviation) <= limit:
                     return f"{name}: the {kind} deviates by {deviation:.6g}, tolerance {limit:g}"
@@ -96,7 +98,7 @@ def waypoints_of(message: JointTrajectory, now: float, period: float, period_ns:
 
 
 def read_goal(request: Any, names: Sequence[str], now: float, period: float, period_ns: int) -> Goal:
-    """Return the goal of a request for the joints `names` (nu,) at time `now` [s].
+    """Return the goal of a request for the joints, or coordinates, `names` (n,) at time `now` [s].
 
     Raises:
         GoalError: it cannot be followed.
@@ -125,20 +127,14 @@ def read_goal(request: Any, names: Sequence[str], now: float, period: float, per
 
 
 def _tolerances(key: str, given: Iterable[Any], names: Sequence[str]) -> Tolerances:
-    limits = {name: (inf, inf) for name in names}
+    limits = {name: (inf, inf, inf) for name in names}
     for tolerance in given:
         if tolerance.name not in limits:
             line = f"{key}: {tolerance.name!r} is no joint of the trajectory: {', '.join(names)}"
             raise GoalError(GoalCode.INVALID_JOINTS, line)
-        if tolerance.acceleration > 0.0:
-            line = f"{key}: {tolerance.name}: acceleration = {tolerance.acceleration:g}: is not measured; leave it at 0"
-            raise GoalError(GoalCode.INVALID_GOAL, line)
-        limits[tolerance.name] = (
-            _limit(f"{key}: {tolerance.name}: position", tolerance.position),
-            _limit(f"{key}: {tolerance.name}: velocity", tolerance.velocity),
-        )
-    positions, velocities = zip(*limits.values(), strict=True)
-    return Tolerances(positions, velocities)
+        of_name = [_limit(f"{key}: {tolerance.name}: {kind}", getattr(tolerance, kind)) for kind in _KINDS]
+        limits[tolerance.name] = of_name[0], of_name[1], of_name[2]
+    return Tolerances(*zip(*limits.values(), strict=True))
 
 
 def _limit(what: str, value: float) -> float:

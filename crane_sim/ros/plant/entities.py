@@ -8,12 +8,10 @@ from contextlib import closing
 from enum import IntEnum
 
 from crane_sim.description import urdf
-from crane_sim.description.frame_motion import FrameMotion, frame_motions
-from crane_sim.description.transforms import TransformTree
+from crane_sim.description.frame_motion import FrameAcceleration, FrameMotion, frame_accelerations, frame_motions
+from crane_sim.description.transforms import PAYLOAD, TransformTree
 from crane_sim.ros.plant.name_filter import NameFilter
 from crane_sim.simulation.plant import Plant
-
-PAYLOAD = "payload_link"
 
 
 class Category(IntEnum):
@@ -37,6 +35,13 @@ class Entities:
         plant = self._plant
         motions = frame_motions(plant.scene, self._tree, plant.t, plant.q, plant.v)
         return {self._prefix + frame: motion for frame, motion in motions.items()}
+
+    def accelerations(self) -> dict[str, FrameAcceleration]:
+        """Return the present acceleration of every entity, with those of the joints as means over the last period."""
+        plant, period = self._plant, self._plant.scene.period
+        mean = [(now - before) / period for now, before in zip(plant.v, plant.rates_before, strict=True)]
+        found = frame_accelerations(plant.scene, self._tree, plant.t, plant.q, plant.v, mean)
+        return {self._prefix + frame: acceleration for frame, acceleration in found.items()}
 
     def category(self, name: str) -> Category:
         """Return the kind of an entity."""

@@ -6,12 +6,12 @@ from typing import Any
 
 from rclpy.node import Node
 
-from crane_sim.description.frame_motion import FrameMotion
 from crane_sim.description.transforms import WORLD, quaternion_of
 from crane_sim.ros.common import messages
 from crane_sim.ros.plant.entities import Category, Entities
 from crane_sim.ros.plant.standard_operations import Code, Outcome, write_outcome
 from crane_sim.ros.plant.state_publisher import set_quaternion, set_vector
+from crane_sim.ros.plant.unsupported_services import not_found
 
 _DESCRIPTIONS = {Category.ROBOT: "a frame of the crane", Category.DYNAMIC_OBJECT: "the payload"}
 
@@ -34,22 +34,21 @@ class EntityServices:
 
     def _get_states(self, request: Any, response: Any) -> Any:
         outcome, response.entities = self._select(request.filters)
-        motions = self._entities.motions() if response.entities else {}
+        write = self._writer() if response.entities else None
         for name in response.entities:
-            state = self._state()
-            self._fill(state, motions[name])
-            response.states.append(state)
+            assert write is not None
+            response.states.append(write(self._state(), name))
         return write_outcome(response, outcome)
 
     def _get_state(self, request: Any, response: Any) -> Any:
         if request.entity not in self._entities.names:
-            return write_outcome(response, self._not_found(request.entity))
-        self._fill(response.state, self._entities.motions()[request.entity])
+            return write_outcome(response, not_found(self._entities, request.entity))
+        self._writer()(response.state, request.entity)
         return write_outcome(response, Outcome(Code.OK))
 
     def _get_info(self, request: Any, response: Any) -> Any:
         if request.entity not in self._entities.names:
-            return write_outcome(response, self._not_found(request.entity))
+            return write_outcome(response, not_found(self._entities, request.entity))
         category = self._entities.category(request.entity)
         response.info.category.category, response.info.description = int(category), _DESCRIPTIONS[category]
         return write_outcome(response, Outcome(Code.OK))
@@ -64,13 +63,20 @@ class EntityServices:
         except ValueError as error:
             return Outcome(Code.OPERATION_FAILED, str(error)), []
 
-    def _not_found(self, name: str) -> Outcome:
-        return Outcome(Code.NOT_FOUND, f"entity {name!r}: possible: {', '.join(self._entities.names)}")
+    def _writer(self) -> Callable[[Any, str], Any]:
+        """Return a function that writes the present state of an entity into a message, and returns it."""
+        motions, accelerations, stamp = self._entities.motions(), self._entities.accelerations(), self._stamp()
 
-    def _fill(self, state: Any, motion: FrameMotion) -> None:
-        state.header.frame_id = WORLD
-        messages.set_stamp(state.header.stamp, self._stamp())
-        set_vector(state.pose.position, motion.position)
-        set_quaternion(state.pose.orientation, quaternion_of(motion.rotation))
-        set_vector(state.twist.linear, motion.velocity)
-        set_vector(state.twist.angular, motion.angular_velocity)
+        def write(state: Any, name: str) -> Any:
+            motion, acceleration = motions[name], accelerations[name]
+            state.header.frame_id = WORLD
+            messages.set_stamp(state.header.stamp, stamp)
+            set_vector(state.pose.position, motion.position)
+            set_quaternion(state.pose.orientation, quaternion_of(motion.rotation))
+            set_vector(state.twist.linear, motion.velocity)
+            set_vector(state.twist.angular, motion.angular_velocity)
+            set_vector(state.acceleration.linear, acceleration.linear)
+            set_vector(state.acceleration.angular, acceleration.angular)
+            return state
+
+        return write

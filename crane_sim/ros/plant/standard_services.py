@@ -12,6 +12,7 @@ from crane_sim.ros.plant.entity_services import EntityServices
 from crane_sim.ros.plant.run_control import RunControl
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.standard_operations import Code, Feature, Outcome, StandardOperations, write_outcome
+from crane_sim.ros.plant.unsupported_services import offer_unsupported
 
 _PACKAGE = "simulation_interfaces"
 
@@ -29,14 +30,16 @@ def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: st
     except ImportError:
         node.get_logger().info(f"{_PACKAGE} is not importable: no standard services (crane interfaces builds it)")
         return None
-    EntityServices(node, _PACKAGE, Entities(simulation.plant, prefix), lambda: simulation.stamp)
+    entities = Entities(simulation.plant, prefix)
+    EntityServices(node, _PACKAGE, entities, lambda: simulation.stamp)
+    offer_unsupported(node, _PACKAGE, entities)
     return StandardServices(node, StandardOperations(control))
 
 
 class StandardServices:
     """Services `get_simulator_features`, `get_` and `set_simulation_state`, `step_simulation`, `reset_simulation`.
 
-    Also the action `simulate_steps`. What the plant does not support is not offered: `Feature` lists what it does.
+    Also the action `simulate_steps`. `Feature` lists what the plant supports.
     """
 
     def __init__(self, node: Node, operations: StandardOperations) -> None:

@@ -6,30 +6,21 @@ frame has one publisher.
 """
 
 from collections.abc import Sequence
-from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from crane_sim.description import urdf
 from crane_sim.description.transforms import WORLD, Transform, TransformTree, base_transform
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.transform_messages import DYNAMIC, STATIC, TFMessage
 from crane_sim.ros.common.transform_scope import TransformScope
 from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.plant import Plant
-
-try:
-    TFMessage: Any = import_module("tf2_msgs.msg").TFMessage
-except ImportError:  # no wheel has it; `./crane interfaces` builds it
-    TFMessage = None
-
-DYNAMIC = QoSProfile(depth=100)  # as tf2_ros has them
-STATIC = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def missing_package(scope: str) -> str:

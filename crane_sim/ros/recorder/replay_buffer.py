@@ -12,8 +12,11 @@ from crane_sim.recording.mcap.topic import stamp_of
 
 SECONDS = 10.0  # more than a recorder, on a busy machine, has received and not yet written
 _STAMPED = ("joint_states", "applied_effort", "joint_commands", "accepted_command", "held_command")
-_LATCHED = ("robot_description", "simulation_state")  # valid until the next one comes
+_LATCHED = ("robot_description", "simulation_state", "/tf_static")  # valid until the next one comes
 _LASTING = ("joint_trajectory", *_LATCHED)  # the same, the first one until the plant is reset
+
+
+_FOLLOWING = ("/clock", "/tf", "/diagnostics")  # of the present state; not replayed, newer ones follow
 
 
 class _Message(NamedTuple):
@@ -56,6 +59,8 @@ class ReplayBuffer:
             if message.passes >= passes or message.name in _LATCHED:
                 self._pass_on(message.name, message.data)
         for message in self._newest:
+            if message.name in _FOLLOWING:
+                continue
             counts = message.name in _STAMPED and message.passes == passes
             stamp = stamp_of(message.data) if counts else inf
             self._pass_on(message.name, message.data, [stamp > last for last in after])

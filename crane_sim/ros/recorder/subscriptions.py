@@ -9,12 +9,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import Any, NamedTuple
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.type_support import check_for_type_support
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String, UInt8
 from trajectory_msgs.msg import JointTrajectory
@@ -22,6 +24,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim.recording.mcap.topic import Topic, has_stamp
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.messages import SimulationState
+from crane_sim.ros.common.transform_messages import TFMessage
 
 Callback = Callable[[bytes], None]
 
@@ -56,7 +59,11 @@ _SOURCES = {
     "camera/payload_pose": _Source(PoseStamped, _STREAM),
     "robot_description": _Source(String, _LATCHED),
     "simulation_state": _Source(UInt8, _LATCHED),
+    "/clock": _Source(Clock, _SENSOR),
+    "/diagnostics": _Source(DiagnosticArray, _STREAM),
 }
+if TFMessage is not None:
+    _SOURCES |= {"/tf": _Source(TFMessage, _STREAM), "/tf_static": _Source(TFMessage, _LATCHED)}
 NAMES = tuple(_SOURCES)
 _time_sent = attrgetter("sent")
 
@@ -150,12 +157,14 @@ class PolledSubscription:
 
 def _topic(name: str, source: _Source) -> Topic:
     package, _, _ = source.kind.__module__.partition(".")
+    shared = name.startswith("/") and name in _SOURCES
     return Topic(
         name=name,
         kind=f"{package}/msg/{source.kind.__name__}",
-        stamped="header" in source.kind.get_fields_and_field_types(),
+        stamped=source.kind is Clock or (not shared and "header" in source.kind.get_fields_and_field_types()),
         latched=source.qos.durability == DurabilityPolicy.TRANSIENT_LOCAL,
         reliable=source.qos.reliability == ReliabilityPolicy.RELIABLE,
+        shared=shared,
     )
 
 

@@ -1,0 +1,50 @@
+"""The motion of what a path leads: the actuated joints, or the payload in the base frame."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from crane_sim.description import urdf
+from crane_sim.description.frame_motion import motions_aboard
+from crane_sim.description.transforms import PAYLOAD, TransformTree
+from crane_sim.ros.common import messages
+from crane_sim.ros.controller.states import State
+from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.schema.reference import COORDINATES
+from crane_sim.trajectories.polynomials import Array
+from crane_sim.trajectories.replanning import to_piecewise_polynomial
+from crane_sim.trajectories.trajectory import Trajectory
+
+
+def coordinate_names(path: Trajectory, scene: Scene) -> tuple[str, ...]:
+    """Return the names of a path's coordinates."""
+    return scene.actuated if path.of_joints else COORDINATES[: to_piecewise_polynomial(path).coefficients.shape[1]]
+
+
+def motion_sensor(path: Trajectory, scene: Scene) -> Callable[[State], Array]:
+    """Return a function of a measured state: positions and velocities (2, n) of a path's coordinates."""
+    n = len(coordinate_names(path, scene))
+    if path.of_joints:
+        return lambda state: np.array([state.q[:n], state.v[:n]])
+    tree = TransformTree(urdf(scene), scene.joint_names)
+
+    def measure(state: State) -> Array:
+        payload = motions_aboard(tree, state.q, state.v)[PAYLOAD]
+        return np.array([payload.position[:n], payload.velocity[:n]])
+
+    return measure
+
+
+class ErrorRate:
+    """The rate at which an error of velocities changes: the error of the mean acceleration over a period."""
+
+    def __init__(self) -> None:
+        """Begin without an error."""
+        self._last: tuple[int, Array] | None = None
+
+    def update(self, state: State, error: Array) -> Array:
+        """Return the rate (n,) up to a state with the error (n,) of its velocities; zero at the first one."""
+        last, self._last = self._last, (state.stamp, error)
+        if last is None or state.stamp == last[0]:
+            return np.zeros_like(error)
+        return (error - last[1]) / ((state.stamp - last[0]) / messages.SECOND)
