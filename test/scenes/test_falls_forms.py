@@ -76,11 +76,12 @@ def test_runs_at_sea_keep_their_balance_of_energy(name: str) -> None:
         ),
         ("tower", {"falls": None, "hoist": {}}, "hoist: belongs to falls, here are none; leave out hoist"),
         ("tower", {"payload": {"mass": 1.0}}, "payload.inertia: is missing; a load on falls is a rigid body"),
+        ("tower", {"payload": LOAD | {"inertia": [1, 1, 10]}}, "payload.inertia = [1.0, 1.0, 10.0]: no rigid body"),
         (
             "mobile",
             {"hoist": {"reeving": {"falls": 4}}},
-            "hoist.reeving: belongs to rope.reeving of crane: knuckle, tower, mobile, bridge, whose rope a winch moves; "
-            "elastic falls have falls.parts",
+            "hoist.reeving: belongs to rope.reeving of crane: knuckle, tower, mobile, bridge, whose rope a winch "
+            "moves; elastic falls have falls.parts",
         ),
         ("pendulum", {"falls": None, "rope": {"length": 1.0, "reeving": {"falls": 4}}}, "rope.reeving: belongs to"),
         (
