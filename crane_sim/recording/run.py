@@ -214,12 +214,10 @@ class RecordedRun:
         )
         columns = {name: column for table in tables for name, column in _split(*table).items()}
         columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")}
-        if (count := self.tensions.shape[1]) > 1:
-            columns |= _split("tension", [str(k) for k in range(1, 1 + count)], ["N"] * count, self.tensions)
+        if self.tensions.shape[1] > 1:
+            columns |= _numbered("tension", self.tensions)
         if self.reeved is not None:
-            parts = self.falls.shape[1]
-            columns |= {"lead_line": (self.lead_line, "N")}
-            columns |= _split("fall", [str(k) for k in range(1, 1 + parts)], ["N"] * parts, self.falls)
+            columns |= {"lead_line": (self.lead_line, "N"), **_numbered("fall", self.falls)}
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
             columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}
@@ -243,6 +241,11 @@ def crane_of(properties: Mapping[str, Any]) -> Crane:
     for key in ("joint_names", "joint_units", "actuated", "effort_units", "command_units"):
         facts[key] = tuple(facts[key])
     return Crane(**facts, urdf=properties["urdf"])
+
+
+def _numbered(kind: str, tensions: Numbers) -> dict[str, tuple[Numbers, str]]:
+    """Return the columns [N] of tensions (K, n) by name and number, from 1."""
+    return {f"{kind}.{k + 1}": (column, "N") for k, column in enumerate(tensions.T)}
 
 
 def _split(kind: str, names: Sequence[str], units: Sequence[str], table: Any) -> dict[str, tuple[Numbers, str]]:
