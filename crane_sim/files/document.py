@@ -14,7 +14,10 @@ REAL = (
     *("control", "brake", "sensors", "imu", "camera", "actuators", "faults"),
     *("backlash", "flexibility", "uncertain"),
 )
-"""Groups that the nominal scene omits, unless `control.nominal` has them."""
+"""Groups that the nominal scene omits, unless `control.nominal` has them.
+
+A load on falls keeps `flexibility`: its place is among the joints, and below a bent structure is another one.
+"""
 SHARED = ("servo", "tracker_rate", "vision")
 """Settings of measurement and drive that several laws share: another law that has them keeps them."""
 YAML_ERRORS = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
@@ -127,4 +130,5 @@ def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str,
             return over
         return {**base, **{key: merge(base.get(key), value) for key, value in over.items()}}
 
-    return merge({key: value for key, value in document.items() if key not in REAL}, dict(overrides))
+    omitted = set(REAL) - ({"flexibility"} if document.get("falls") is not None else set())
+    return merge({key: value for key, value in document.items() if key not in omitted}, dict(overrides))

@@ -74,6 +74,7 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
         energy=known.energy,
         raised=known.potential - _potential_at_start(scene),
         tensions=select_tensions(known.tensions),
+        reeved=known.falls[:, :-1] if known.falls.size else None,
         swing=known.swing,
         lyapunov=_lyapunov(scene, t, motion.q, motion.v),
     )

@@ -219,6 +219,7 @@ class Ropes(NamedTuple):
     tip: int  # which of the nodes is the upper end of the cable
     falls: Falls | None  # the ropes of a load that hangs on several
     tensions: tuple[str, ...]  # names of the recorded tensions
+    reeved: tuple[str, ...]  # names of those of lead line and falls of a rope over sheaves, none without
 
 
 class Stand(NamedTuple):
@@ -311,6 +312,7 @@ class Block(NamedTuple):
     energy: Numbers  # (K,) J, their sum
     raised: Numbers  # (K,) J, potential energy since the start of the run
     tensions: Numbers  # (K, T) N, those of `select_tensions`
+    reeved: Numbers | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
@@ -368,7 +370,9 @@ def _framing(scene: Scene, cable: Suspension | None) -> Framing:
 
 def _ropes(scene: Scene) -> Ropes:
     falls, count = getattr(scene.model, "falls", None), system.link_count(scene.model)
-    return Ropes(system.tip_index(scene.model), falls, tension_names(count, falls is not None))
+    parts = system.fall_count(scene.model)  # of a rope over sheaves
+    reeved = ("lead line", *(f"fall {k}" for k in range(1, 1 + parts))) if parts else ()
+    return Ropes(system.tip_index(scene.model), falls, tension_names(count, falls is not None), reeved)
 
 
 def _sea(scene: Scene) -> SineSum | None:

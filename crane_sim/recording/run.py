@@ -80,6 +80,7 @@ class RecordedRun:
     tensions: (
         Numbers  # (K, L) N, of the links from the top to the payload, or of the falls; only the first of more than 12
     )
+    reeved: Numbers | None  # (K, 1 + n) N, of lead line and n falls of a rope that is reeved over sheaves
     swing: Numbers  # (K,) rad, angle of the line from tip to payload from the vertical
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J, from height 0 of the world
@@ -129,6 +130,16 @@ class RecordedRun:
         return self.tensions[:, 0]
 
     @property
+    def falls(self) -> Numbers:
+        """Tensions (K, n) [N] of the falls of a rope that is reeved over sheaves, from the drum on; (K, 0) without."""
+        return np.empty((len(self.t), 0)) if self.reeved is None else self.reeved[:, 1:]
+
+    @property
+    def lead_line(self) -> Numbers:
+        """Tension (K,) [N] of the lead line of a rope that is reeved over sheaves; (0,) without."""
+        return np.empty(0) if self.reeved is None else self.reeved[:, 0]
+
+    @property
     def nodes(self) -> NDArray[np.float64]:
         """Polyline base .. tip .. payload (F, N, 3) [m] at the instants `frames.t` (F,) [s]."""
         return self.frames.nodes
@@ -174,7 +185,8 @@ class RecordedRun:
 
         Columns: `q.JOINT`, `v.JOINT`, `u.JOINT`, `command.JOINT`, `reference.JOINT`, `payload.x`, `tip.x`, ..., and
         `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`, `lyapunov_rate` where the run has them;
-        `tension.1`, `tension.2`, ... of a run with the tensions of several links or falls.
+        `tension.1`, `tension.2`, ... of a run with the tensions of several links or falls; `lead_line`, `fall.1`, ...
+        of a rope over sheaves.
         """
         pandas = import_module("pandas")  # an optional package, wanted here only
         columns = self.columns()
@@ -202,8 +214,10 @@ class RecordedRun:
         )
         columns = {name: column for table in tables for name, column in _split(*table).items()}
         columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")}
-        if (count := self.tensions.shape[1]) > 1:
-            columns |= _split("tension", [str(k) for k in range(1, 1 + count)], ["N"] * count, self.tensions)
+        if self.tensions.shape[1] > 1:
+            columns |= _numbered("tension", self.tensions)
+        if self.reeved is not None:
+            columns |= {"lead_line": (self.lead_line, "N"), **_numbered("fall", self.falls)}
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
             columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}
@@ -227,6 +241,11 @@ def crane_of(properties: Mapping[str, Any]) -> Crane:
     for key in ("joint_names", "joint_units", "actuated", "effort_units", "command_units"):
         facts[key] = tuple(facts[key])
     return Crane(**facts, urdf=properties["urdf"])
+
+
+def _numbered(kind: str, tensions: Numbers) -> dict[str, tuple[Numbers, str]]:
+    """Return the columns [N] of tensions (K, n) by name and number, from 1."""
+    return {f"{kind}.{k + 1}": (column, "N") for k, column in enumerate(tensions.T)}
 
 
 def _split(kind: str, names: Sequence[str], units: Sequence[str], table: Any) -> dict[str, tuple[Numbers, str]]:

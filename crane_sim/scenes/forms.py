@@ -36,6 +36,9 @@ FALLS_FORMS: dict[str, type[SceneFile]] = {
 }
 """The same of those files that have `falls` in place of a rope."""
 
+REEVED = ("knuckle", "tower", "mobile", "bridge")
+"""Cranes whose rope can run over sheaves."""
+
 ALL_FORMS = FORMS | {f"{crane} with falls": form for crane, form in FALLS_FORMS.items()}
 """All forms, by what a crane is called."""
 
@@ -49,6 +52,7 @@ def form_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
 def check_cable(document: Mapping[str, Any]) -> None:
     """Raise SceneError for keys of a rope beside `falls`, and for keys of falls without them."""
     crane, on_falls = str(document["crane"]), document.get("falls") is not None
+    _check_reeving(document, crane, on_falls)
     if crane == "bridge" and on_falls:
         raise SceneError("falls: belongs to crane: gantry, whose winch is `hoist`; here is crane: bridge")
     if crane not in FALLS_FORMS:
@@ -58,6 +62,19 @@ def check_cable(document: Mapping[str, Any]) -> None:
     for key in (key for key, value in document.items() if value is not None and key in others.keys() - known.keys()):
         why, what = ("stands beside falls", "one of both") if on_falls else ("belongs to falls, here are none", key)
         raise SceneError(f"{key}: {why}; leave out {what}")
+
+
+def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> None:
+    """Raise SceneError for sheaves where no rope can be reeved."""
+    reeved = crane in REEVED and not on_falls
+    for group in ("rope", "hoist", "falls", "cable"):
+        value = document.get(group)
+        if not isinstance(value, Mapping) or value.get("reeving") is None or (reeved and group == "rope"):
+            continue
+        raise SceneError(
+            f"{group}.reeving: belongs to rope.reeving of crane: {', '.join(REEVED)}, whose rope a winch moves; "
+            "elastic falls have falls.parts"
+        )
 
 
 def cranes_with(key: str | None) -> str:

@@ -57,6 +57,18 @@ def table(*points: tuple[float, float]) -> dict[str, Any]:
     return {"kind": "table", "times": [t for t, _ in points], "values": [value for _, value in points]}
 
 
+SHEAVES = {"radius": 0.2, "inertia": 0.05, "loss": {"kind": "efficiency", "efficiency": 0.97}}
+PLUNGING: dict[str, Any] = {
+    "crane": "bridge",
+    "duration": 1.0,
+    "trolley": {"mass": 100.0},
+    "bridge": {"mass": 200.0},
+    "rope": {"drive": "rate", "slack": "stop", "reeving": {"falls": 4, "sheaves": SHEAVES}},
+    "payload": {"mass": 1000.0},
+    "initial": {"q": [0.0, 0.0, 5.0, 0.0, 0.0]},
+}
+
+
 def crane(hoist: Any) -> SuspendedCrane:
     """Return a bridge crane with hook and sling under this hoist."""
     cable = Chain(np.array([50.0, 1000.0]), np.array([5.0, 2.0]))
@@ -296,6 +308,24 @@ def test_a_run_ends_where_a_fall_goes_slack() -> None:
         crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
     run = error.value.run
     assert run.lead_line.min() > 0.0 and run.tension[-1] > run.lead_line[-1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"inputs": {"rope": {"kind": "table", "times": [0, 1], "values": [0, 20.0]}}}, "a fall of the reeving"),
+        ({"base_motion": {"heave": {"amplitude": 2.0, "frequency": 3.0}}}, "the rope over the sheaves"),
+        ({"rope.drive": "force", "inputs": {"rope": {"kind": "constant", "value": 8e3}}}, "the rope over the sheaves"),
+    ],
+    ids=["winch", "base", "force"],
+)
+@pytest.mark.interpreted
+def test_no_reeved_rope_pushes(changes: Any, what: str) -> None:
+    """A winch that lowers faster than the load falls, and a base that falls away, end a run in one line."""
+    with pytest.raises(crane_sim.SimulationError) as error:
+        crane_sim.simulate(crane_sim.load_scene(PLUNGING, changes))
+    line = str(error.value)
+    assert f"{what} went slack; change what moves rope or base, or take elastic `falls`" in line
 
 
 def test_friction_of_a_plain_winch_sticks_and_slips() -> None:

@@ -105,3 +105,26 @@ def test_recordings_with_one_tension_are_shown(runs: dict[str, RecordedRun]) -> 
     old = replace(runs["fall"], tensions=runs["fall"].tensions[:, :1])
     assert list(tension_curves(old)) == ["fall 1"]
     assert "tension.1" not in old.columns()
+
+
+def test_lead_line_and_falls_of_a_reeved_rope_are_recorded(tmp_path: Path) -> None:
+    """Twelve falls and their lead line are read back bit for bit, each with its name in viewer, page and columns."""
+    rollout = crane_sim.simulate("reeved_twelve_falls", duration=0.05 * STEPS)
+    run = crane_sim.read_recording(rollout.record(tmp_path / "run.rrd"))
+    assert run.falls.shape == (STEPS, 12) and np.array_equal(run.falls, rollout.falls[:-1])
+    assert np.array_equal(run.lead_line, rollout.lead_line[:-1])
+    names = ["lead line", *(f"fall {k}" for k in range(1, 13))]
+    assert run.path is not None
+    styles = [c for c in RrdReader(run.path).stream() if c.entity_path == "/plots/reeved_tension" and c.is_static]
+    assert styles[0].to_record_batch()["SeriesLines:names"][0].as_py() == [f"{name} [N]" for name in names]
+    shown = [c.name for panel in panels_of(run) if panel.title.startswith("Tension of lead") for c in panel.curves]
+    assert sorted(shown) == sorted(names)
+    columns = run.columns()
+    assert np.array_equal(columns["fall.12"][0], run.falls[:, 11]) and columns["lead_line"][1] == "N"
+
+
+def test_a_rope_without_sheaves_has_no_such_tensions(runs: dict[str, RecordedRun]) -> None:
+    """Other cranes record none: no curve, no column, empty arrays."""
+    run = runs["fall"]
+    assert run.reeved is None and run.falls.shape == (STEPS, 0) and run.lead_line.size == 0
+    assert "lead_line" not in run.columns() and "fall.1" not in run.columns()

@@ -118,6 +118,16 @@ def _tensions(run: RecordedRun) -> list[Panel]:
     return _share("Rope tension", "N", curves)
 
 
+def _reeved_tensions(run: RecordedRun) -> list[Panel]:
+    """Return the tensions of lead line and falls of a rope over sheaves, none without one."""
+    if run.reeved is None:
+        return []
+    curves = [[Curve("lead line", INK, run.lead_line)]]
+    for k, values in enumerate(run.falls.T):
+        curves.append([Curve(f"fall {k + 1}", PALETTE[k % len(PALETTE)], values, dashed=k >= len(PALETTE))])
+    return _share("Tension of lead line and falls", "N", curves)
+
+
 def _rest(run: RecordedRun) -> list[Panel]:
     potential, energy = (each - each[0] for each in (run.potential, run.energy))
     curves = [
@@ -125,7 +135,7 @@ def _rest(run: RecordedRun) -> list[Panel]:
         [Curve("potential since the start", PALETTE[2], potential)],
         [Curve("total since the start", INK, energy)],
     ]
-    panels = [*_tensions(run), *_share("Energy", "J", curves)]
+    panels = [*_tensions(run), *_reeved_tensions(run), *_share("Energy", "J", curves)]
     if run.lyapunov is not None:
         panels += _share("Lyapunov function of the law", "J", [[Curve("V", PALETTE[3], run.lyapunov[:, 0])]])
     return panels

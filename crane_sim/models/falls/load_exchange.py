@@ -73,7 +73,7 @@ def _(contact, p, t, x):
 def describe_body_exchange(p: FallsCrane, k: int, outcome: int) -> tuple[str, str]:
     """Return texts (meaning of exchange k, what a user can change); the outcome is DONE, or it ended the run."""
     assert p.exchange is not None
-    text, _ = describe_exchange(p.exchange, k, DONE)
+    text, _ = describe_exchange(p.exchange, k, DONE, False)
     if outcome == DONE:
         return text, ""
     key = f"events[{k}]"

@@ -214,8 +214,13 @@ def _(load, after, state):
     return Joined((0.0, 0.0, 0.0), w, energy - 0.5 * (load.mass * dot(v0, v0) + dot(w, multiply(load.inertia, w))))
 
 
-def describe_exchange(exchange: Exchange, k: int, outcome: int) -> tuple[str, str]:
-    """Return texts (meaning of exchange k, what a user can change); the outcome is DONE, or it ended the run."""
+def describe_exchange(exchange: Exchange, k: int, outcome: int, rods: bool) -> tuple[str, str]:
+    """Return texts (meaning of exchange k, what a user can change); the outcome is DONE, or it ended the run.
+
+    Args:
+        exchange, k, outcome: of the payload, number and outcome of the event.
+        rods: whether the links may be rods, which push: falls of a reeving may not.
+    """
     before, after = float(exchange.masses[k]), float(exchange.masses[k + 1])
     word, change = ("taken up", after - before) if after > before else ("let go", before - after)
     text = f"payload of {change:g} kg {word}, {after:g} kg hang now"
@@ -223,5 +228,5 @@ def describe_exchange(exchange: Exchange, k: int, outcome: int) -> tuple[str, st
         return text, ""
     return (
         f"{text}: a link would push at that",
-        f"change events[{k}].velocity, or take rope.slack: allow if links are rods",
+        f"change events[{k}].velocity" + (", or take rope.slack: allow if links are rods" if rods else ""),
     )

@@ -386,11 +386,13 @@ def _(p, number):
     if kind == Guard.BACKLASH:
         return describe_drive(p.support, link, outcome), ""
     if kind == Guard.PAYLOAD and p.exchange is not None:
-        return describe_exchange(p.exchange, link, outcome)
+        return describe_exchange(p.exchange, link, outcome, system.fall_count(p) == 0)
     if kind == Guard.TWIST:
         return "the rope is twisted by almost a turn", "change what turns the payload, or rope.torsion.stiffness"
-    if kind == Guard.LINK and link >= len(p.cable.masses):
-        return "a fall of the reeving went slack", "change what drives the rope; `rope.reeving: null` leaves it out"
+    if kind == Guard.LINK and system.fall_count(p) > 0:
+        what = f"link {link + 1}" if link else "the rope over the sheaves"
+        what = "a fall of the reeving" if link >= len(p.cable.masses) else what
+        return f"{what} went slack", "change what moves rope or base, or take elastic `falls`, which can go slack"
     if kind == Guard.LINK and link > 0:
         return f"link {link + 1} went slack, and a rigid link cannot be", "take rope.slack: allow if the links are rods"
     return describe_stop(p.support, p.stops or Stops(), number)

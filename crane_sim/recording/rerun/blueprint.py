@@ -71,6 +71,8 @@ def _overview(layout: Layout) -> rrb.Container:
     if layout.suspension and layout.suspension.elastic:
         views.append(_plot(layout, "Length of the cable [m]", "shown/cable_m"))
     views.append(_plot(layout, f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
+    if layout.ropes.reeved:
+        views.append(_plot(layout, "Tension of lead line and falls [N]", "plots/reeved_tension"))
     if layout.actuated and not layout.undriven:
         views.append(_unit_views(layout, efforts(layout))[0])
     if layout.lyapunov:

@@ -162,6 +162,7 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
         _tensions(layout, derived),
+        _reeved_tensions(layout, derived),
     ]
 
 
@@ -170,6 +171,13 @@ def _tensions(layout: Layout, derived: str) -> Channel:
     names = layout.ropes.tensions
     colors = (*PALETTE, *map(soften, PALETTE)) if len(names) > 1 else (PALETTE[3],)
     return Channel("plots/tension", tuple(f"{name} [N]{derived}" for name in names), colors, lambda b: b.tensions)
+
+
+def _reeved_tensions(layout: Layout, derived: str) -> Channel:
+    """Return the tensions of lead line and falls of a rope over sheaves; it has no names without one."""
+    names = tuple(f"{name} [N]{derived}" for name in layout.ropes.reeved)
+    falls = (*PALETTE, *map(soften, PALETTE)) * (1 + len(names) // (2 * len(PALETTE)))
+    return Channel("plots/reeved_tension", names, (PLAIN, *falls)[: len(names)], lambda b: b.reeved)
 
 
 def _positions(layout: Layout) -> list[Channel]:

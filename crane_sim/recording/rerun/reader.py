@@ -84,7 +84,7 @@ def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
 
     count, names = len(states.step), {"u": "effort", "commands": "effort_demanded", "reference": "q_ref"}
     names |= {name: name for name in ("q", "v", "tip", "payload", "base", "swing")}
-    names["tensions"] = "tension"
+    names |= {"tensions": "tension", "reeved": "reeved_tension"}
     arrays = {name: matrix(entity) for name, entity in names.items()}
     arrays["swing"] = arrays["swing"][:, 0]
     kinetic, potential = matrix("energy_parts").T

@@ -81,7 +81,8 @@ class Payload(Group):
 
 def _check_inertia(tensor: Any) -> None:
     """Raise SceneError for a tensor (3, 3) that no rigid body has."""
-    shown = f"payload.inertia = {tensor.tolist()}"
+    diagonal = not (tensor - np.diag(np.diag(tensor))).any()  # then three moments were given, or could have been
+    shown = f"payload.inertia = {(np.diag(tensor) if diagonal else tensor).tolist()}"
     if not np.allclose(tensor, tensor.T, rtol=ROUNDING, atol=0.0):
         raise SceneError(f"{shown}: must be symmetric")
     moments = np.linalg.eigvalsh(tensor)
