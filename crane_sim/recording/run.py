@@ -176,7 +176,11 @@ class RecordedRun:
         `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`, `lyapunov_rate` where the run has them;
         `tension.1`, `tension.2`, ... of a run with the tensions of several links or falls.
         """
-        pandas = import_module("pandas")  # an optional package, wanted here only
+        try:
+            pandas = import_module("pandas")  # an optional package, wanted here only
+        except ImportError:
+            line = "a data frame needs the Python package pandas, which is not installed (extra `pandas`)"
+            raise SceneError(f"{line}; run.columns() has the same columns without it") from None
         columns = self.columns()
         frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
         frame.index.name = "t"
