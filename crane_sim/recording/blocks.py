@@ -8,7 +8,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.recording.layout import Block, base_of, hanging_still, select_tensions, to_base, to_world
-from crane_sim.simulation.metrics import Derived, derive, derive_instant
+from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_pressures
 from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
         raised=known.potential - _potential_at_start(scene),
         tensions=select_tensions(known.tensions),
         swing=known.swing,
+        contact=_contact(scene, t, motion.q, motion.v),
         lyapunov=_lyapunov(scene, t, motion.q, motion.v),
     )
 
@@ -82,6 +83,15 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
 def _potential_at_start(scene: Scene) -> float:
     """Return the potential energy [J] at the initial state."""
     return float(derive_instant(scene, 0.0, scene.initial_q, scene.initial_v).potential[0])
+
+
+def _contact(scene: Scene, t: Numbers, q: Numbers, v: Numbers) -> Numbers | None:
+    """Return the normal force (K,) [N] on a load that may touch a surface; None for another one."""
+    if getattr(scene.model, "contact", None) is None:
+        return None
+    forces = np.empty(len(t))
+    fill_pressures(scene.model, *map(np.ascontiguousarray, (t, q, v)), forces)
+    return forces
 
 
 def _array(vectors: Any) -> Numbers:

@@ -35,6 +35,7 @@ from crane_sim.recording.camera import (
     of_suspended,
     suspended_scales,
 )
+from crane_sim.recording.states import Rules, rules_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -258,6 +259,7 @@ class Layout(NamedTuple):
     has_targets: bool  # the actuated joints have targets
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
+    rules: Rules  # what timelines of states follow from
     properties: Mapping[str, Any]  # run properties that are known at the start
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
 
@@ -312,6 +314,7 @@ class Block(NamedTuple):
     raised: Numbers  # (K,) J, potential energy since the start of the run
     tensions: Numbers  # (K, T) N, those of `select_tensions`
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
+    contact: Numbers | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
 
@@ -340,6 +343,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
+        rules=rules_of(scene.hardware),
         properties=_scene_properties(scene) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
 

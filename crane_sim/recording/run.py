@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
 KILLED = "not finished: the recording has no summary, its recorder was killed"
@@ -84,7 +85,9 @@ class RecordedRun:
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J, from height 0 of the world
     lyapunov: Numbers | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
+    contact: Numbers | None  # (K,) N, normal force of a surface on a load that may touch one
     frames: Frames
+    states: dict[str, Changes]  # by track, such as "brakes" or "fall 2": (s, state from then on); calm ones are left out
     events: list[tuple[float, str]]  # (s, what happened)
     summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
 
@@ -208,6 +211,7 @@ class RecordedRun:
         columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")}
         if (count := self.tensions.shape[1]) > 1:
             columns |= _split("tension", [str(k) for k in range(1, 1 + count)], ["N"] * count, self.tensions)
+        columns |= {} if self.contact is None else {"contact": (self.contact, "N")}
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
             columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}

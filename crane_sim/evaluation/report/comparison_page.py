@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data
+from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.evaluation.report.panels import PALETTE, joint_colors
 from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.layout import label
@@ -42,6 +42,11 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "legend": list(zip(names, colors, strict=True)),
         "ghosts": ghosts,
         "panels": _panels(comparison, colors),
+        "states": [
+            row | {"name": f"{name}: {row['name']}"}
+            for run, name in zip(runs, names, strict=True)
+            for row in state_rows(run, float(run.t[-1]) + run.period)
+        ],
         "headlines": [],
         "events": _events(comparison)[:EVENTS],
         "event_count": sum(len(run.events) for run in runs),

@@ -12,6 +12,7 @@ from crane_sim.evaluation.report.metrics_table import headlines, joint_table, pl
 from crane_sim.evaluation.report.panels import Panel, panels_of
 from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.layout import base_rotations
+from crane_sim.recording.states import color_of, spans_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,6 +26,7 @@ POINTS = 1000  # of one curve at most, more than a screen has columns for it
 LAST = 5.0  # s before a failure, which are shown first
 DENSE = 10.0  # s at the end of a long run that keep all their frames
 EVENTS = 200  # that are listed
+STRETCHES = 1000  # of a track of states, at most
 
 
 def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
@@ -47,11 +49,21 @@ def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str,
         "frames": frames_of(run, sources(robot), frame_numbers),
         "panels": _encode(run, panels, slice(None)),
         "last_panels": None if run.finished else _encode(run, panels, _last(run, end)),
+        "states": state_rows(run, end),
         "events": run.events[:EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
         "headlines": headlines(run),
         "scene": run.scene_text,
     } | _tables(run)
+
+
+def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
+    """Return the tracks of states up to a time [s]: name and stretches, [begin, end, state, colour]."""
+    spans = {name: spans_of(changes, 0.0, end, end / STRETCHES) for name, changes in run.states.items()}
+    return [
+        {"name": name, "spans": [[*span, color_of(span.state)] for span in each[:STRETCHES]]}
+        for name, each in spans.items()
+    ]
 
 
 def _tables(run: RecordedRun) -> dict[str, Any]:

@@ -17,6 +17,7 @@ PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8
 """Colours of joints, in the hues and the order of those in the Rerun viewer, dark enough for white paper."""
 INK, SOFT = "#2f3a45", "#8a95a1"
 SHARE = 0.1  # of an axis: a curve that moves over less of it gets an axis of its own
+NAMED = 4  # curves in a title
 MANY = 4  # swing coordinates of a cable that are shown
 PREFIXES = ((1e6, 2e6, "M"), (1e3, 2e4, "k"))  # factor, the peak from which on it is used, SI prefix
 PREFIXED = ("N", "N m", "J", "W")
@@ -125,7 +126,10 @@ def _rest(run: RecordedRun) -> list[Panel]:
         [Curve("potential since the start", PALETTE[2], potential)],
         [Curve("total since the start", INK, energy)],
     ]
-    panels = [*_tensions(run), *_share("Energy", "J", curves)]
+    panels = _tensions(run)
+    if run.contact is not None:
+        panels += _share("Contact force", "N", [[Curve("on the load", PALETTE[2], run.contact)]])
+    panels += _share("Energy", "J", curves)
     if run.lyapunov is not None:
         panels += _share("Lyapunov function of the law", "J", [[Curve("V", PALETTE[3], run.lyapunov[:, 0])]])
     return panels
@@ -140,7 +144,16 @@ def _share(title: str, unit: str, families: Sequence[Sequence[Curve]]) -> list[P
             groups.append([family])
         else:
             fitting.append(family)
-    return [_scale(Panel(title, unit, tuple(curve for family in group for curve in family))) for group in groups]
+    return [
+        _scale(Panel(_title(title, group, len(groups)), unit, tuple(curve for family in group for curve in family)))
+        for group in groups
+    ]
+
+
+def _title(title: str, group: Sequence[Sequence[Curve]], count: int) -> str:
+    """Return the title of one of several panels of a quantity: with the names of its curves, of targets not."""
+    names = [family[0].name for family in group]
+    return f"{title}: {', '.join(names[:NAMED])}{', ...' if names[NAMED:] else ''}" if count > 1 else title
 
 
 def _are_alike(families: Sequence[Sequence[Curve]]) -> bool:

@@ -25,7 +25,7 @@ def blueprint(layout: Layout) -> rrb.Blueprint:
     return rrb.Blueprint(
         rrb.Horizontal(
             _crane(layout),
-            rrb.Tabs(_overview(layout), _details(layout), _summary(), active_tab=0),
+            rrb.Tabs(_overview(layout), _details(layout), _states(), _summary(), active_tab=0),
             column_shares=[5, 6],
         ),
         rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="paused"),
@@ -37,7 +37,7 @@ def _crane(layout: Layout) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Crane",
         origin="/",
-        contents=["+ /**", "- /plots/**", "- /shown/**", "- /frames/**", "- /summary/**", "- /log/**"],
+        contents=["+ /**", "- /plots/**", "- /shown/**", "- /frames/**", "- /states/**", "- /summary/**", "- /log/**"],
         background=rrb.Background(kind="SolidColor", color=(26, 30, 36)),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=rrb.SpatialInformation(target_frame="world", show_axes=False),
@@ -110,8 +110,13 @@ def _details(layout: Layout) -> rrb.Container:
     if layout.lyapunov:
         views.append(_plot(layout, "dV/dt [W]", "plots/lyapunov_rate"))
     views.append(_plot(layout, "Real-time factor", "plots/rtf"))
-    views.append(rrb.StateTimelineView(name="Mode", contents=["+ /plots/mode"]))
     return rrb.Grid(*views, grid_columns=2 if len(views) <= 8 else 3, name="Details")
+
+
+def _states() -> rrb.Container:
+    """Return the timelines of all states, above what was noted and what happened."""
+    states = rrb.StateTimelineView(name="States", origin="/states")
+    return rrb.Vertical(states, rrb.TextLogView(name="Events", origin="/log"), row_shares=[3, 2], name="States")
 
 
 def _unit_views(layout: Layout, plots: Iterable[UnitPlot]) -> list[rrb.TimeSeriesView]:

@@ -162,6 +162,7 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
         _tensions(layout, derived),
+        Channel("plots/contact", ("normal force on the load [N]",), (PALETTE[2],), lambda b: b.contact),
     ]
 
 

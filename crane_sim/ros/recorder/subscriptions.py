@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import Any, NamedTuple
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -58,6 +59,9 @@ _SOURCES = {
     "simulation_state": _Source(UInt8, _LATCHED),
 }
 NAMES = tuple(_SOURCES)
+"""Topics of a crane, which a bag keeps."""
+DIAGNOSTICS = "/diagnostics"
+_SHARED = {DIAGNOSTICS: _Source(DiagnosticArray, _STREAM)}  # topics of all nodes
 _time_sent = attrgetter("sent")
 
 
@@ -80,7 +84,7 @@ class RecorderSubscriptions:
         self._subscriptions: dict[str, PolledSubscription] = {}
         self._pending: list[_Message] = []
         self._newest = 0  # ns, when the last of them was sent
-        for name in NAMES:
+        for name in (*_SOURCES, *_SHARED):
             callbacks = [receiver[name] for receiver in receivers if name in receiver]
             if callbacks:
                 self._subscriptions[name] = PolledSubscription(node, name, _fan_out(callbacks))
@@ -123,7 +127,7 @@ class PolledSubscription:
 
     def __init__(self, node: Node, name: str, callback: Callback) -> None:
         """Subscribe to the topic of this name; `take_all` yields the callback with each message."""
-        source = _SOURCES[name]
+        source = (_SOURCES | _SHARED)[name]
         self._callback, self._kind, self._sent = callback, source.kind, 0
         self._stamped = _topic(name, source).stamped
         check_for_type_support(source.kind)  # loads it, too

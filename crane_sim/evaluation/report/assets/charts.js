@@ -143,6 +143,52 @@ class Chart {
   }
 }
 
+// Bands of states over time, one row a track; a click on a band goes to its beginning.
+class StateChart {
+  constructor(parent, rows, seek) {
+    Object.assign(this, { rows, seek, pitch: 22 });
+    this.figure = html("figure", parent, "", { className: "wide" });
+    html("figcaption", this.figure, "States");
+    this.svg = element("svg", { role: "img", "aria-label": "States" }, this.figure);
+  }
+
+  draw(width, range) {
+    this.svg.replaceChildren();
+    const longest = Math.max(...this.rows.map((row) => row.name.length)), rowHeight = this.pitch;
+    const left = Math.min(TEXT_WIDTH * longest + 12, 0.4 * width), height = rowHeight * this.rows.length + 34;
+    const right = width - PLAIN.right, px = (t) => left + ((t - range[0]) / (range[1] - range[0])) * (right - left);
+    Object.assign(this, { range, px, bottom: height - 32 });
+    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    this.svg.setAttribute("height", height);
+    this.rows.forEach((row, i) => this.drawRow(row, i * rowHeight, left));
+    for (const value of ticks(...range, Math.max(3, Math.round((right - left) / 90))).numbers)
+      element("text", { x: px(value), y: height - 17, "text-anchor": "middle" }, this.svg, String(Number(value.toPrecision(6))));
+    element("text", { x: right, y: height - 3, "text-anchor": "end" }, this.svg, "time [s]");
+    this.cursor = element("line", { y1: 0, y2: this.bottom, stroke: "#1f2933", "stroke-width": 1 }, this.svg);
+  }
+
+  drawRow(row, top, left) {
+    const text = element("text", { x: left - 6, y: top + 14, "text-anchor": "end" }, this.svg, row.name);
+    if (text.getComputedTextLength?.() > left - 8) text.setAttribute("textLength", left - 8);
+    for (const [begin, end, state, color] of row.spans) {
+      const first = Math.max(begin, this.range[0]), last = Math.min(end, this.range[1]);
+      if (last < first || (last === first && begin !== end)) continue;
+      const x = this.px(first), width = Math.max(1, this.px(last) - x);
+      const band = element("rect", { x, y: top + 2, width, height: this.pitch - 5, fill: color }, this.svg);
+      element("title", {}, band, `${row.name}: ${state}, ${begin.toFixed(3)} .. ${end.toFixed(3)} s`);
+      band.addEventListener("click", () => this.seek(begin));
+      if (width > TEXT_WIDTH * state.length + 6)
+        element("text", { x: x + 4, y: top + 14, class: color === "#c3cad1" ? "band calm" : "band" }, this.svg, state);
+    }
+  }
+
+  show(t) {
+    const x = this.px(Math.min(Math.max(t, this.range[0]), this.range[1]));
+    this.cursor.setAttribute("x1", x);
+    this.cursor.setAttribute("x2", x);
+  }
+}
+
 class PathChart {
   constructor(parent, frames, title, across, up) {
     const [first, count] = frames.parts.nodes, column = (k) => frames.columns[first + count - 3 + k];
