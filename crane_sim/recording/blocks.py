@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.recording.layout import Block, base_of, hanging_still, select_tensions, to_base, to_world
+from crane_sim.recording.layout import (
+    Block,
+    base_of,
+    hanging_still,
+    select_tensions,
+    sensed_coordinates,
+    to_base,
+    to_world,
+)
+from crane_sim.simulation.hardware import measure
 from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_pressures
 from crane_sim.trajectories.base_motion import base_positions
 
@@ -56,7 +65,10 @@ def block_of_rollout(rollout: Rollout) -> Block:
     reference = None if scene.reference is None else np.tile(scene.reference, (steps, 1))
     step = np.arange(1, steps + 1)
     motion = Motion(step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference)
-    return _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
+    block = _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
+    if not sensed_coordinates(scene.hardware, len(scene.joint_names)):
+        return block
+    return block._replace(measured=measure(scene, motion.q, motion.v))
 
 
 def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
@@ -75,6 +87,7 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
         raised=known.potential - _potential_at_start(scene),
         tensions=select_tensions(known.tensions),
         swing=known.swing,
+        measured=None,
         contact=_contact(scene, t, motion.q, motion.v),
         lyapunov=_lyapunov(scene, t, motion.q, motion.v),
     )

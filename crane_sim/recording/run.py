@@ -72,6 +72,8 @@ class RecordedRun:
     t: Numbers  # (K,) s
     q: Numbers  # (K, nq) m or rad
     v: Numbers  # (K, nq) m/s or rad/s
+    q_measured: Numbers | None  # (K, nq) what sensors show of q, where that is the truth; None without sensors
+    v_measured: Numbers | None  # (K, nq) likewise
     u: Numbers  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
     commands: Numbers  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
     reference: Numbers | None  # (K, nu) m or rad, targets of the actuated joints; None without
@@ -200,6 +202,8 @@ class RecordedRun:
         tables = (
             ("q", crane.joint_names, crane.joint_units, self.q),
             ("v", crane.joint_names, rates, self.v),
+            ("q_measured", crane.joint_names, crane.joint_units, self.q_measured),
+            ("v_measured", crane.joint_names, rates, self.v_measured),
             ("u", crane.actuated, crane.effort_units, self.u),
             ("command", crane.actuated, crane.command_units, self.commands),
             ("reference", crane.actuated, targets, self.reference),

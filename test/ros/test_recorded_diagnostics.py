@@ -18,7 +18,7 @@ class States:
     def __init__(self) -> None:
         self.taken: list[tuple[str, int, str]] = []
 
-    def state(self, track: str, calm: str, stamp: int, name: str) -> None:
+    def track_state(self, track: str, calm: str, stamp: int, name: str) -> None:
         """Keep what is not calm."""
         self.taken += [(track, stamp // SECOND, name)] if name != calm else []
 

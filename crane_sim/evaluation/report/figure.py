@@ -71,6 +71,7 @@ def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
     for curve in panel.curves:
         rows = rows_with_peaks(curve.values, POINTS)
         style = {"linestyle": "--", "linewidth": 0.9, "alpha": 0.75} if curve.dashed else {"linewidth": 1.2}
+        style |= {"linestyle": ":", "linewidth": 1.0} if curve.dotted else {}
         axis.plot(run.t[rows], curve.values[rows], color=curve.color, label=curve.name, **style)
     for t, _ in run.events[:50]:
         axis.axvline(t, color=SOFT, linewidth=0.5, linestyle=":")

@@ -83,7 +83,7 @@ def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str
             "title": panel.title,
             "unit": panel.unit,
             "curves": [
-                {"name": curve.name, "color": curve.color, "dashed": curve.dashed}
+                {"name": curve.name, "color": curve.color, "dashed": curve.dashed, "dotted": curve.dotted}
                 | curve_points(run.t[rows], curve.values[rows], points)
                 for curve in panel.curves
             ],

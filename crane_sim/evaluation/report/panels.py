@@ -30,6 +30,7 @@ class Curve(NamedTuple):
     color: str
     values: Numbers  # (K,)
     dashed: bool = False  # a target, a command, or one of so many curves that colours come again
+    dotted: bool = False  # what a sensor shows beside the truth, in a lighter tone
 
 
 class Panel(NamedTuple):
@@ -68,7 +69,7 @@ def _positions(run: RecordedRun) -> list[Panel]:
         if run.reference is not None and name in run.crane.actuated:
             target = factor * run.reference[:, run.crane.actuated.index(name)]
             pair.append(Curve(f"{label(name)} target", color, target, dashed=True))
-        curves[unit].append(pair)
+        curves[unit].append(pair + _measured(name, color, factor, run.q, run.q_measured, i))
     return [*_share("Joint angles", "°", curves["°"]), *_share("Joint lengths and positions", "m", curves["m"])]
 
 
@@ -77,8 +78,21 @@ def _speeds(run: RecordedRun) -> list[Panel]:
     for name, color in joint_colors(run).items():
         i = run.crane.joint_names.index(name)
         unit, factor = _degrees(run.crane.joint_units[i])
-        curves.setdefault(f"{unit}/s", []).append([Curve(label(name), color, factor * run.v[:, i])])
+        measured = _measured(name, color, factor, run.v, run.v_measured, i)
+        curves.setdefault(f"{unit}/s", []).append([Curve(label(name), color, factor * run.v[:, i]), *measured])
     return [panel for unit, each in curves.items() for panel in _share("Joint speeds", unit, each)]
+
+
+def _measured(name: str, color: str, factor: float, true: Numbers, shown: Numbers | None, i: int) -> list[Curve]:
+    """Return the curve of what a sensor shows of coordinate i, or of its rate, where that is not the truth."""
+    if shown is None or np.array_equal(true[:, i], shown[:, i]):
+        return []
+    return [Curve(f"{label(name)} measured", _lighten(color), factor * shown[:, i], dotted=True)]
+
+
+def _lighten(color: str) -> str:
+    """Return the tone of a colour #rrggbb that is half white."""
+    return "#" + "".join(f"{(int(color[k : k + 2], 16) + 255) // 2:02x}" for k in (1, 3, 5))
 
 
 def _efforts(run: RecordedRun) -> list[Panel]:
@@ -97,8 +111,9 @@ def _swing(run: RecordedRun) -> list[Panel]:
     curves = [[Curve("from the vertical", INK, np.degrees(run.swing))]]
     for name, color in joint_colors(run).items():
         if name.startswith("swing_"):
-            values = np.degrees(run.q[:, run.crane.joint_names.index(name)])
-            curves.append([Curve(label(name).removeprefix("swing "), color, values)])
+            i, short = run.crane.joint_names.index(name), label(name).removeprefix("swing ")
+            measured = _measured(short, color, _degrees("rad")[1], run.q, run.q_measured, i)
+            curves.append([Curve(short, color, np.degrees(run.q[:, i])), *measured])
     return _share("Swing", "°", curves)
 
 

@@ -64,10 +64,10 @@ def _window() -> rrb.VisibleTimeRange:
 def _overview(layout: Layout) -> rrb.Container:
     views = []
     if angle_indices(layout):
-        views.append(_plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
+        views.append(_plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg", "shown/angle_deg_measured"))
     views.append(_swing_view(layout))
     for way in layout.length_plots:
-        views.append(_plot(layout, way.title, f"{way.entity}_target", way.entity))
+        views.append(_plot(layout, way.title, f"{way.entity}_target", way.entity, f"{way.entity}_measured"))
     if layout.suspension and layout.suspension.elastic:
         views.append(_plot(layout, "Length of the cable [m]", "shown/cable_m"))
     views.append(_plot(layout, f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
@@ -84,8 +84,9 @@ def _overview(layout: Layout) -> rrb.Container:
 
 def _swing_view(layout: Layout) -> rrb.TimeSeriesView:
     if layout.suspension and layout.suspension.planar:
-        return _plot(layout, "Swing [°]", "shown/swing_deg", "shown/swing_total_deg")
-    return _plot(layout, "Payload swing [°]", "shown/swing_deg", "shown/lean_deg", "shown/swing_total_deg")
+        return _plot(layout, "Swing [°]", "shown/swing_deg", "shown/swing_total_deg", "shown/swing_deg_measured")
+    entities = ("swing_deg", "lean_deg", "swing_total_deg", "swing_deg_measured")
+    return _plot(layout, "Payload swing [°]", *(f"shown/{name}" for name in entities))
 
 
 def _energy_view(layout: Layout) -> rrb.TimeSeriesView:
@@ -120,7 +121,7 @@ def _states() -> rrb.Container:
 
 
 def _unit_views(layout: Layout, plots: Iterable[UnitPlot]) -> list[rrb.TimeSeriesView]:
-    return [_plot(layout, plot.title, plot.entity) for plot in plots]
+    return [_plot(layout, plot.title, plot.entity, f"{plot.entity}_measured") for plot in plots]
 
 
 def _summary() -> rrb.TextDocumentView:

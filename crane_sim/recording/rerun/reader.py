@@ -87,7 +87,7 @@ def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
 
     count, names = len(states.step), {"u": "effort", "commands": "effort_demanded", "reference": "q_ref"}
     names |= {name: name for name in ("q", "v", "tip", "payload", "base", "swing")}
-    names |= {"tensions": "tension", "contact": "contact"}
+    names |= {"tensions": "tension", "contact": "contact", "q_measured": "q_measured", "v_measured": "v_measured"}
     arrays = {name: matrix(entity) for name, entity in names.items()}
     arrays["swing"] = arrays["swing"][:, 0]
     arrays["contact"] = None if arrays["contact"] is None else arrays["contact"][:, 0]

@@ -106,7 +106,7 @@ class Recorder:
             self._session.state(SIMULATION, "stopped", self.last_step + self._assembler.waiting + 1, name)
         self._simulation_state = name
 
-    def state(self, track: str, calm: str, stamp: int, name: str) -> None:
+    def track_state(self, track: str, calm: str, stamp: int, name: str) -> None:
         """Take a state, from a stamp [ns] on, of a track that begins with `calm`."""
         if not self.write_error:
             newest = self.last_step + self._assembler.waiting + 1

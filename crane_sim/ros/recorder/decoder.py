@@ -126,11 +126,11 @@ class MessageDecoder:
 
     def _take_diagnosis(self, stamp: int, values: Mapping[str, str]) -> None:
         recorder = self._recorder
-        recorder.state(CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
-        recorder.state(STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
+        recorder.track_state(CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
+        recorder.track_state(STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
         counts = [count for key, count in values.items() if key.startswith("refused: ")]
         refused = sum(int(count) for count in counts if count.isdecimal())
-        recorder.state(COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted")
+        recorder.track_state(COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted")
         self._refused, self._diagnosed = refused, stamp
 
     def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:

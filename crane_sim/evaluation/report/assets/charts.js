@@ -98,7 +98,7 @@ class Chart {
     const caption = html("figcaption", this.figure, panel.title);
     const legend = html("div", caption, "", { className: "legend" });
     this.values = this.curves.map((curve) => {
-      const entry = html("span", legend), line = html("b", entry, "", { className: curve.dashed ? "dashed" : "" });
+      const entry = html("span", legend), line = html("b", entry, "", { className: curve.dotted ? "dotted" : curve.dashed ? "dashed" : "" });
       line.style.borderTopColor = curve.color;
       entry.append(`${curve.name} `);
       return html("span", entry);
@@ -128,7 +128,7 @@ class Chart {
       element("line", { x1: axes.px(t), x2: axes.px(t), y1: axes.top, y2: axes.top + axes.height, stroke: "#d9730d", "stroke-opacity": 0.35 }, this.svg);
     for (const curve of this.curves)
       element("path", { d: axes.path(curve.t, curve.values), fill: "none", stroke: curve.color, "stroke-width": curve.dashed ? 1.2 : 1.6,
-        "stroke-dasharray": curve.dashed ? "5 4" : "none", "stroke-linejoin": "round" }, this.svg);
+        "stroke-dasharray": curve.dotted ? "1.5 2" : curve.dashed ? "5 4" : "none", "stroke-linejoin": "round" }, this.svg);
     this.cursor = element("line", { y1: axes.top, y2: axes.top + axes.height, stroke: "#1f2933", "stroke-width": 1 }, this.svg);
   }
 
