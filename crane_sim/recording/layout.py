@@ -273,6 +273,7 @@ class Layout(NamedTuple):
     lyapunov: bool  # the law comes with a Lyapunov function
     rules: Rules  # what timelines of states follow from
     sensed: tuple[int, ...]  # coordinates, and nq + i for rates, whose measured values are known beside the true ones
+    paced: bool  # the run has a real-time factor: it is one over ROS
     properties: Mapping[str, Any]  # run properties that are known at the start
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
 
@@ -359,6 +360,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         lyapunov=hasattr(scene.law, "lyapunov"),
         rules=rules_of(scene.hardware),
         sensed=(),
+        paced=True,
         properties=_scene_properties(scene) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
 
@@ -368,7 +370,7 @@ def of_rollout(rollout: Rollout, run_id: str) -> Layout:
     layout = of_scene(rollout.scene, run_id)
     facts = {"law": str(rollout.summary["law"] or "none"), "derived": "from the true state"}
     sensed = sensed_coordinates(rollout.scene.hardware, len(layout.joints))
-    return layout._replace(provenance="", sensed=sensed, properties={**layout.properties, **facts})
+    return layout._replace(provenance="", sensed=sensed, paced=False, properties={**layout.properties, **facts})
 
 
 def label(name: str) -> str:

@@ -12,6 +12,7 @@ from crane_sim.evaluation.report.metrics_table import headlines, joint_table, pl
 from crane_sim.evaluation.report.panels import Panel, panels_of
 from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.layout import base_rotations
+from crane_sim.recording.rope_colors import usual_tensions
 from crane_sim.recording.states import color_of, spans_of
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ POINTS = 1000  # of one curve at most, more than a screen has columns for it
 LAST = 5.0  # s before a failure, which are shown first
 DENSE = 10.0  # s at the end of a long run that keep all their frames
 EVENTS = 200  # that are listed
+FIRST = 2000  # rows in which a tension is looked for to which others are compared, as in the viewer
+LOADED = 2.0  # share of it above which a colour does not change any more
 STRETCHES = 1000  # of a track of states, at most
 
 
@@ -103,6 +106,7 @@ def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS)
     frames, tip = run.frames, run.crane.tip_index
     at = np.searchsorted(run.t, frames.t - 0.5 * run.period)
     parts = {"t": frames.t[:, None], "q": run.q[at][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
+    parts["tension"] = rope_loads(run)[at]
     if run.base is not None:
         base = run.base[at]
         parts["base"] = np.hstack([base[:, :3], base_rotations(base).as_quat()])
@@ -116,6 +120,11 @@ def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS)
     named = {name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)}
     kept = _kept_frames(frames.t, columns, numbers)
     return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
+
+
+def rope_loads(run: RecordedRun) -> Numbers:
+    """Return the tensions (K, L) as shares of those that the colours of ropes compare them to, at most `LOADED`."""
+    return np.minimum(run.tensions / usual_tensions(run.tensions[:FIRST]), LOADED)
 
 
 def _kept_frames(t: Numbers, columns: Numbers, numbers: int) -> NDArray[np.bool_]:

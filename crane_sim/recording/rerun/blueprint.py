@@ -110,7 +110,8 @@ def _details(layout: Layout) -> rrb.Container:
     views += [_payload(layout), _energy_view(layout)]
     if layout.lyapunov:
         views.append(_plot(layout, "dV/dt [W]", "plots/lyapunov_rate"))
-    views.append(_plot(layout, "Real-time factor", "plots/rtf"))
+    if layout.paced:
+        views.append(_plot(layout, "Real-time factor", "plots/rtf"))
     return rrb.Grid(*views, grid_columns=2 if len(views) <= 8 else 3, name="Details")
 
 
