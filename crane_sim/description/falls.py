@@ -119,7 +119,9 @@ def slung_visual(slab: Shape, falls: Falls) -> list[Shape]:
     """Return a slab, four slings from its corners, and the hook block at which they meet."""
     (a, b, thick), (x, y, z) = slab.size, slab.at
     top, spread = falls.bottom.mean(axis=0), np.ptp(falls.bottom[:, :2], axis=0) + 0.2
-    hook = Shape((float(spread[0]), float(spread[1]), 0.5), (float(top[0]), float(top[1]), float(top[2]) - 0.25), YELLOW)
+    hook = Shape(
+        (float(spread[0]), float(spread[1]), 0.5), (float(top[0]), float(top[1]), float(top[2]) - 0.25), YELLOW
+    )
     corners = [(x + i * 0.45 * a, y + j * 0.45 * b, z + 0.5 * thick) for i in (1, -1) for j in (1, -1)]
     return [slab, hook, *(_sling(np.array(corner), top - (0.0, 0.0, 0.5)) for corner in corners)]
 

@@ -304,7 +304,9 @@ def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float)
     top = -0.3 * unit
     beams = [Shape((unit, high - low, unit), (x, 0.5 * (low + high), top), GREY) for x in ends]
     columns = [
-        Shape((unit, unit, top - ground), (x, y, 0.5 * (top + ground)), GREY) for x in ends for y in (low + unit, high - unit)
+        Shape((unit, unit, top - ground), (x, y, 0.5 * (top + ground)), GREY)
+        for x in ends
+        for y in (low + unit, high - unit)
     ]
     return beams + columns
 

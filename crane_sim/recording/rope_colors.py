@@ -1,4 +1,4 @@
-"""Colours of ropes by their tension: grey at that of the start, towards red where they carry more, orange where slack."""
+"""Colours of ropes by their tension: grey at that of the start, red at twice as much, orange where slack."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from crane_sim.recording.layout import Numbers
 
 LEAST = 1e-6  # N: a smaller tension is none
@@ -26,10 +24,10 @@ def usual_tensions(tensions: Numbers) -> Numbers:
     return np.where(usual > LEAST, usual, max(1.0, float(usual.max(initial=0.0))))
 
 
-def rope_colors(tensions: Numbers, usual: Numbers) -> NDArray[np.uint8]:
+def rope_colors(tensions: Numbers, usual: Numbers) -> Numbers:
     """Return colours (F, L, 3) of ropes with tensions (F, L) [N], compared to `usual` (L,)."""
     ratio = tensions / usual
     stops = (0.0, 1.0, 2.0)
     channels = [np.interp(ratio, stops, values) for values in zip(UNLOADED, USUAL, DOUBLE, strict=True)]
     colors = np.stack(channels, axis=-1)
-    return np.where((tensions <= LEAST)[..., None], SLACK, colors).round().astype(np.uint8)
+    return np.where((tensions <= LEAST)[..., None], SLACK, colors).round()

@@ -64,7 +64,11 @@ COLORS = {
 EVENTS = (
     (re.compile(r"the (?P<name>.+) (?P<state>sticks|slips forwards|slips backwards)"), "friction of the {}", "moves"),
     (re.compile(r"(?P<name>drive \d+ of the \S+) (?P<state>is in .*|pushes .*|does not .*)"), "{}", "meshes"),
-    (re.compile(r"payload of .* (?P<name>)(?:let go|taken up), (?P<state>.* kg) hang now"), "payload", "as at the start"),
+    (
+        re.compile(r"payload of .* (?P<name>)(?:let go|taken up), (?P<state>.* kg) hang now"),
+        "payload",
+        "as at the start",
+    ),
 )
 """Events that change a state: pattern, name of the track, and its state before the first one."""
 
@@ -108,7 +112,9 @@ class StateTracks:
             values = np.where(where, excited, calm)
             yield from self._note(track, calm, block.step, values)
 
-    def change(self, track: str, calm: str, step: int, state: str) -> Iterator[tuple[str, NDArray[np.int64], list[str]]]:
+    def change(
+        self, track: str, calm: str, step: int, state: str
+    ) -> Iterator[tuple[str, NDArray[np.int64], list[str]]]:
         """Yield the change of a track at one step, as `changes` does."""
         yield from self._note(track, calm, np.array([step]), np.array([state]))
 
@@ -131,7 +137,12 @@ class StateTracks:
             braked = np.isnan(block.demanded).all(axis=1)
             yield BRAKES, "released", "acting", braked
         if layout.actuated and self._rules.limited and layout.effort_units == layout.command_units:
-            yield EFFORTS, "free", "limited", (np.isfinite(block.demanded) & (block.demanded != block.effort)).any(axis=1)
+            yield (
+                EFFORTS,
+                "free",
+                "limited",
+                (np.isfinite(block.demanded) & (block.demanded != block.effort)).any(axis=1),
+            )
         for name, tension in zip(layout.ropes.tensions, block.tensions.T, strict=True):
             pushing = tension < -ZERO
             yield _short(name), "taut", np.where(pushing, "pushes", "slack"), tension <= ZERO

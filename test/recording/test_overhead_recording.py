@@ -77,7 +77,7 @@ def chunks(path: Path, entity: str, column: str, static: bool = False) -> list[A
 
 
 def test_the_cable_is_a_line_through_the_nodes(run: Run) -> None:
-    """Every third step the cable is drawn from node to node, a strip a link, and trolley and payload stand at its ends."""
+    """Every third step the cable is drawn from node to node, and trolley and payload stand at its ends."""
     nodes = run.nodes[::3]
     strips = np.array(chunks(run.path, "/rope", "LineStrips3D:strips"))
     assert strips.shape == (FRAMES, 7, 2, 3)

@@ -13,7 +13,7 @@ def test_colors_follow_the_tension() -> None:
     colors = rope_colors(tensions, usual)
     assert [tuple(color) for color in colors[:, 0].tolist()] == [USUAL, DOUBLE, SLACK, DOUBLE]
     assert tuple(colors[1, 1].tolist()) == SLACK and tuple(colors[3, 1].tolist()) == UNLOADED
-    assert np.array_equal(colors[2, 1], np.round(np.mean([UNLOADED, USUAL], axis=0)).astype(np.uint8))
+    assert np.array_equal(colors[2, 1], np.round(np.mean([UNLOADED, USUAL], axis=0)))
 
 
 def test_a_rope_that_begins_slack_is_compared_to_its_largest_tension() -> None:

@@ -99,7 +99,7 @@ def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> 
 def _draw_states(axis: Any, run: RecordedRun) -> None:
     """Draw the timelines of states as bands, one row a track, with the names of what is not calm."""
     end = float(run.t[-1]) + run.period
-    for row, (name, changes) in enumerate(run.states.items()):
+    for row, changes in enumerate(run.states.values()):
         for begin, until, state in spans_of(changes, 0.0, end, end / STRETCHES):
             axis.barh(row, max(until - begin, end / STRETCHES), left=begin, height=0.7, color=color_of(state))
             if until - begin > 0.02 * len(state) * end:

@@ -64,7 +64,9 @@ def _window() -> rrb.VisibleTimeRange:
 def _overview(layout: Layout) -> rrb.Container:
     views = []
     if angle_indices(layout):
-        views.append(_plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg", "shown/angle_deg_measured"))
+        views.append(
+            _plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg", "shown/angle_deg_measured")
+        )
     views.append(_swing_view(layout))
     for way in layout.length_plots:
         views.append(_plot(layout, way.title, f"{way.entity}_target", way.entity, f"{way.entity}_measured"))

@@ -208,7 +208,9 @@ class RobotVisual:
             lengths=length,
             centers=0.5 * (start + end),
             quaternions=turn_from_z(end - start),
-            colors=np.broadcast_to(colors[:, : count if colors.shape[1] == count else 1], (frames, count, 3)).reshape(-1, 3),
+            colors=np.broadcast_to(colors[:, : count if colors.shape[1] == count else 1], (frames, count, 3)).reshape(
+                -1, 3
+            ),
         )
         self._rec.send_columns("rope", time, columns.partition([count] * frames))
 

@@ -24,8 +24,6 @@ from crane_sim.recording.states import COLORS, OTHER, StateTracks, states_of_eve
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from crane_sim.recording.layout import Numbers
     from crane_sim.recording.rerun.live import LiveServer
     from crane_sim.recording.states import Changes

@@ -130,7 +130,9 @@ class MessageDecoder:
         recorder.track_state(STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
         counts = [count for key, count in values.items() if key.startswith("refused: ")]
         refused = sum(int(count) for count in counts if count.isdecimal())
-        recorder.track_state(COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted")
+        recorder.track_state(
+            COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted"
+        )
         self._refused, self._diagnosed = refused, stamp
 
     def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
