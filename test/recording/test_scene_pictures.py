@@ -14,7 +14,7 @@ from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 
 KINDS = ("knuckle_setpoint", "overhead_energy", "bridge_pick_up")
 """Scenes whose pictures the ordinary suite looks at; those of all others are long."""
-TONES = 40  # different colours of a picture at least: a blank one has one, an empty ground and its grid less than ten
+TONES = 20  # different colours of a picture at least: a blank one has one, and the ground with its grid a few
 EDGE = 3  # pixels at the rim of the picture, which no part of a crane may touch
 
 
