@@ -272,9 +272,9 @@ class Layout(NamedTuple):
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
     rules: Rules  # what timelines of states follow from
-    sensed: tuple[int, ...]  # coordinates, and nq + i for rates, whose measured values are known beside the true ones
-    paced: bool  # the run has a real-time factor: it is one over ROS
     properties: Mapping[str, Any]  # run properties that are known at the start
+    sensed: tuple[int, ...] = ()  # coordinates, and nq + i for rates, whose measured values are known beside true ones
+    paced: bool = True  # the run has a real-time factor: it is one over ROS
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
 
     @property
@@ -335,8 +335,7 @@ class Block(NamedTuple):
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable = suspension(scene)
-    framing = _framing(scene, cable)
+    framing = _framing(scene, cable := suspension(scene))
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -359,8 +358,6 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         rules=rules_of(scene.hardware),
-        sensed=(),
-        paced=True,
         properties=_scene_properties(scene) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
 

@@ -12,7 +12,8 @@ from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.run import RecordedRun
-from crane_sim.recording.states import COLORS, CONTROLLER, Rules, StateTracks, spans_of, states_of_events
+from crane_sim.recording.state_tracks import StateTracks
+from crane_sim.recording.states import COLORS, CONTROLLER, Rules, spans_of, states_of_events
 
 CHANGES: dict[str, Any] = {
     "duration": 0.3,

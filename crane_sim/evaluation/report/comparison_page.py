@@ -42,17 +42,22 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "legend": list(zip(names, colors, strict=True)),
         "ghosts": ghosts,
         "panels": _panels(comparison, colors),
-        "states": [
-            row | {"name": f"{name}: {row['name']}"}
-            for run, name in zip(runs, names, strict=True)
-            for row in state_rows(run, float(run.t[-1]) + run.period)
-        ],
+        "states": _states(comparison),
         "headlines": [],
         "events": _events(comparison)[:EVENTS],
         "event_count": sum(len(run.events) for run in runs),
         "joints": _metrics(comparison),
         "figures": _differences(comparison),
     }
+
+
+def _states(comparison: Comparison) -> list[dict[str, Any]]:
+    """Return the tracks of states of all runs, each with the name of its run."""
+    return [
+        row | {"name": f"{name}: {row['name']}"}
+        for run, name in zip(comparison.runs, comparison.names, strict=True)
+        for row in state_rows(run, float(run.t[-1]) + run.period)
+    ]
 
 
 def _events(comparison: Comparison) -> list[tuple[float, str]]:

@@ -159,8 +159,6 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/v", rates, colors, lambda b: b.v),
         Channel("plots/q_ref", targets, colors_of(driven), lambda b: b.reference),
         Channel("plots/q_err", targets, colors_of(driven), lambda b: _minus(b.reference, b.q[:, driven])),
-        Channel("plots/q_measured", names if layout.sensed else (), colors, lambda b: _half(b.measured, 0)),
-        Channel("plots/v_measured", rates if layout.sensed else (), colors, lambda b: _half(b.measured, 1)),
         Channel("plots/effort", efforts, colors_of(driven), lambda b: b.effort),
         Channel("plots/effort_demanded", commands, colors_of(driven), lambda b: b.demanded),
         Channel("plots/payload", ("x [m]", "y [m]", "z [m]"), PALETTE, lambda b: b.nodes[:, -1]),
@@ -170,6 +168,16 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
         _tensions(layout, derived),
+        *_of_some_runs(layout, names, rates),
+    ]
+
+
+def _of_some_runs(layout: Layout, names: tuple[str, ...], rates: tuple[str, ...]) -> list[Channel]:
+    """Return the measured coordinates and rates of a crane with sensors, and the force on a load that may touch."""
+    colors = colors_of(range(len(names)))
+    return [
+        Channel("plots/q_measured", names if layout.sensed else (), colors, lambda b: _half(b.measured, 0)),
+        Channel("plots/v_measured", rates if layout.sensed else (), colors, lambda b: _half(b.measured, 1)),
         Channel("plots/contact", ("normal force on the load [N]",), (PALETTE[2],), lambda b: b.contact),
     ]
 

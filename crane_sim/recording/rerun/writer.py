@@ -19,7 +19,8 @@ from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times, times_at
-from crane_sim.recording.states import COLORS, OTHER, StateTracks, states_of_events, states_of_faults
+from crane_sim.recording.state_tracks import StateTracks
+from crane_sim.recording.states import COLORS, OTHER, states_of_events, states_of_faults
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
