@@ -35,6 +35,7 @@ setup(
         "rerun": ["rerun-sdk==0.41.*"],
         "mcap": ["rosbags"],
         "plots": ["matplotlib"],
+        "pandas": ["pandas"],
         "gamepad": ["evdev"],
         "peers": ["mujoco", "exudyn", "pin", "drake", "casadi"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],

@@ -24,7 +24,7 @@ def _picture_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options on what of a recording is drawn."""
     for option in (
         click.option("--view", default="", metavar="TITLE", help="Only the view of this title, such as Crane."),
-        click.option("--tab", default="", metavar="NAME", help="Overview | Details | Summary."),
+        click.option("--tab", default="", metavar="NAME", help="Overview | Details | States | Summary."),
     ):
         command = option(command)
     return command

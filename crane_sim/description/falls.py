@@ -28,9 +28,16 @@ from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.bridge import Bridge
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from crane_sim.models.falls.crane import Falls, FallsCrane
     from crane_sim.models.loads import RigidLoad
     from crane_sim.scenes.scene import Scene
+
+    Numbers = NDArray[np.float64]
+
+CONCRETE = 2400.0  # kg/m³
+FLAT = 0.15  # of a slab's shorter edge: its largest thickness
 
 
 def depth_of(scene: Scene) -> float:
@@ -56,7 +63,7 @@ def add_gantry(robot: ElementTree.Element, scene: Scene) -> str:
     """Add portal and trolley; return the link of the trolley."""
     crane: FallsCrane = scene.model._replace(support=bare_support(scene.model.support))
     depth = depth_of(scene)
-    reach = _reach(scene, depth)
+    reach = gantry_reach(scene, depth)
     add_link(robot, "base_link", [])
     add_link(robot, "bridge_link", _portal(*reach, depth), point_mass(crane.support.bridge.mass))
     add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.trolley.mass))
@@ -87,7 +94,45 @@ def add_load(robot: ElementTree.Element, crane: FallsCrane) -> None:
     body = Body(
         crane.load.mass, ORIGIN, (float(moments[0]), float(moments[1]), float(moments[2])), products_of(crane.load)
     )
-    add_link(robot, "payload_link", spreader_visual(crane.load, crane.falls), body)
+    slab = slab_below(crane)
+    shapes = spreader_visual(crane.load, crane.falls) if slab is None else slung_visual(slab, crane.falls)
+    add_link(robot, "payload_link", shapes, body)
+
+
+def slab_below(crane: FallsCrane) -> Shape | None:
+    """Return the flat load of concrete over the points that touch a surface, None where that would be no flat one.
+
+    The moments of a slab with its hook block high above it are those of a box much higher than it is.
+    """
+    if crane.contact is None or crane.exchange is not None:
+        return None
+    points = np.asarray(crane.contact.points)
+    low, high = points.min(axis=0), points.max(axis=0)
+    a, b = (float(edge) for edge in (high - low)[:2])
+    if a * b < 1e-6 or (thick := crane.load.mass / (CONCRETE * a * b)) > FLAT * min(a, b):
+        return None
+    x, y = (0.5 * (low + high)).tolist()[:2]
+    return Shape((a, b, thick), (x, y, float(low[2]) + 0.5 * thick), RED)
+
+
+def slung_visual(slab: Shape, falls: Falls) -> list[Shape]:
+    """Return a slab, four slings from its corners, and the hook block at which they meet."""
+    (a, b, thick), (x, y, z) = slab.size, slab.at
+    top, spread = falls.bottom.mean(axis=0), np.ptp(falls.bottom[:, :2], axis=0) + 0.2
+    hook = Shape(
+        (float(spread[0]), float(spread[1]), 0.5), (float(top[0]), float(top[1]), float(top[2]) - 0.25), YELLOW
+    )
+    corners = [(x + i * 0.45 * a, y + j * 0.45 * b, z + 0.5 * thick) for i in (1, -1) for j in (1, -1)]
+    return [slab, hook, *(_sling(np.array(corner), top - (0.0, 0.0, 0.5)) for corner in corners)]
+
+
+def _sling(start: Numbers, end: Numbers) -> Shape:
+    """Return a rope between two points (3,)."""
+    along = end - start
+    length = float(np.linalg.norm(along))
+    pitch, yaw = float(np.arccos(along[2] / length)), float(np.arctan2(along[1], along[0]))
+    x, y, z = (0.5 * (start + end)).tolist()
+    return Shape((0.02, length), (x, y, z), STEEL, (0.0, pitch, yaw))
 
 
 def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
@@ -102,7 +147,7 @@ def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
     return [*shapes, Shape((float(a), float(b), 0.3 * beam), (0.0, 0.0, top - 0.1), STEEL)]
 
 
-def _reach(scene: Scene, depth: float) -> tuple[float, float]:
+def gantry_reach(scene: Scene, depth: float) -> tuple[float, float]:
     """Return the ends [m] of the drawn rail of the trolley."""
     limits = bare_support(scene.model.support).trolley.limits
     places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ())]

@@ -276,19 +276,39 @@ def _jib_trolley(unit: float) -> list[Shape]:
     ]
 
 
+def bridge_reach(scene: Scene, size: float) -> tuple[float, float]:
+    """Return the ends [m] of the drawn girder of a bridge crane."""
+    limits = rigid_support(bare_support(scene.model.support)).trolley.limits
+    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ())]
+    return min(places) - 0.3 * size, max(places) + 0.3 * size
+
+
 def _add_bridge(robot: ElementTree.Element, support: Bridge, scene: Scene, size: float) -> str:
     """Add bridge and trolley; return the link of the trolley."""
     unit = 0.03 * size
-    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(support.trolley.limits or ())]
-    left, right = min(places) - 0.3 * size, max(places) + 0.3 * size
+    left, right = bridge_reach(scene, size)
     girder = Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), 0.0, 1.6 * unit), YELLOW)
     carriages = [Shape((unit, 6.0 * unit, unit), (end, 0.0, 1.2 * unit), DARK) for end in (left, right)]
-    add_link(robot, "base_link", [])
+    add_link(robot, "base_link", _runway(scene, (left, right), unit, ground_height(scene)))
     add_link(robot, "bridge_link", [girder, *carriages], point_mass(support.bridge.mass))
     add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
     add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
     add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
     return "trolley_link"
+
+
+def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float) -> list[Shape]:
+    """Return the two beams that a bridge runs on, below the `ends` [m] of its girder, each on two columns."""
+    places = scene.initial_q[1], (scene.reference or scene.initial_q)[1]
+    low, high = min(places) - 8.0 * unit, max(places) + 8.0 * unit
+    top = -0.3 * unit
+    beams = [Shape((unit, high - low, unit), (x, 0.5 * (low + high), top), GREY) for x in ends]
+    columns = [
+        Shape((unit, unit, top - ground), (x, y, 0.5 * (top + ground)), GREY)
+        for x in ends
+        for y in (low + unit, high - unit)
+    ]
+    return beams + columns
 
 
 def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, bends: Any, size: float, length: float) -> str:

@@ -42,7 +42,7 @@ class BoundingBox(NamedTuple):
     @property
     def depth(self) -> float:
         """Return the depth of the box below the rail, to which all visuals are scaled."""
-        return max(-self.low[2], 1e-3)
+        return max(-self.low[2], self.shortest, 1e-3)  # a payload above the rail would hang as deep as that
 
     @property
     def unit(self) -> float:

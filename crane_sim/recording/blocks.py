@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.recording.layout import Block, base_of, hanging_still, select_tensions, to_base, to_world
-from crane_sim.simulation.metrics import Derived, derive, derive_instant
+from crane_sim.recording.layout import (
+    Block,
+    base_of,
+    hanging_still,
+    select_tensions,
+    sensed_coordinates,
+    to_base,
+    to_world,
+)
+from crane_sim.simulation.hardware import measure
+from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_pressures
 from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
@@ -56,7 +65,10 @@ def block_of_rollout(rollout: Rollout) -> Block:
     reference = None if scene.reference is None else np.tile(scene.reference, (steps, 1))
     step = np.arange(1, steps + 1)
     motion = Motion(step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference)
-    return _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
+    block = _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
+    if not sensed_coordinates(scene.hardware, len(scene.joint_names)):
+        return block
+    return block._replace(measured=measure(scene, motion.q, motion.v))
 
 
 def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
@@ -76,6 +88,8 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
         tensions=select_tensions(known.tensions),
         reeved=known.falls[:, :-1] if known.falls.size else None,
         swing=known.swing,
+        measured=None,
+        contact=_contact(scene, t, motion.q, motion.v),
         lyapunov=_lyapunov(scene, t, motion.q, motion.v),
     )
 
@@ -83,6 +97,15 @@ def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
 def _potential_at_start(scene: Scene) -> float:
     """Return the potential energy [J] at the initial state."""
     return float(derive_instant(scene, 0.0, scene.initial_q, scene.initial_v).potential[0])
+
+
+def _contact(scene: Scene, t: Numbers, q: Numbers, v: Numbers) -> Numbers | None:
+    """Return the normal force (K,) [N] on a load that may touch a surface; None for another one."""
+    if getattr(scene.model, "contact", None) is None:
+        return None
+    forces = np.empty(len(t))
+    fill_pressures(scene.model, *map(np.ascontiguousarray, (t, q, v)), forces)
+    return forces
 
 
 def _array(vectors: Any) -> Numbers:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin, tan
+from math import cos, degrees, radians, sin, tan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from crane_sim.description.falls import depth_of
+from crane_sim.description.falls import depth_of, gantry_reach
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
-from crane_sim.description.suspended import contact_height, crane_size, ground_height
+from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -56,49 +57,51 @@ def of_knuckle(scene: Scene) -> Framing:
 
 
 def of_suspended(scene: Scene) -> Framing:
-    """Return how to draw a tower, mobile or bridge crane."""
+    """Return how to draw a tower, mobile or bridge crane: all of it, to both ends of its slewing."""
     size, ground = crane_size(scene), ground_height(scene)
     if "slew" not in scene.joint_names:
         return _beside_bridge(scene, size, ground)
-    heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])
-    aside, middle = heading - radians(70.0), 0.5 * ground if ground < -0.5 * size else 0.35 * size
-    far = 1.9 * max(size, -ground)
+    ends = scene.initial_q[0], (scene.reference or scene.initial_q)[0]
+    heading, spread = 0.5 * sum(ends), 0.5 * abs(ends[1] - ends[0])
+    behind, reach, top = (0.35, 1.05, 0.17) if "trolley" in scene.joint_names else (0.2, 0.8, 1.05)
+    along = (-behind * size, reach * size)
+    aside = max(0.2 * size, reach * size * sin(min(spread, radians(90.0))))
+    corners = Rotation.from_euler("z", heading).apply(_corners(along, (-aside, aside), (ground, top * size)))
+    eye, look_at = _look(corners, degrees(heading) - 70.0, 17.0)
     return Framing(
-        size=size,
-        ground=(0.0, 0.0, ground),
-        ground_size=1.25 * size,
-        eye=(far * cos(aside), far * sin(aside), middle + 0.35 * far),
-        look_at=(0.4 * size * cos(heading), 0.4 * size * sin(heading), middle),
-        deck=(0.6, 0.25),
+        size=size, ground=(0.0, 0.0, ground), ground_size=1.25 * size, eye=eye, look_at=look_at, deck=(0.6, 0.25)
     )
 
 
 def _beside_bridge(scene: Scene, size: float, ground: float) -> Framing:
-    """Return how to draw a bridge crane."""
-    ends = np.array([scene.initial_q[:2], (scene.reference or scene.initial_q)[:2]])
-    (x, y), span = ends.mean(axis=0).tolist(), float(np.ptp(ends, axis=0).max())
-    far = 1.3 * max(size, span)
-    return Framing(
-        size=size,
-        ground=(x, y, ground),
-        ground_size=max(size, span),
-        eye=(x + 0.4 * far, y - 1.4 * far, 0.35 * far),
-        look_at=(x, y, 0.5 * ground),
-    )
+    """Return how to draw a bridge crane, from the ends of its girder to those of its way."""
+    along, across = bridge_reach(scene, size), _span_of(scene, 1)
+    sides = along, (across[0] - 0.25 * size, across[1] + 0.25 * size), (ground, 0.15 * size)
+    eye, look_at = _look(_corners(*sides), -74.0, 14.0)
+    x, y = 0.5 * sum(along), 0.5 * sum(across)
+    half = 0.6 * max(along[1] - along[0], across[1] - across[0] + 0.5 * size)
+    return Framing(size=size, ground=(x, y, ground), ground_size=half, eye=eye, look_at=look_at)
 
 
 def of_gantry(scene: Scene) -> Framing:
-    """Return how to draw a gantry crane."""
-    depth, ends = depth_of(scene), [scene.initial_q[0], *(scene.reference or ())[:1]]
-    x, y, span = 0.5 * (min(ends) + max(ends)), scene.initial_q[1], max(ends) - min(ends)
-    far = 1.5 * max(depth, 0.8 * span)
+    """Return how to draw a gantry crane, from the ends of its rail to those of its way."""
+    depth, across = depth_of(scene), _span_of(scene, 1)
+    along = gantry_reach(scene, depth)
+    sides = along, (across[0] - 0.2 * depth, across[1] + 0.2 * depth), (-depth, 0.1 * depth)
+    eye, look_at = _look(_corners(*sides), -60.0, 14.0)
     return Framing(
         size=0.5 * depth,
-        ground=(x, y, -depth),
-        ground_size=max(1.2 * depth, 0.8 * span),
-        eye=(x + 0.75 * far, y - far, 0.15 * far),
-        look_at=(x, y, -0.55 * depth),
+        ground=(0.5 * sum(along), 0.5 * sum(across), -depth),
+        ground_size=max(1.2 * depth, 0.6 * (along[1] - along[0])),
+        eye=eye,
+        look_at=look_at,
     )
+
+
+def _span_of(scene: Scene, i: int) -> tuple[float, float]:
+    """Return the least and the largest of start and target of coordinate i."""
+    places = scene.initial_q[i], (scene.reference or scene.initial_q)[i]
+    return min(places), max(places)
 
 
 def heaviest_load(crane: Any) -> float:
@@ -178,30 +181,41 @@ def of_room(room: BoundingBox) -> Framing:
     far = span > FAR * depth
     if far:
         sides[:2] = np.array([[x], [y]]) + np.array([-1.2, 1.2]) * depth
-    towards = _outwards(*(SPACE if room.spatial else PLANE))
-    eye = np.array([x, y, z]) + _distance(sides, towards) * towards
+    eye, look_at = _look(_corners(*sides), *(SPACE if room.spatial else PLANE))
     return Framing(
         size=depth if far else max(depth, 0.3 * span),
         ground=(x, y, floor),
         ground_size=half,
-        eye=(float(eye[0]), float(eye[1]), float(eye[2])),
-        look_at=(x, y, z),
+        eye=eye,
+        look_at=look_at,
         follows=f"{TROLLEY}/boxes" if far else "",
     )
 
 
 def _outwards(heading: float, height: float) -> np.ndarray:
-    """Return the unit vector (3,) from the crane to the eye."""
+    """Return the unit vector (3,) from the crane to the eye, both angles in degrees."""
     around, up = radians(heading), radians(height)
     return np.array([cos(up) * cos(around), cos(up) * sin(around), sin(up)])
 
 
-def _distance(sides: np.ndarray, towards: np.ndarray) -> float:
-    """Return how far the eye must stand from the middle of a box with sides (3, 2) to see all its corners."""
+def _corners(*sides: tuple[float, float]) -> np.ndarray:
+    """Return the corners (8, 3) of a box with sides along x, y and z."""
+    return np.array(np.meshgrid(*sides)).reshape(3, -1).T
+
+
+def _look(corners: np.ndarray, heading: float, height: float) -> tuple[Vector, Vector]:
+    """Return (eye, what it looks at) that see all corners (n, 3) from a heading and a height [degrees]."""
+    middle, towards = 0.5 * (corners.min(axis=0) + corners.max(axis=0)), _outwards(heading, height)
+    eye = middle + _distance(corners - middle, towards) * towards
+    (a, b, c), (x, y, z) = eye.tolist(), middle.tolist()
+    return (a, b, c), (x, y, z)
+
+
+def _distance(corners: np.ndarray, towards: np.ndarray) -> float:
+    """Return how far the eye must stand from the origin to see all corners (n, 3)."""
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
-    corners = np.array(np.meshgrid(*sides)).reshape(3, -1).T - sides.mean(axis=1)
     slope = tan(radians(0.5 * VIEW))
     wide, high = np.abs(corners @ right) / (ASPECT * slope), np.abs(corners @ up) / slope
     return 1.05 * float(np.max(np.maximum(wide, high) + corners @ towards))

@@ -35,6 +35,7 @@ from crane_sim.recording.camera import (
     of_suspended,
     suspended_scales,
 )
+from crane_sim.recording.states import Rules, rules_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -99,7 +100,19 @@ def source_note(scene: Scene) -> str:
 
 def _is_sensed(equipment: HardwareConfig, nq: int) -> bool:
     """Return whether sensors show something else than the truth, or may come to do so."""
-    return bool((equipment.sensors != ideal_sensors(nq)).any() or (equipment.faults.kind <= SENSOR_LOSS).any())
+    return bool(sensed_coordinates(equipment, nq))
+
+
+def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, ...]:
+    """Return the coordinates of which sensors show something else than the truth, or may come to do so.
+
+    Of nq coordinates, whose rates follow them: nq + i is the rate of coordinate i.
+    """
+    if equipment is None:
+        return ()
+    faulty = equipment.faults.joint[equipment.faults.kind <= SENSOR_LOSS].astype(int)
+    real = np.flatnonzero(equipment.sensors != ideal_sensors(nq))
+    return tuple(sorted({*real.tolist(), *faulty.tolist(), *(faulty + nq).tolist()}))
 
 
 CURVES = 4  # number of a cable's links that are plotted
@@ -259,7 +272,10 @@ class Layout(NamedTuple):
     has_targets: bool  # the actuated joints have targets
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
+    rules: Rules  # what timelines of states follow from
     properties: Mapping[str, Any]  # run properties that are known at the start
+    sensed: tuple[int, ...] = ()  # coordinates, and nq + i for rates, whose measured values are known beside true ones
+    paced: bool = True  # the run has a real-time factor: it is one over ROS
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
 
     @property
@@ -314,13 +330,14 @@ class Block(NamedTuple):
     tensions: Numbers  # (K, T) N, those of `select_tensions`
     reeved: Numbers | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
+    measured: Numbers | None  # (K, 2 nq) what sensors show of q and v, where these are the truth
+    contact: Numbers | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
 
 def of_scene(scene: Scene, run_id: str) -> Layout:
     """Return the layout of a scene's recording."""
-    cable = suspension(scene)
-    framing = _framing(scene, cable)
+    framing = _framing(scene, cable := suspension(scene))
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -342,6 +359,7 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
+        rules=rules_of(scene.hardware),
         properties=_scene_properties(scene) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
 
@@ -350,7 +368,8 @@ def of_rollout(rollout: Rollout, run_id: str) -> Layout:
     """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
     layout = of_scene(rollout.scene, run_id)
     facts = {"law": str(rollout.summary["law"] or "none"), "derived": "from the true state"}
-    return layout._replace(provenance="", properties={**layout.properties, **facts})
+    sensed = sensed_coordinates(rollout.scene.hardware, len(layout.joints))
+    return layout._replace(provenance="", sensed=sensed, paced=False, properties={**layout.properties, **facts})
 
 
 def label(name: str) -> str:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
 KILLED = "not finished: the recording has no summary, its recorder was killed"
@@ -71,6 +72,8 @@ class RecordedRun:
     t: Numbers  # (K,) s
     q: Numbers  # (K, nq) m or rad
     v: Numbers  # (K, nq) m/s or rad/s
+    q_measured: Numbers | None  # (K, nq) what sensors show of q, where that is the truth; None without sensors
+    v_measured: Numbers | None  # (K, nq) likewise
     u: Numbers  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
     commands: Numbers  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
     reference: Numbers | None  # (K, nu) m or rad, targets of the actuated joints; None without
@@ -85,7 +88,11 @@ class RecordedRun:
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J, from height 0 of the world
     lyapunov: Numbers | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
+    contact: Numbers | None  # (K,) N, normal force of a surface on a load that may touch one
     frames: Frames
+    states: dict[
+        str, Changes
+    ]  # by track, such as "brakes" or "fall 2": (s, state from then on); calm ones are left out
     events: list[tuple[float, str]]  # (s, what happened)
     summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
 
@@ -188,7 +195,11 @@ class RecordedRun:
         `tension.1`, `tension.2`, ... of a run with the tensions of several links or falls; `lead_line`, `fall.1`, ...
         of a rope over sheaves.
         """
-        pandas = import_module("pandas")  # an optional package, wanted here only
+        try:
+            pandas = import_module("pandas")  # an optional package, wanted here only
+        except ImportError:
+            line = "a data frame needs the Python package pandas, which is not installed (extra `pandas`)"
+            raise SceneError(f"{line}; run.columns() has the same columns without it") from None
         columns = self.columns()
         frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
         frame.index.name = "t"
@@ -205,6 +216,8 @@ class RecordedRun:
         tables = (
             ("q", crane.joint_names, crane.joint_units, self.q),
             ("v", crane.joint_names, rates, self.v),
+            ("q_measured", crane.joint_names, crane.joint_units, self.q_measured),
+            ("v_measured", crane.joint_names, rates, self.v_measured),
             ("u", crane.actuated, crane.effort_units, self.u),
             ("command", crane.actuated, crane.command_units, self.commands),
             ("reference", crane.actuated, targets, self.reference),
@@ -218,6 +231,7 @@ class RecordedRun:
             columns |= _numbered("tension", self.tensions)
         if self.reeved is not None:
             columns |= {"lead_line": (self.lead_line, "N"), **_numbered("fall", self.falls)}
+        columns |= {} if self.contact is None else {"contact": (self.contact, "N")}
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
             columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}

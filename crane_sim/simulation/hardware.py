@@ -23,7 +23,7 @@ from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
-from crane_sim.stepping.hardware_periods import HardwareState, first_sample, hardware_step, read_inputs
+from crane_sim.stepping.hardware_periods import HardwareState, first_sample, hardware_step, measure_states, read_inputs
 
 Array = npt.NDArray[np.float64]
 
@@ -226,6 +226,19 @@ class HardwareRun:
         }
         figures |= {"overtravel": tripped} if tripped else {}
         return figures | ({"braked_time": float(counters.braked) * self._scene.period} if counters.braked else {})
+
+
+def measure(scene: Scene, q: Array, v: Array) -> Array:
+    """Return what the sensors of a scene show (K, 2 nq) of the true states q, v (K, nq) at the starts of its periods.
+
+    Their random numbers are functions of the period's number: these are the very values that the law got in the run,
+    whose faults were those of the scene's schedule.
+    """
+    assert scene.hardware is not None
+    shown = np.empty((len(q), 2 * q.shape[1]))
+    states = (np.ascontiguousarray(each) for each in (q, v))
+    measure_states(_initial_hardware(scene.seed, scene.hardware), scene.period, *states, shown)
+    return shown
 
 
 def _initial_servos(loops: Any) -> Servos | None:

@@ -75,6 +75,17 @@ def first_sample(p, hardware, integration, period):
     return read_sensors(p, hardware, integration)
 
 
+@entry_point
+def measure_states(hardware, period, q, v, out):
+    """Fill out (K, 2 nq) with what the sensors show of the states q, v (K, nq) at the starts of the first K periods."""
+    for k in range(len(q)):
+        update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
+        apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
+        hardware.counters[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q[k], v[k])
+        for j in range(out.shape[1]):
+            out[k, j] = hardware.sensors[j].shown
+
+
 @kernel
 def relative_energy(p, x):
     """Return the sum of kinetic and potential energy [J] relative to the base."""

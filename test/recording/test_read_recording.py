@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -106,6 +107,14 @@ def test_a_data_frame_has_the_columns(run: RecordedRun) -> None:
     frame = run.to_dataframe()
     assert frame.shape == (STEPS, len(run.columns())) and np.array_equal(frame.index, run.t)
     assert frame.attrs["units"]["u.rope"] == "N" and frame.attrs["units"]["t"] == "s"
+
+
+def test_a_data_frame_without_pandas_is_one_line(run: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where pandas cannot be imported, a single line names it, its extra, and what there is without it."""
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(crane_sim.SceneError, match="^a data frame needs .* pandas, .*extra `pandas`.*columns") as error:
+        run.to_dataframe()
+    assert "\n" not in str(error.value)
 
 
 def test_a_killed_recorder_is_not_a_finished_run(run: RecordedRun) -> None:

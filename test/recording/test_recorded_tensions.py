@@ -42,7 +42,7 @@ def runs(rollouts: dict[str, crane_sim.Rollout], tmp_path_factory: pytest.TempPa
 
 def tension_curves(run: RecordedRun) -> dict[str, Curve]:
     """Return the curves of the panels of tensions by name, forces in kN back in N."""
-    panels = [panel for panel in panels_of(run) if panel.title == "Rope tension"]
+    panels = [panel for panel in panels_of(run) if panel.title.startswith("Rope tension")]
     scale = {"N": 1.0, "kN": 1e3, "MN": 1e6}
     return {
         curve.name: curve._replace(values=scale[panel.unit] * curve.values)

@@ -1,6 +1,9 @@
 """A recorded run is integrated anew from its commands: its states agree bit for bit, and one that does not is named."""
 
 import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from math import nan
 from pathlib import Path
@@ -9,11 +12,17 @@ import numpy as np
 import pytest
 
 import crane_sim
+from crane_sim.files.catalogue import scene_files
 from crane_sim.recording.replay import Difference
 from crane_sim.recording.replay import replay as replay_run
 from crane_sim.recording.run import RecordedRun
 
 pytestmark = pytest.mark.interpreted
+
+PROGRAM = Path(__file__).parents[1] / "programs" / "replays.py"
+SLOW = {"overhead_long_cable", "overhead_steel", "pendulum_sea"}  # minutes without compilation
+PERIODS = 8  # of a run
+TIME = 540.0  # s for all replays
 
 SCENES = {
     "a law and limits": ("knuckle_setpoint", {}),
@@ -86,3 +95,20 @@ def test_a_difference_is_one_line() -> None:
     )
     assert "exponent or sign" in str(Difference(3, 0.02, "slew", "position", 1.0, -1.0))
     assert Difference(3, 0.02, "slew", "position", nan, nan).bit == -1
+
+
+@pytest.mark.long
+def test_recordings_of_the_catalogue_are_repeated_by_another_process(tmp_path: Path) -> None:
+    """Short runs of at least fifty scenes are replayed by a process of its own, and all their states agree."""
+    recordings, steps = list[str](), dict[str, int]()
+    for name in sorted(scene_files().keys() - SLOW):
+        scene = crane_sim.load_scene(name)
+        run = crane_sim.simulate(name, duration=min(scene.duration, PERIODS * scene.period))
+        recordings.append(str(run.record(tmp_path / f"{name}.rrd")))
+        steps[name] = len(run.t) - 1
+    assert len(recordings) >= 50
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, "-W", "ignore", str(PROGRAM), *recordings]
+    answer = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME)
+    assert answer.returncode == 0, answer.stderr[-2000:]
+    assert json.loads(answer.stdout) == {name: [count, None] for name, count in steps.items()}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data
+from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.evaluation.report.panels import PALETTE, joint_colors
 from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.layout import label
@@ -42,12 +42,22 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "legend": list(zip(names, colors, strict=True)),
         "ghosts": ghosts,
         "panels": _panels(comparison, colors),
+        "states": _states(comparison),
         "headlines": [],
         "events": _events(comparison)[:EVENTS],
         "event_count": sum(len(run.events) for run in runs),
         "joints": _metrics(comparison),
         "figures": _differences(comparison),
     }
+
+
+def _states(comparison: Comparison) -> list[dict[str, Any]]:
+    """Return the tracks of states of all runs, each with the name of its run."""
+    return [
+        row | {"name": f"{name}: {row['name']}"}
+        for run, name in zip(comparison.runs, comparison.names, strict=True)
+        for row in state_rows(run, float(run.t[-1]) + run.period)
+    ]
 
 
 def _events(comparison: Comparison) -> list[tuple[float, str]]:

@@ -10,6 +10,7 @@ import numpy as np
 from crane_sim.evaluation.report.decimation import rows_with_peaks
 from crane_sim.evaluation.report.panels import INK, PALETTE, SOFT, Panel, panels_of
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.states import color_of, spans_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
 POINTS = 4000  # of one curve
+STRETCHES = 500  # shortest one of a state, of the run's length
 KINDS = (".png", ".pdf", ".svg")
 STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": SOFT}
 PLANES = (("from above", 0, 1), ("from the side", 0, 2))
@@ -48,7 +50,7 @@ def run_figure(run: RecordedRun) -> Any:
         raise SceneError("a figure needs the Python package matplotlib, which is not installed") from None
     panels = panels_of(run)
     planes = [plane for plane in PLANES if np.ptp(run.payload[:, plane[2]]) > 1e-9]
-    rows = ceil((len(panels) + len(planes)) / COLUMNS)
+    rows = ceil((len(panels) + len(planes) + bool(run.states)) / COLUMNS)
     with rc_context(STYLE):
         figure = Figure(figsize=(COLUMNS * WIDTH, rows * HEIGHT + 0.5), layout="constrained")
         figure.suptitle(f"{run.name} · law {run.law} · {run.status}", color=INK, wrap=True)
@@ -57,7 +59,10 @@ def run_figure(run: RecordedRun) -> Any:
             _draw(axis, run, panel)
         for axis, plane in zip(axes[len(panels) :], planes, strict=False):
             _draw_path(axis, run, *plane)
-        for axis in axes[len(panels) + len(planes) :]:
+        others = axes[len(panels) + len(planes) :]
+        if run.states:
+            _draw_states(others[0], run)
+        for axis in others[bool(run.states) :]:
             axis.set_axis_off()
     return figure
 
@@ -66,6 +71,7 @@ def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
     for curve in panel.curves:
         rows = rows_with_peaks(curve.values, POINTS)
         style = {"linestyle": "--", "linewidth": 0.9, "alpha": 0.75} if curve.dashed else {"linewidth": 1.2}
+        style |= {"linestyle": ":", "linewidth": 1.0} if curve.dotted else {}
         axis.plot(run.t[rows], curve.values[rows], color=curve.color, label=curve.name, **style)
     for t, _ in run.events[:50]:
         axis.axvline(t, color=SOFT, linewidth=0.5, linestyle=":")
@@ -88,6 +94,22 @@ def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> 
     axis.set_aspect("equal", adjustable="datalim")
     _finish(axis)
     axis.legend(loc="best", fontsize=7.5, frameon=False)
+
+
+def _draw_states(axis: Any, run: RecordedRun) -> None:
+    """Draw the timelines of states as bands, one row a track, with the names of what is not calm."""
+    end = float(run.t[-1]) + run.period
+    for row, changes in enumerate(run.states.values()):
+        for begin, until, state in spans_of(changes, 0.0, end, end / STRETCHES):
+            axis.barh(row, max(until - begin, end / STRETCHES), left=begin, height=0.7, color=color_of(state))
+            if until - begin > 0.02 * len(state) * end:
+                axis.text(begin + 0.01 * end, row, state, va="center", fontsize=6.5, color=INK, clip_on=True)
+    axis.set_yticks(range(len(run.states)), list(run.states), fontsize=7.5)
+    axis.invert_yaxis()
+    axis.set_xlim(0.0, end)
+    axis.set_title("States", loc="left", color=INK)
+    axis.set_xlabel("time [s]")
+    axis.spines[["top", "right"]].set_visible(False)
 
 
 def _finish(axis: Any) -> None:

@@ -12,6 +12,8 @@ from crane_sim.evaluation.report.metrics_table import headlines, joint_table, pl
 from crane_sim.evaluation.report.panels import Panel, panels_of
 from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.layout import base_rotations
+from crane_sim.recording.rope_colors import usual_tensions
+from crane_sim.recording.states import color_of, spans_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,6 +27,9 @@ POINTS = 1000  # of one curve at most, more than a screen has columns for it
 LAST = 5.0  # s before a failure, which are shown first
 DENSE = 10.0  # s at the end of a long run that keep all their frames
 EVENTS = 200  # that are listed
+FIRST = 2000  # rows in which a tension is looked for to which others are compared, as in the viewer
+LOADED = 2.0  # share of it above which a colour does not change any more
+STRETCHES = 1000  # of a track of states, at most
 
 
 def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
@@ -47,11 +52,21 @@ def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str,
         "frames": frames_of(run, sources(robot), frame_numbers),
         "panels": _encode(run, panels, slice(None)),
         "last_panels": None if run.finished else _encode(run, panels, _last(run, end)),
+        "states": state_rows(run, end),
         "events": run.events[:EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
         "headlines": headlines(run),
         "scene": run.scene_text,
     } | _tables(run)
+
+
+def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
+    """Return the tracks of states up to a time [s]: name and stretches, [begin, end, state, colour]."""
+    spans = {name: spans_of(changes, 0.0, end, end / STRETCHES) for name, changes in run.states.items()}
+    return [
+        {"name": name, "spans": [[*span, color_of(span.state)] for span in each[:STRETCHES]]}
+        for name, each in spans.items()
+    ]
 
 
 def _tables(run: RecordedRun) -> dict[str, Any]:
@@ -71,7 +86,7 @@ def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str
             "title": panel.title,
             "unit": panel.unit,
             "curves": [
-                {"name": curve.name, "color": curve.color, "dashed": curve.dashed}
+                {"name": curve.name, "color": curve.color, "dashed": curve.dashed, "dotted": curve.dotted}
                 | curve_points(run.t[rows], curve.values[rows], points)
                 for curve in panel.curves
             ],
@@ -91,6 +106,7 @@ def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS)
     frames, tip = run.frames, run.crane.tip_index
     at = np.searchsorted(run.t, frames.t - 0.5 * run.period)
     parts = {"t": frames.t[:, None], "q": run.q[at][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
+    parts["tension"] = rope_loads(run)[at]
     if run.base is not None:
         base = run.base[at]
         parts["base"] = np.hstack([base[:, :3], base_rotations(base).as_quat()])
@@ -104,6 +120,11 @@ def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS)
     named = {name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)}
     kept = _kept_frames(frames.t, columns, numbers)
     return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
+
+
+def rope_loads(run: RecordedRun) -> Numbers:
+    """Return the tensions (K, L) as shares of those that the colours of ropes compare them to, at most `LOADED`."""
+    return np.minimum(run.tensions / usual_tensions(run.tensions[:FIRST]), LOADED)
 
 
 def _kept_frames(t: Numbers, columns: Numbers, numbers: int) -> NDArray[np.bool_]:

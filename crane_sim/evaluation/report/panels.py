@@ -17,6 +17,7 @@ PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8
 """Colours of joints, in the hues and the order of those in the Rerun viewer, dark enough for white paper."""
 INK, SOFT = "#2f3a45", "#8a95a1"
 SHARE = 0.1  # of an axis: a curve that moves over less of it gets an axis of its own
+NAMED = 4  # curves in a title
 MANY = 4  # swing coordinates of a cable that are shown
 PREFIXES = ((1e6, 2e6, "M"), (1e3, 2e4, "k"))  # factor, the peak from which on it is used, SI prefix
 PREFIXED = ("N", "N m", "J", "W")
@@ -29,6 +30,7 @@ class Curve(NamedTuple):
     color: str
     values: Numbers  # (K,)
     dashed: bool = False  # a target, a command, or one of so many curves that colours come again
+    dotted: bool = False  # what a sensor shows beside the truth, in a lighter tone
 
 
 class Panel(NamedTuple):
@@ -67,7 +69,7 @@ def _positions(run: RecordedRun) -> list[Panel]:
         if run.reference is not None and name in run.crane.actuated:
             target = factor * run.reference[:, run.crane.actuated.index(name)]
             pair.append(Curve(f"{label(name)} target", color, target, dashed=True))
-        curves[unit].append(pair)
+        curves[unit].append(pair + _measured(name, color, factor, run.q, run.q_measured, i))
     return [*_share("Joint angles", "°", curves["°"]), *_share("Joint lengths and positions", "m", curves["m"])]
 
 
@@ -76,8 +78,21 @@ def _speeds(run: RecordedRun) -> list[Panel]:
     for name, color in joint_colors(run).items():
         i = run.crane.joint_names.index(name)
         unit, factor = _degrees(run.crane.joint_units[i])
-        curves.setdefault(f"{unit}/s", []).append([Curve(label(name), color, factor * run.v[:, i])])
+        measured = _measured(name, color, factor, run.v, run.v_measured, i)
+        curves.setdefault(f"{unit}/s", []).append([Curve(label(name), color, factor * run.v[:, i]), *measured])
     return [panel for unit, each in curves.items() for panel in _share("Joint speeds", unit, each)]
+
+
+def _measured(name: str, color: str, factor: float, true: Numbers, shown: Numbers | None, i: int) -> list[Curve]:
+    """Return the curve of what a sensor shows of coordinate i, or of its rate, where that is not the truth."""
+    if shown is None or np.array_equal(true[:, i], shown[:, i]):
+        return []
+    return [Curve(f"{label(name)} measured", _lighten(color), factor * shown[:, i], dotted=True)]
+
+
+def _lighten(color: str) -> str:
+    """Return the tone of a colour #rrggbb that is half white."""
+    return "#" + "".join(f"{(int(color[k : k + 2], 16) + 255) // 2:02x}" for k in (1, 3, 5))
 
 
 def _efforts(run: RecordedRun) -> list[Panel]:
@@ -96,8 +111,9 @@ def _swing(run: RecordedRun) -> list[Panel]:
     curves = [[Curve("from the vertical", INK, np.degrees(run.swing))]]
     for name, color in joint_colors(run).items():
         if name.startswith("swing_"):
-            values = np.degrees(run.q[:, run.crane.joint_names.index(name)])
-            curves.append([Curve(label(name).removeprefix("swing "), color, values)])
+            i, short = run.crane.joint_names.index(name), label(name).removeprefix("swing ")
+            measured = _measured(short, color, _degrees("rad")[1], run.q, run.q_measured, i)
+            curves.append([Curve(short, color, np.degrees(run.q[:, i])), *measured])
     return _share("Swing", "°", curves)
 
 
@@ -135,7 +151,10 @@ def _rest(run: RecordedRun) -> list[Panel]:
         [Curve("potential since the start", PALETTE[2], potential)],
         [Curve("total since the start", INK, energy)],
     ]
-    panels = [*_tensions(run), *_reeved_tensions(run), *_share("Energy", "J", curves)]
+    panels = [*_tensions(run), *_reeved_tensions(run)]
+    if run.contact is not None:
+        panels += _share("Contact force", "N", [[Curve("on the load", PALETTE[2], run.contact)]])
+    panels += _share("Energy", "J", curves)
     if run.lyapunov is not None:
         panels += _share("Lyapunov function of the law", "J", [[Curve("V", PALETTE[3], run.lyapunov[:, 0])]])
     return panels
@@ -150,7 +169,16 @@ def _share(title: str, unit: str, families: Sequence[Sequence[Curve]]) -> list[P
             groups.append([family])
         else:
             fitting.append(family)
-    return [_scale(Panel(title, unit, tuple(curve for family in group for curve in family))) for group in groups]
+    return [
+        _scale(Panel(_title(title, group, len(groups)), unit, tuple(curve for family in group for curve in family)))
+        for group in groups
+    ]
+
+
+def _title(title: str, group: Sequence[Sequence[Curve]], count: int) -> str:
+    """Return the title of one of several panels of a quantity: with the names of its curves, of targets not."""
+    names = [family[0].name for family in group]
+    return f"{title}: {', '.join(names[:NAMED])}{', ...' if names[NAMED:] else ''}" if count > 1 else title
 
 
 def _are_alike(families: Sequence[Sequence[Curve]]) -> bool:

@@ -25,7 +25,7 @@ def blueprint(layout: Layout) -> rrb.Blueprint:
     return rrb.Blueprint(
         rrb.Horizontal(
             _crane(layout),
-            rrb.Tabs(_overview(layout), _details(layout), _summary(), active_tab=0),
+            rrb.Tabs(_overview(layout), _details(layout), _states(), _summary(), active_tab=0),
             column_shares=[5, 6],
         ),
         rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="paused"),
@@ -37,7 +37,7 @@ def _crane(layout: Layout) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="Crane",
         origin="/",
-        contents=["+ /**", "- /plots/**", "- /shown/**", "- /frames/**", "- /summary/**", "- /log/**"],
+        contents=["+ /**", "- /plots/**", "- /shown/**", "- /frames/**", "- /states/**", "- /summary/**", "- /log/**"],
         background=rrb.Background(kind="SolidColor", color=(26, 30, 36)),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=rrb.SpatialInformation(target_frame="world", show_axes=False),
@@ -64,10 +64,12 @@ def _window() -> rrb.VisibleTimeRange:
 def _overview(layout: Layout) -> rrb.Container:
     views = []
     if angle_indices(layout):
-        views.append(_plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg"))
+        views.append(
+            _plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg", "shown/angle_deg_measured")
+        )
     views.append(_swing_view(layout))
     for way in layout.length_plots:
-        views.append(_plot(layout, way.title, f"{way.entity}_target", way.entity))
+        views.append(_plot(layout, way.title, f"{way.entity}_target", way.entity, f"{way.entity}_measured"))
     if layout.suspension and layout.suspension.elastic:
         views.append(_plot(layout, "Length of the cable [m]", "shown/cable_m"))
     views.append(_plot(layout, f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
@@ -86,8 +88,9 @@ def _overview(layout: Layout) -> rrb.Container:
 
 def _swing_view(layout: Layout) -> rrb.TimeSeriesView:
     if layout.suspension and layout.suspension.planar:
-        return _plot(layout, "Swing [°]", "shown/swing_deg", "shown/swing_total_deg")
-    return _plot(layout, "Payload swing [°]", "shown/swing_deg", "shown/lean_deg", "shown/swing_total_deg")
+        return _plot(layout, "Swing [°]", "shown/swing_deg", "shown/swing_total_deg", "shown/swing_deg_measured")
+    entities = ("swing_deg", "lean_deg", "swing_total_deg", "swing_deg_measured")
+    return _plot(layout, "Payload swing [°]", *(f"shown/{name}" for name in entities))
 
 
 def _energy_view(layout: Layout) -> rrb.TimeSeriesView:
@@ -111,13 +114,19 @@ def _details(layout: Layout) -> rrb.Container:
     views += [_payload(layout), _energy_view(layout)]
     if layout.lyapunov:
         views.append(_plot(layout, "dV/dt [W]", "plots/lyapunov_rate"))
-    views.append(_plot(layout, "Real-time factor", "plots/rtf"))
-    views.append(rrb.StateTimelineView(name="Mode", contents=["+ /plots/mode"]))
+    if layout.paced:
+        views.append(_plot(layout, "Real-time factor", "plots/rtf"))
     return rrb.Grid(*views, grid_columns=2 if len(views) <= 8 else 3, name="Details")
 
 
+def _states() -> rrb.Container:
+    """Return the timelines of all states, above what was noted and what happened."""
+    states = rrb.StateTimelineView(name="States", origin="/states")
+    return rrb.Vertical(states, rrb.TextLogView(name="Events", origin="/log"), row_shares=[3, 2], name="States")
+
+
 def _unit_views(layout: Layout, plots: Iterable[UnitPlot]) -> list[rrb.TimeSeriesView]:
-    return [_plot(layout, plot.title, plot.entity) for plot in plots]
+    return [_plot(layout, plot.title, plot.entity, f"{plot.entity}_measured") for plot in plots]
 
 
 def _summary() -> rrb.TextDocumentView:

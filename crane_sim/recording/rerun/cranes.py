@@ -66,8 +66,10 @@ class CraneVisual(Protocol):
     def set_size(self, size: float) -> None:
         """Log what depends on the crane's size [m] and does not move."""
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Numbers) -> Framing | None:
         """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
+
+        The colours (F, L, 3) are those of links or falls; one alone is that of all.
 
         Return a new framing where the old one is outgrown.
         """
@@ -162,10 +164,10 @@ class RobotVisual:
 
     def set_size(self, size: float) -> None:
         """Log the rope's thickness."""
-        rods = rr.Cylinders3D(lengths=1.0, radii=CABLE_RADIUS_RATIO * size, colors=ROPE, fill_mode="solid")
+        rods = rr.Cylinders3D.from_fields(radii=CABLE_RADIUS_RATIO * size, fill_mode="solid")
         self._rec.log("rope", rods, static=True)
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Numbers) -> Framing | None:
         """Add frames; the framing stays."""
         values = dict(zip(self._layout.joints, q.T, strict=True))
         for joint in self._joints.values():
@@ -178,10 +180,11 @@ class RobotVisual:
         if ATTITUDE_JOINT in self._joints:
             self._turn(time, np.column_stack([values[name] for name in ATTITUDE]))
         if self._layout.ropes.falls is not None:
-            self._draw_lines(time, *fall_ends(self._layout.ropes.falls, values, nodes[:, self._layout.ropes.tip]))
+            ends = fall_ends(self._layout.ropes.falls, values, nodes[:, self._layout.ropes.tip])
+            self._draw_lines(time, *ends, colors)
         else:
             tip = self._layout.ropes.tip
-            self._draw_lines(time, nodes[:, tip:-1], nodes[:, tip + 1 :])
+            self._draw_lines(time, nodes[:, tip:-1], nodes[:, tip + 1 :], colors)
 
     def _turn(self, time: list[rr.TimeColumn], attitude: Numbers) -> None:
         """Turn the payload by quaternions (F, 4), w first, from its axes to those of the base."""
@@ -196,15 +199,18 @@ class RobotVisual:
     def fit_to_motion(self) -> Framing | None:
         """Return None: a boom's reach is known from the start."""
 
-    def _draw_lines(self, time: list[rr.TimeColumn], tops: Numbers, bottoms: Numbers) -> None:
-        """Add rods between points (F, n, 3)."""
+    def _draw_lines(self, time: list[rr.TimeColumn], tops: Numbers, bottoms: Numbers, colors: Numbers) -> None:
+        """Add rods between points (F, n, 3), in colours (F, n, 3), or (F, 1, 3) that are those of all."""
         frames, count = tops.shape[:2]
         start, end = tops.reshape(-1, 3), bottoms.reshape(-1, 3)
         length = np.linalg.norm(end - start, axis=1)
-        columns = rr.InstancePoses3D.columns(
-            translations=0.5 * (start + end),
+        columns = rr.Cylinders3D.columns(
+            lengths=length,
+            centers=0.5 * (start + end),
             quaternions=turn_from_z(end - start),
-            scales=np.column_stack([np.ones_like(length), np.ones_like(length), length]),
+            colors=np.broadcast_to(colors[:, : count if colors.shape[1] == count else 1], (frames, count, 3)).reshape(
+                -1, 3
+            ),
         )
         self._rec.send_columns("rope", time, columns.partition([count] * frames))
 
@@ -239,6 +245,15 @@ def _load(robot: str) -> rr.urdf.UrdfTree:
         return rr.urdf.UrdfTree.from_file_path(path)
 
 
+def _cable_columns(nodes: Numbers, colors: Numbers) -> rr.ComponentColumnList:
+    """Return one strip a link with colours (F, N, 3) for nodes (F, N+1, 3), or a single strip with one (F, 1, 3)."""
+    frames, links = len(nodes), colors.shape[1]
+    if links != nodes.shape[1] - 1:
+        return rr.LineStrips3D.columns(strips=nodes.astype(np.float32), colors=colors[:, 0])
+    strips = np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2).reshape(-1, 2, 3).astype(np.float32)
+    return rr.LineStrips3D.columns(strips=strips, colors=colors.reshape(-1, 3)).partition([links] * frames)
+
+
 NODE = (184, 191, 199)
 
 
@@ -269,13 +284,13 @@ class GantryVisual:
 
     def set_size(self, size: float) -> None:
         """Log the cable's thickness."""
-        self._rec.log("rope", rr.LineStrips3D.from_fields(colors=ROPE, radii=CABLE_RADIUS_RATIO * size), static=True)
+        self._rec.log("rope", rr.LineStrips3D.from_fields(radii=CABLE_RADIUS_RATIO * size), static=True)
         radii = np.array(self._radii(self._room))
         self._beads = bool(np.any(radii > CABLE_RADIUS_RATIO * size))  # others are hidden in the line
         if self._beads:
             self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE, radii=radii), static=True)
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Numbers) -> Framing | None:
         """Add frames; the framing is a new one where the room was too small."""
         self._watch(nodes)
         grown = None
@@ -288,7 +303,7 @@ class GantryVisual:
             self._place(time, "bridge", nodes[:, 0] * (0.0, 1.0, 0.0))
         self._place(time, "trolley", nodes[:, 0])
         self._place(time, "payload", nodes[:, -1], turn_from_z(nodes[:, -2] - nodes[:, -1]))
-        self._rec.send_columns("rope", time, rr.LineStrips3D.columns(strips=nodes.astype(np.float32)))
+        self._rec.send_columns("rope", time, _cable_columns(nodes, colors))
         if self._beads:
             beads = rr.Points3D.columns(positions=nodes[:, 1:-1].reshape(-1, 3))
             self._rec.send_columns("rope/nodes", time, beads.partition([nodes.shape[1] - 2] * len(nodes)))

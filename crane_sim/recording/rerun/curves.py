@@ -65,6 +65,12 @@ def soften(color: Color) -> Color:
     return (6 * red // 10, 6 * green // 10, 6 * blue // 10)
 
 
+def lighten(color: Color) -> Color:
+    """Return the lighter tone that marks what sensors show beside the truth."""
+    red, green, blue = ((value + 2 * 255) // 3 for value in color)
+    return red, green, blue
+
+
 BLUE_GREEN, XZ = (PALETTE[0], PALETTE[2]), (0, 2)
 
 
@@ -163,6 +169,17 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
         _tensions(layout, derived),
         _reeved_tensions(layout, derived),
+        *_of_some_runs(layout, names, rates),
+    ]
+
+
+def _of_some_runs(layout: Layout, names: tuple[str, ...], rates: tuple[str, ...]) -> list[Channel]:
+    """Return the measured coordinates and rates of a crane with sensors, and the force on a load that may touch."""
+    colors = colors_of(range(len(names)))
+    return [
+        Channel("plots/q_measured", names if layout.sensed else (), colors, lambda b: _half(b.measured, 0)),
+        Channel("plots/v_measured", rates if layout.sensed else (), colors, lambda b: _half(b.measured, 1)),
+        Channel("plots/contact", ("normal force on the load [N]",), (PALETTE[2],), lambda b: b.contact),
     ]
 
 
@@ -201,6 +218,7 @@ def _shown_curves(layout: Layout) -> list[Channel]:
         *_swings(layout),
         *_split(layout, errors(layout), lambda b: _minus(b.reference, b.q[:, layout.driven])),
         *_split(layout, rates(layout), lambda b: b.v[:, layout.moving]),
+        *(_measured_rates(layout, plot) for plot in rates(layout)),
         *_split(layout, efforts(layout), lambda b: b.effort),
         *_split(layout, commands(layout), lambda b: b.demanded),
         _energy_changes(),
@@ -211,10 +229,11 @@ def _swings(layout: Layout) -> list[Channel]:
     """Return the swings that are joints, and the other curves of the cable."""
     which = [layout.joints.index(name) for name in layout.swings]
     joints = _of(layout, "shown/swing_deg", which, lambda b: np.degrees(b.q[:, which]))
+    measured = _measured(layout, "shown/swing_deg", which, np.degrees)
     if layout.suspension:
-        return [joints, *cable_channels(layout.suspension)]
+        return [joints, measured, *cable_channels(layout.suspension)]
     total = Channel("shown/swing_total_deg", ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
-    return [joints, total]
+    return [joints, measured, total]
 
 
 def _split(layout: Layout, plots: list[UnitPlot], values: Callable[[Block], Numbers | None]) -> list[Channel]:
@@ -257,7 +276,29 @@ def _with_targets(
         lambda b: None if b.reference is None else convert(b.reference[:, columns]),
         1.2,
     )
-    return [target, curves]
+    return [target, curves, _measured(layout, entity, which, convert)]
+
+
+def _measured(
+    layout: Layout, entity: str, which: Sequence[int], convert: Callable[[Numbers], Numbers], rate: bool = False
+) -> Channel:
+    """Return what sensors show of coordinates, or of their rates: thin, in a lighter tone of the same colours."""
+    first = len(layout.joints) if rate else 0
+    sensed = [i for i in which if first + i in layout.sensed]
+    names = tuple(f"{label(layout.joints[i])} measured" for i in sensed)
+    colors = tuple(lighten(color) for color in _colors(layout, sensed))
+    columns = [first + i for i in sensed]
+    return Channel(
+        f"{entity}_measured",
+        names,
+        colors,
+        lambda b: None if b.measured is None else convert(b.measured[:, columns]),
+        0.8,
+    )
+
+
+def _measured_rates(layout: Layout, plot: UnitPlot) -> Channel:
+    return _measured(layout, plot.entity, plot.coordinates, plot.convert, rate=True)
 
 
 def _of(layout: Layout, entity: str, which: Sequence[int], values: Callable[[Block], Numbers]) -> Channel:
@@ -291,6 +332,11 @@ def _flat(nodes: Numbers) -> Numbers:
 
 def _column(values: Numbers | None, index: int) -> Numbers | None:
     return None if values is None else values[:, index]
+
+
+def _half(measured: Numbers | None, part: int) -> Numbers | None:
+    """Return the positions (0) or the rates (1) of what sensors show (K, 2 nq)."""
+    return None if measured is None else np.hsplit(measured, 2)[part]
 
 
 def _minus(left: Numbers | None, right: Numbers) -> Numbers | None:

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
 from crane_sim.recording.run import Frames, RecordedRun, UnreadableRecording, crane_of
+from crane_sim.recording.states import Changes
 
 SCALARS = "Scalars:scalars"
 _SUMMARY, _RUN, _EVENTS = "__properties/summary", "__properties/run", "log/events"
+_READ = ("plots/", "frames/", "states/", "log/")  # beginnings of what a run is made of
 Batches = dict[str, list[pa.RecordBatch]]  # rows by entity
 
 
@@ -34,7 +36,7 @@ def read_curves(path: Path, entity: str) -> Curves:
     Raises:
         KeyError: the recording has no such curves.
     """
-    curves = _curves(_batches(path), entity)
+    curves = _curves(_batches(path, (entity,)), entity)
     if curves is None:
         raise KeyError(f"{path} has no curves {entity!r}")
     return curves
@@ -64,6 +66,7 @@ def read_run(path: Path) -> RecordedRun:
         crane=crane_of(run),
         properties={key: value for key, value in run.items() if key not in ("crane", "urdf")},
         frames=_frames(batches),
+        states=_states(batches),
         events=_events(batches) or [(event["t"], event["what"]) for event in summary.get("events", ())],
         summary=summary,
         **values,
@@ -84,9 +87,11 @@ def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
 
     count, names = len(states.step), {"u": "effort", "commands": "effort_demanded", "reference": "q_ref"}
     names |= {name: name for name in ("q", "v", "tip", "payload", "base", "swing")}
-    names |= {"tensions": "tension", "reeved": "reeved_tension"}
+    names |= {"tensions": "tension", "reeved": "reeved_tension", "contact": "contact"}
+    names |= {"q_measured": "q_measured", "v_measured": "v_measured"}
     arrays = {name: matrix(entity) for name, entity in names.items()}
     arrays["swing"] = arrays["swing"][:, 0]
+    arrays["contact"] = None if arrays["contact"] is None else arrays["contact"][:, 0]
     kinetic, potential = matrix("energy_parts").T
     parts = matrix("lyapunov"), matrix("lyapunov_rate")
     lyapunov = None if parts[0] is None else np.hstack(parts)
@@ -106,12 +111,28 @@ def _frames(batches: Batches) -> Frames:
 
 def _events(batches: Batches) -> list[tuple[float, str]]:
     rows = [
-        (1e-9 * time, text[0])
+        (float(time) / 1e9, text[0])
         for batch in batches[_EVENTS]
         if "TextLog:text" in batch.schema.names
         for time, text in zip(_nanoseconds(batch), batch["TextLog:text"].to_pylist(), strict=True)
     ]
     return sorted(rows)
+
+
+def _states(batches: Batches) -> dict[str, Changes]:
+    """Return the changes of state of all tracks, by name."""
+    tracks: dict[str, Changes] = {}
+    for entity in sorted(name for name in batches if name.startswith("states/")):
+        rows = [
+            (step, float(time) / 1e9, state[0])
+            for batch in batches[entity]
+            if "StateChange:state" in batch.schema.names
+            for step, time, state in zip(
+                batch["step"].to_pylist(), _nanoseconds(batch), batch["StateChange:state"].to_pylist(), strict=True
+            )
+        ]
+        tracks[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, state in sorted(rows)]
+    return tracks
 
 
 def _properties(batches: Batches, entity: str) -> dict[str, Any]:
@@ -122,12 +143,12 @@ def _properties(batches: Batches, entity: str) -> dict[str, Any]:
     return values
 
 
-def _batches(path: Path) -> Batches:
-    """Return what a file holds, by entity, without the 3D scene and the static looks of curves."""
+def _batches(path: Path, kinds: tuple[str, ...] = _READ) -> Batches:
+    """Return the rows of entities whose names begin with one of `kinds`, by entity, and the file's properties."""
     batches: Batches = defaultdict(list)
     for chunk in _open_recording(path).stream():
         entity = chunk.entity_path.removeprefix("/")
-        wanted = entity in (_RUN, _SUMMARY) or (entity.startswith(("plots/", "frames/", "shown/", "log/")))
+        wanted = entity in (_RUN, _SUMMARY) or entity.startswith(kinds)
         if wanted and (not chunk.is_static or entity in (_RUN, _SUMMARY)):
             batches[entity].append(chunk.to_record_batch())
     return batches

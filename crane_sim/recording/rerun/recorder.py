@@ -12,6 +12,7 @@ from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.live import LiveServer
 from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous
 from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
 
 if TYPE_CHECKING:
@@ -102,8 +103,14 @@ class Recorder:
     def simulation_state(self, name: str) -> None:
         """Take the state of the simulation: playing, paused, ..."""
         if name != self._simulation_state and not self.write_error:
-            self._session.simulation_state(self.last_step + self._assembler.waiting + 1, name)
+            self._session.state(SIMULATION, "stopped", self.last_step + self._assembler.waiting + 1, name)
         self._simulation_state = name
+
+    def track_state(self, track: str, calm: str, stamp: int, name: str) -> None:
+        """Take a state, from a stamp [ns] on, of a track that begins with `calm`."""
+        if not self.write_error:
+            newest = self.last_step + self._assembler.waiting + 1
+            self._session.state(track, calm, min(max(1, stamp // self._scene.period_ns), newest), name)
 
     @property
     def recorded(self) -> int:

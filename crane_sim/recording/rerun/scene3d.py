@@ -12,6 +12,7 @@ from crane_sim.recording.layout import WORLD, base_rotations, to_base
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
 from crane_sim.recording.rerun.vessel import Vessel
+from crane_sim.recording.rope_colors import rope_colors, usual_tensions
 
 if TYPE_CHECKING:
     from crane_sim.recording.camera import Framing
@@ -29,6 +30,7 @@ class Scene3D:
         self._rec, self._layout, self._framing = rec, layout, layout.framing
         self._stride = layout.frame_stride
         self._last: Numbers | None = None
+        self._usual: Numbers | None = None
         self._aimed = False
         self._cast = (
             GantryVisual(rec, layout.suspension, layout.stand.frame) if layout.suspension else RobotVisual(rec, layout)
@@ -47,7 +49,9 @@ class Scene3D:
             return
         time = times(self._layout, block.step[rows])
         base = None if block.base is None else block.base[rows]
-        self._fit(self._cast.move(time, block.q[rows], to_base(block.nodes[rows], base)))
+        self._usual = usual_tensions(block.tensions) if self._usual is None else self._usual
+        colors = rope_colors(block.tensions[rows], self._usual)
+        self._fit(self._cast.move(time, block.q[rows], to_base(block.nodes[rows], base), colors))
         if base is not None:
             self._carry(time, base)
         if self._vessel:

@@ -71,9 +71,9 @@ class Session:
         """Add how fast the run was lately: simulated seconds per second."""
         self._writer.pace(step, real_time_factor)
 
-    def simulation_state(self, step: int, name: str) -> None:
-        """Add that the simulation went into another state at the start of a step."""
-        self._writer.simulation_state(step, name)
+    def state(self, track: str, calm: str, step: int, name: str) -> None:
+        """Add that a track of states, which begins with `calm`, has another one from the start of a step on."""
+        self._writer.state(track, calm, step, name)
 
     def close(self, summary: Mapping[str, Any], lost: int) -> dict[str, Any]:
         """Finish the file with the run's summary; return what the recorder adds to it.

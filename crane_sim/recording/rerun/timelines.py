@@ -19,6 +19,15 @@ def times(layout: Layout, step: NDArray[np.int64]) -> list[rr.TimeColumn]:
     return [rr.TimeColumn("sim_time", duration=elapsed), rr.TimeColumn("step", sequence=step)]
 
 
+def times_at(layout: Layout, instants: NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Return instants [ns] of scene time, with the steps in which they are."""
+    steps = 1 + instants // layout.period_ns
+    return [
+        rr.TimeColumn("sim_time", duration=instants.astype("timedelta64[ns]")),
+        rr.TimeColumn("step", sequence=steps),
+    ]
+
+
 def set_time(rec: rr.RecordingStream, layout: Layout, step: int) -> None:
     """Let what is logged next belong to the beginning of a step."""
     rec.set_time("sim_time", duration=(step - 1) * layout.period_ns * 1e-9)

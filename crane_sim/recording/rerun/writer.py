@@ -18,21 +18,18 @@ from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import summary_properties, summary_table
-from crane_sim.recording.rerun.timelines import set_time, times
+from crane_sim.recording.rerun.timelines import set_time, times, times_at
+from crane_sim.recording.state_tracks import StateTracks
+from crane_sim.recording.states import COLORS, OTHER, states_of_events, states_of_faults
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from crane_sim.recording.layout import Numbers
     from crane_sim.recording.rerun.live import LiveServer
+    from crane_sim.recording.states import Changes
 
 APPLICATION = "crane_sim"
-STATE_COLORS = {
-    "stopped": (110, 118, 128),
-    "playing": (60, 150, 90),
-    "paused": (200, 140, 40),
-    "quitting": (110, 118, 128),
-}
 FLUSH_SECONDS = 5.0
 INDEXED = 120.0  # s of scene time; of a longer run the file has no footer, for which 0.1 MB a block stay in memory
 
@@ -55,6 +52,7 @@ class RunWriter:
         self._layout, self._channels = layout, channels(layout)
         self._strides = {channel.stride for channel in self._channels}
         self._spans: dict[str, Span] = {}
+        self._tracks, self._named = StateTracks(layout, layout.rules), dict[str, set[str]]()
         self._lock = _claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
@@ -83,6 +81,8 @@ class RunWriter:
             widths = [values.size // len(block.step)] * len(those)
             self._rec.send_columns(channel.entity, time[channel.stride], columns.partition(widths))
             self._widen_span(channel.entity, values[np.isfinite(values)])
+        for track, steps, states in self._tracks.changes(block):
+            self._log_states(track, times(self._layout, steps), states)
         self._stage.draw(block)
         self._check()
 
@@ -100,9 +100,16 @@ class RunWriter:
         """Add the simulated seconds per second before the start of a step."""
         self._log(step, "plots/rtf", rr.Scalars(real_time_factor))
 
-    def simulation_state(self, step: int, name: str) -> None:
-        """Add that the simulation went into another state at the start of a step."""
-        self._log(step, "plots/mode", rr.StateChange(state=name))
+    def state(self, track: str, calm: str, step: int, name: str) -> None:
+        """Add that a track, which begins in the state `calm`, has a state from the start of a step on."""
+        for _, steps, states in self._tracks.change(track, calm, step, name):
+            self._log_states(track, times(self._layout, steps), states)
+
+    def events(self, events: Sequence[tuple[float, str]]) -> None:
+        """Add all that happened, (s, what), and the states that it led to."""
+        for t, what in events:
+            self.event(t, what)
+        self._log_timeline(states_of_events(events))
 
     def close(self, summary: Mapping[str, Any]) -> Path:
         """Write the summary, finish the file and give it its final name.
@@ -110,6 +117,7 @@ class RunWriter:
         Raises:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
+        self._log_timeline(states_of_faults(summary))
         framing = self._stage.fit_to_motion() or self._layout.framing
         self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
         text = summary_table(self._layout.name, summary)
@@ -132,10 +140,22 @@ class RunWriter:
                 self._rec.log(channel.entity, _style(channel), static=True)
         speed = rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6)
         self._rec.log("plots/rtf", speed, static=True)
-        states = rr.StateConfiguration(values=list(STATE_COLORS), colors=list(STATE_COLORS.values()))
-        self._rec.log("plots/mode", states, static=True)
 
-    def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars | rr.StateChange) -> None:
+    def _log_timeline(self, tracks: Mapping[str, Changes]) -> None:
+        for track, changes in tracks.items():
+            instants = np.array([round(1e9 * t) for t, _ in changes])
+            self._log_states(track, times_at(self._layout, instants), [state for _, state in changes])
+
+    def _log_states(self, track: str, time: list[rr.TimeColumn], states: list[str]) -> None:
+        """Log the states of a track from some instants on, and how new ones look."""
+        entity, named = f"states/{track.replace(' ', '_')}", self._named.setdefault(track, set())
+        if not named.issuperset(states):
+            named.update(states)
+            colors = [int(f"{COLORS.get(state, OTHER)[1:]}ff", 16) for state in sorted(named)]
+            self._rec.log(entity, rr.StateConfiguration(values=sorted(named), colors=colors), static=True)
+        self._rec.send_columns(entity, time, rr.StateChange.columns(state=states))
+
+    def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars) -> None:
         set_time(self._rec, self._layout, step)
         self._rec.log(entity, what)
 

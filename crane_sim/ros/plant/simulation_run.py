@@ -259,6 +259,7 @@ class SimulationRun:
             "deadline_misses": self.deadline_misses,
             "saturated_steps": physics["saturated_steps"],
             "min_rope_tension": physics["min_rope_tension"],
+            **{f"warning: {subject}": line for subject, line in self._warnings.items() if line},
             **{f"commands {name}": number for name, number in self.validator.summary().items()},
             **{f"refused: {reason}": number for reason, number in self.validator.refused.items()},
             **self.remarks,

@@ -1,11 +1,14 @@
 """Decoder of a run's messages for a recorder, which takes stamps and numbers and is independent of ROS."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, cast
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from crane_sim.recording.states import COMMANDS, CONTROLLER, STOP
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.command_wire import CommandWire
@@ -24,6 +27,7 @@ TOPICS = (
     "held_command",
     "joint_trajectory",
     "simulation_state",
+    "/diagnostics",
 )
 STATE_NAMES = tuple(state.name.lower() for state in SimulationState)
 
@@ -31,8 +35,9 @@ STATE_NAMES = tuple(state.name.lower() for state in SimulationState)
 class MessageDecoder:
     """Callbacks of serialized messages that pass their numbers on to a recorder."""
 
-    def __init__(self, scene: "Scene", recorder: "Recorder") -> None:
-        """Create a decoder for the joints of a scene."""
+    def __init__(self, scene: "Scene", recorder: "Recorder", source: str = "") -> None:
+        """Create a decoder for the joints of a scene, whose plant has the name `source` in diagnostics."""
+        self._source, self._refused, self._diagnosed = source, 0, 0  # refusals up to a stamp [ns]
         self._recorder, self._scene, self._quitting, self._holds = recorder, scene, False, False
         self._state_wire = JointWire(scene.joint_names, STATE)
         self._effort_wire, self._command_wire = JointWire(scene.actuated, EFFORT), CommandWire(scene)
@@ -50,6 +55,7 @@ class MessageDecoder:
             "held_command": self._on_held,
             "joint_trajectory": self._on_reference,
             "simulation_state": self._on_simulation_state,
+            "/diagnostics": self._on_diagnostics,
         }
 
     def _on_state(self, data: bytes) -> None:
@@ -106,12 +112,40 @@ class MessageDecoder:
         self._quitting = state == SimulationState.QUITTING or (self._quitting and state == SimulationState.STOPPED)
         self._recorder.simulation_state(STATE_NAMES[state] if state < len(STATE_NAMES) else str(state))
 
+    def _on_diagnostics(self, data: bytes) -> None:
+        """Take what the plant says of its controller, of refused commands since it last said so, and of a stop."""
+        try:
+            message = deserialize_message(data, DiagnosticArray)
+        except RuntimeError:
+            return
+        stamp = messages.nanoseconds(message.header.stamp)
+        for status in cast(Sequence[DiagnosticStatus], message.status):
+            if status.name == self._source:
+                values = {pair.key: pair.value for pair in cast(Sequence[KeyValue], status.values)}
+                self._take_diagnosis(stamp, values)
+
+    def _take_diagnosis(self, stamp: int, values: Mapping[str, str]) -> None:
+        recorder = self._recorder
+        recorder.track_state(CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
+        recorder.track_state(STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
+        counts = [count for key, count in values.items() if key.startswith("refused: ")]
+        refused = sum(int(count) for count in counts if count.isdecimal())
+        recorder.track_state(
+            COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted"
+        )
+        self._refused, self._diagnosed = refused, stamp
+
     def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
         """Return one value per actuated joint, or None where names are missing or unknown."""
         by_name = dict(zip(names, values, strict=False))
         if by_name.keys() != set(self._scene.actuated):
             return None
         return tuple(by_name[name] for name in self._scene.actuated)
+
+
+def source_of(node: Node) -> str:
+    """Return the name, in diagnostics, of the plant in the namespace of a node."""
+    return f"{node.get_namespace().strip('/')}/plant"
 
 
 def _decode(wire: JointWire | CommandWire, data: bytes) -> Frame | None:

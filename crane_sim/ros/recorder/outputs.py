@@ -11,7 +11,7 @@ from rclpy.node import Node
 
 from crane_sim.recording.files import existing_parts, part_of
 from crane_sim.ros.common.node_host import Fault
-from crane_sim.ros.recorder.decoder import MessageDecoder
+from crane_sim.ros.recorder.decoder import MessageDecoder, source_of
 from crane_sim.ros.recorder.subscriptions import topics
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Outputs:
         self._bag = bag = _open_bag(node, scene, settings, resume)
         self.recorder = _open_recorder(scene, settings, keep_alive, bag, resume)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
-        receivers = [bag, self.recorder and MessageDecoder(scene, self.recorder)]
+        receivers = [bag, self.recorder and MessageDecoder(scene, self.recorder, source_of(node))]
         self.callbacks: list[dict[str, Callable[[bytes], None]]] = [each.callbacks() for each in receivers if each]
         steps = [step for step, output in ((resume.bagged, bag), (resume.after, self.recorder)) if output]
         self.resume_after = [step * scene.period_ns for step in steps]

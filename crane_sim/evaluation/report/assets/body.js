@@ -2,7 +2,9 @@
 // One crane: solids of the URDF on their joints, ropes between nodes; a ghost has one colour and is seen through.
 
 const Z = new THREE.Vector3(0, 0, 1);
-const ROPE_COLOR = 0x3c4650, ROPE_RADIUS = 0.0035; // radius in sizes of the crane
+const ROPE_RADIUS = 0.0035; // in sizes of the crane
+// Colours of ropes at no tension, at that of the start and at twice as much; one that is slack is thin and orange.
+const LOADS = [[0.5, 0.7, 0.87], [0.24, 0.27, 0.31], [0.82, 0.13, 0.13]], SLACK_COLOR = [0.85, 0.45, 0.05];
 const GHOST_OPACITY = 0.45;
 
 class CraneBody {
@@ -42,11 +44,11 @@ class CraneBody {
 
   buildRopes(scene, size) {
     const radius = ROPE_RADIUS * size;
-    const rope = new THREE.MeshLambertMaterial(this.tint ? { color: this.tint } : { color: ROPE_COLOR });
+    const rope = () => new THREE.MeshLambertMaterial(this.tint ? { color: this.tint } : {});
     const shape = new THREE.CylinderGeometry(radius, radius, 1, 8).rotateX(Math.PI / 2);
     const falls = this.frames.has("falls");
     const count = falls ? this.frames.parts.falls[1] / 6 : this.frames.parts.nodes[1] / 3 - 1;
-    this.ropes = Array.from({ length: count }, () => new THREE.Mesh(shape, rope));
+    this.ropes = Array.from({ length: count }, () => new THREE.Mesh(shape, rope()));
     for (const each of this.ropes) {
       each.castShadow = true;
       (falls ? this.base : scene).add(each);
@@ -88,7 +90,7 @@ class CraneBody {
   }
 
   moveRopes(nodes, at) {
-    const falls = this.frames.has("falls") ? this.frames.at("falls", at) : null;
+    const falls = this.frames.has("falls") ? this.frames.at("falls", at) : null, loads = this.frames.at("tension", at);
     this.ropes.forEach((rope, i) => {
       const ends = falls ? falls.slice(6 * i, 6 * i + 6) : nodes.slice(3 * i, 3 * i + 6);
       const top = new THREE.Vector3(...ends.slice(0, 3)), bottom = new THREE.Vector3(...ends.slice(3));
@@ -96,9 +98,18 @@ class CraneBody {
       rope.visible = length > 1e-9;
       rope.position.copy(top).add(bottom).multiplyScalar(0.5);
       rope.quaternion.setFromUnitVectors(Z, along.normalize());
-      rope.scale.set(1, 1, Math.max(length, 1e-9));
+      const load = loads[loads.length === this.ropes.length ? i : 0], thin = load <= 1e-9 ? 0.5 : 1;
+      rope.scale.set(thin, thin, Math.max(length, 1e-9));
+      if (!this.tint) paintRope(rope.material.color, load);
     });
   }
+}
+
+// Give a colour to a rope whose tension is a share `load` of the one at the start.
+function paintRope(color, load) {
+  const [from, to] = load < 1 ? LOADS : LOADS.slice(1), share = load < 1 ? load : Math.min(load - 1, 1);
+  const mixed = load <= 1e-9 ? SLACK_COLOR : from.map((part, i) => part + share * (to[i] - part));
+  color.setRGB(...mixed, "srgb");
 }
 
 function makeSolid({ size, at, rpy, color }, tint) {

@@ -98,7 +98,7 @@ class Chart {
     const caption = html("figcaption", this.figure, panel.title);
     const legend = html("div", caption, "", { className: "legend" });
     this.values = this.curves.map((curve) => {
-      const entry = html("span", legend), line = html("b", entry, "", { className: curve.dashed ? "dashed" : "" });
+      const entry = html("span", legend), line = html("b", entry, "", { className: curve.dotted ? "dotted" : curve.dashed ? "dashed" : "" });
       line.style.borderTopColor = curve.color;
       entry.append(`${curve.name} `);
       return html("span", entry);
@@ -128,7 +128,7 @@ class Chart {
       element("line", { x1: axes.px(t), x2: axes.px(t), y1: axes.top, y2: axes.top + axes.height, stroke: "#d9730d", "stroke-opacity": 0.35 }, this.svg);
     for (const curve of this.curves)
       element("path", { d: axes.path(curve.t, curve.values), fill: "none", stroke: curve.color, "stroke-width": curve.dashed ? 1.2 : 1.6,
-        "stroke-dasharray": curve.dashed ? "5 4" : "none", "stroke-linejoin": "round" }, this.svg);
+        "stroke-dasharray": curve.dotted ? "1.5 2" : curve.dashed ? "5 4" : "none", "stroke-linejoin": "round" }, this.svg);
     this.cursor = element("line", { y1: axes.top, y2: axes.top + axes.height, stroke: "#1f2933", "stroke-width": 1 }, this.svg);
   }
 
@@ -140,6 +140,52 @@ class Chart {
       const value = interpolate(curve.t, curve.values, t);
       this.values[i].textContent = Number.isFinite(value) ? format(value) : "–";
     });
+  }
+}
+
+// Bands of states over time, one row a track; a click on a band goes to its beginning.
+class StateChart {
+  constructor(parent, rows, seek) {
+    Object.assign(this, { rows, seek, pitch: 22 });
+    this.figure = html("figure", parent, "", { className: "wide" });
+    html("figcaption", this.figure, "States");
+    this.svg = element("svg", { role: "img", "aria-label": "States" }, this.figure);
+  }
+
+  draw(width, range) {
+    this.svg.replaceChildren();
+    const longest = Math.max(...this.rows.map((row) => row.name.length)), rowHeight = this.pitch;
+    const left = Math.min(TEXT_WIDTH * longest + 12, 0.4 * width), height = rowHeight * this.rows.length + 34;
+    const right = width - PLAIN.right, px = (t) => left + ((t - range[0]) / (range[1] - range[0])) * (right - left);
+    Object.assign(this, { range, px, bottom: height - 32 });
+    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    this.svg.setAttribute("height", height);
+    this.rows.forEach((row, i) => this.drawRow(row, i * rowHeight, left));
+    for (const value of ticks(...range, Math.max(3, Math.round((right - left) / 90))).numbers)
+      element("text", { x: px(value), y: height - 17, "text-anchor": "middle" }, this.svg, String(Number(value.toPrecision(6))));
+    element("text", { x: right, y: height - 3, "text-anchor": "end" }, this.svg, "time [s]");
+    this.cursor = element("line", { y1: 0, y2: this.bottom, stroke: "#1f2933", "stroke-width": 1 }, this.svg);
+  }
+
+  drawRow(row, top, left) {
+    const text = element("text", { x: left - 6, y: top + 14, "text-anchor": "end" }, this.svg, row.name);
+    if (text.getComputedTextLength?.() > left - 8) text.setAttribute("textLength", left - 8);
+    for (const [begin, end, state, color] of row.spans) {
+      const first = Math.max(begin, this.range[0]), last = Math.min(end, this.range[1]);
+      if (last < first || (last === first && begin !== end)) continue;
+      const x = this.px(first), width = Math.max(1, this.px(last) - x);
+      const band = element("rect", { x, y: top + 2, width, height: this.pitch - 5, fill: color }, this.svg);
+      element("title", {}, band, `${row.name}: ${state}, ${begin.toFixed(3)} .. ${end.toFixed(3)} s`);
+      band.addEventListener("click", () => this.seek(begin));
+      if (width > TEXT_WIDTH * state.length + 6)
+        element("text", { x: x + 4, y: top + 14, class: color === "#c3cad1" ? "band calm" : "band" }, this.svg, state);
+    }
+  }
+
+  show(t) {
+    const x = this.px(Math.min(Math.max(t, this.range[0]), this.range[1]));
+    this.cursor.setAttribute("x1", x);
+    this.cursor.setAttribute("x2", x);
   }
 }
 

@@ -58,6 +58,7 @@
     };
     if (moves(0) || moves(1)) if (moves(1)) charts.push(new PathChart(get("charts"), frames, "Path of the payload from above", 0, 1));
     charts.push(new PathChart(get("charts"), frames, "Path of the payload from the side", 0, 2));
+    if (run.states.length) charts.push(new StateChart(get("charts"), run.states, seek));
     drawCharts();
   }
 

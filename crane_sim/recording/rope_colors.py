@@ -1,0 +1,33 @@
+"""Colours of ropes by their tension: grey at that of the start, red at twice as much, orange where slack."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from crane_sim.recording.layout import Numbers
+
+LEAST = 1e-6  # N: a smaller tension is none
+UNLOADED, USUAL, DOUBLE, SLACK = (150, 190, 235), (214, 219, 226), (235, 60, 50), (255, 150, 40)
+"""Colours (red, green, blue) of next to no tension, of that of the start, of twice as much and more, and of none."""
+
+
+def usual_tensions(tensions: Numbers) -> Numbers:
+    """Return the tensions (L,) [N] to which those of a run (K, L) are compared: the first ones.
+
+    Where a rope begins slack it is the largest one of the first rows; without any it is 1 N.
+    """
+    largest = tensions.max(axis=0, initial=0.0)
+    usual = np.where(tensions[0] > 0.01 * largest, tensions[0], largest)
+    return np.where(usual > LEAST, usual, max(1.0, float(usual.max(initial=0.0))))
+
+
+def rope_colors(tensions: Numbers, usual: Numbers) -> Numbers:
+    """Return colours (F, L, 3) of ropes with tensions (F, L) [N], compared to `usual` (L,)."""
+    ratio = tensions / usual
+    stops = (0.0, 1.0, 2.0)
+    channels = [np.interp(ratio, stops, values) for values in zip(UNLOADED, USUAL, DOUBLE, strict=True)]
+    colors = np.stack(channels, axis=-1)
+    return np.where((tensions <= LEAST)[..., None], SLACK, colors).round()

@@ -1,0 +1,64 @@
+"""What sensors show stands beside the truth in a recording, on its page and in its columns."""
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim.evaluation.report.panels import panels_of
+from crane_sim.recording.layout import of_rollout
+from crane_sim.recording.rerun.curves import channels
+from crane_sim.recording.run import RecordedRun
+from crane_sim.simulation.hardware import measure
+
+pytestmark = pytest.mark.interpreted
+FAULT = {"dark": {"kind": "sensor_loss", "joint": "swing_tangential", "at": 0.1}}
+
+
+@pytest.fixture(scope="module")
+def rollout() -> crane_sim.Rollout:
+    """Run a crane with noise, digits and delays, of whose swing a sensor fails."""
+    return crane_sim.simulate("knuckle_bench", overrides={"duration": 0.3, "faults": FAULT})
+
+
+@pytest.fixture(scope="module")
+def run(rollout: crane_sim.Rollout, tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
+    """Return the run, recorded and read back."""
+    return crane_sim.read_recording(rollout.record(tmp_path_factory.mktemp("measured") / "run.rrd"))
+
+
+def test_measured_values_are_those_that_the_law_got(rollout: crane_sim.Rollout) -> None:
+    """Sensed anew from the true states, the values are bit for bit those that a law got in a run of its own."""
+    seen: list[tuple[float, ...]] = []
+
+    def law(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+        seen.append((*q, *v))
+        return tuple(rollout.commands[len(seen) - 1])
+
+    again = crane_sim.simulate(rollout.scene, law=law)
+    assert np.array_equal(again.q, rollout.q), "the same commands make the same run"
+    assert np.array_equal(measure(rollout.scene, rollout.q[:-1], rollout.v[:-1]), np.array(seen))
+
+
+def test_a_recording_has_both(rollout: crane_sim.Rollout, run: RecordedRun) -> None:
+    """A recording has what was measured beside the truth; a crane with ideal sensors has the truth alone."""
+    shown = measure(rollout.scene, rollout.q[:-1], rollout.v[:-1])
+    assert run.q_measured is not None and run.v_measured is not None
+    assert np.array_equal(np.hstack([run.q_measured, run.v_measured]), shown)
+    assert np.array_equal(run.q, rollout.q[:-1])
+    assert np.array_equal(run.columns()["v_measured.jib"][0], shown[:, 8]), "columns are named after the joints"
+    ideal = crane_sim.simulate("knuckle_setpoint", duration=0.05)
+    assert not of_rollout(ideal, "ideal").sensed
+    assert not [channel for channel in channels(of_rollout(ideal, "ideal")) if "measured" in channel.entity]
+
+
+def test_measured_curves_share_the_axis_of_the_true_ones(run: RecordedRun) -> None:
+    """Every measured curve is in the panel of its joint, dotted, and in degrees where that one is; no ideal one is."""
+    found: dict[str, str] = {}
+    for panel in panels_of(run):
+        names = [curve.name for curve in panel.curves]
+        for curve in panel.curves:
+            if curve.dotted:
+                assert curve.name.removesuffix(" measured") in names, panel.title
+                found[f"{curve.name} {panel.unit}"] = curve.color
+    assert {"slew measured °", "slew measured °/s", "rope measured m", "tangential measured °"} <= found.keys()
+    assert found["slew measured °"] == found["slew measured °/s"], "a joint has one colour"

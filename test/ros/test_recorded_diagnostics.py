@@ -1,0 +1,47 @@
+"""What a recorder takes from the plant's diagnostics: a silent controller, refused commands, an emergency stop."""
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.serialization import serialize_message
+from recording_samples import SCENE
+
+from crane_sim.ros.common import messages
+from crane_sim.ros.recorder.decoder import MessageDecoder
+
+SECOND = 1_000_000_000
+
+
+class States:
+    """A recorder that keeps the states it is given."""
+
+    def __init__(self) -> None:
+        self.taken: list[tuple[str, int, str]] = []
+
+    def track_state(self, track: str, calm: str, stamp: int, name: str) -> None:
+        """Keep what is not calm."""
+        self.taken += [(track, stamp // SECOND, name)] if name != calm else []
+
+
+def diagnostics(second: int, source: str, **values: object) -> bytes:
+    """Return the serialized diagnostics of a source at a second of scene time."""
+    named = {key.replace("_", ": "): value for key, value in values.items()}
+    message: DiagnosticArray = messages.diagnostics(source, "", named)
+    messages.set_stamp(message.header.stamp, second * SECOND)
+    return serialize_message(message)
+
+
+def test_states_are_those_of_the_own_plant() -> None:
+    """Warnings begin a state, refusals one from the diagnostics before them on; other nodes and broken bytes none."""
+    recorder: Any = States()
+    take = MessageDecoder(SCENE, recorder, "crane/plant").callbacks()["/diagnostics"]
+    take(diagnostics(1, "crane/plant", warning_commands="no valid command for 0.5 s", refused_names=0))
+    take(diagnostics(2, "other/plant", warning_commands="no valid command for 0.5 s"))
+    take(b"no diagnostics")
+    take(diagnostics(3, "crane/plant", warning_brakes="the brakes act", refused_names=2, refused_late=1))
+    take(diagnostics(4, "crane/plant", refused_names=2, refused_late=1, refused_huge="many"))
+    assert recorder.taken == [
+        ("controller", 1, "silent"),
+        ("emergency stop", 3, "pressed"),
+        ("commands", 1, "refused"),
+    ]
