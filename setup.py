@@ -36,6 +36,7 @@ setup(
         "mcap": ["rosbags"],
         "plots": ["matplotlib"],
         "gamepad": ["evdev"],
+        "docs": ["zensical==0.0.*"],
         "peers": ["mujoco", "exudyn", "pin", "drake", "casadi"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },
