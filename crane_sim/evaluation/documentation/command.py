@@ -1,13 +1,15 @@
-"""`crane docs`: lists the pages that commands write, and runs these commands."""
+"""`crane docs`: lists the pages that commands write, runs these commands, and builds the site of all pages."""
 
 import subprocess
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from crane_sim.evaluation.documentation.pages import PAGES
+from crane_sim.evaluation.documentation.site import build_site, serve_site
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.errors import SceneError, unknown_key
 
@@ -26,13 +28,31 @@ def docs(names: Sequence[str]) -> None:
     if not names:
         print_pages()
         return
-    tree = config_folder().parent
-    if not (tree / "docs").is_dir():
-        raise SceneError(f"{tree}: has no docs; run this in the source tree")
+    tree = _tree()
     for name in PAGES if "all" in names else names:
         command = [str(tree / "crane"), *PAGES[name].command.split()]
         if subprocess.run(command, cwd=tree, check=False).returncode:
             raise SceneError(f"{name}: crane {PAGES[name].command}: failed, see above")
+
+
+def build(folder: Path | None, serve: bool) -> None:
+    """Build the site of all pages into a folder, `site` when None, and serve it if `serve`, until Ctrl-C.
+
+    Raises:
+        SceneError: this is no source tree, a page has a fault, or the folder is none of this command's making.
+    """
+    site = build_site(_tree(), folder or Path("site"))
+    print(site / "index.html")
+    if serve:
+        serve_site(site)
+
+
+def _tree() -> Path:
+    """Return the source tree."""
+    tree = config_folder().parent
+    if not (tree / "docs").is_dir():
+        raise SceneError(f"{tree}: has no docs; run this in the source tree")
+    return tree
 
 
 def print_pages() -> None:
