@@ -10,6 +10,7 @@ from crane_sim.cli.report import WITHOUT_ROS
 from crane_sim.cli.soak import soak
 from crane_sim.evaluation.bench.page import write_page as performance
 from crane_sim.evaluation.bench.store import read_store
+from crane_sim.evaluation.documentation.api_page import api_page
 from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in
 from crane_sim.ros.plant_node import PARAMETERS
 from crane_sim.simulation.rollout import simulate
@@ -49,6 +50,13 @@ def test_a_page_has_the_rows_of_its_command(name: str) -> None:
 def test_the_benchmarks_page_is_written_from_its_data() -> None:
     """The page of the benchmark is exactly the output of its command from the data beside it."""
     assert text("performance") == performance(read_store(DOCS), drawn=True)
+
+
+def test_the_python_page_is_written_from_the_source() -> None:
+    """The page on the Python interface is exactly the output of its command, and says something of every attribute."""
+    assert text("api") == api_page(), f"out of date: ./crane {PAGES['api'].command}"
+    bare = [line for line in text("api").splitlines() if line.startswith("- `") and ": " not in line]
+    assert bare == []
 
 
 def test_commands_and_their_options_are_described() -> None:

@@ -2,12 +2,13 @@
 
 A fence says by its language and title what its block is:
 
-- `sh`: commands, which all succeed. Two that follow one another with the titles "one terminal" and "another terminal" run at
-  the same time; the other terminal's gets Ctrl-C as soon as the first one's are done.
+- `sh`: commands, which all succeed. Two that follow one another with the titles "one terminal" and "another terminal"
+  run at the same time; the other terminal's gets Ctrl-C as soon as the first one's are done.
 - any language with a file's name for a title: that file, written.
 - `python`: statements, in one namespace for the page.
 - `yaml`: a scene that runs; with the title "in SCENE" groups that are put into this scene of the catalogue.
-- `text` is what something looks like, `console` are commands that need a screen, a network or another machine: not executed.
+- `text`: what something looks like; `console`: commands that need a screen, a network or another machine. Neither is
+  executed.
 """
 
 import os
@@ -99,9 +100,19 @@ def run_scene(block: Block) -> None:
     """Run a scene, or groups in a scene of the catalogue, for a few periods."""
     document = yaml.safe_load(block.text)
     if block.title.startswith("in "):
-        document = yaml.safe_load(scene_files()[block.title[3:]].read_text()) | document
+        document = merge(yaml.safe_load(scene_files()[block.title[3:]].read_text()), document)
     scene = crane_sim.load_scene(document)
     crane_sim.simulate(scene, duration=PERIODS * scene.period)
+
+
+def merge(document: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Return a document with changes, in groups of both key by key."""
+    both = {key: merge(document[key], value) for key, value in changes.items() if _are_groups(document.get(key), value)}
+    return document | changes | both
+
+
+def _are_groups(*values: Any) -> bool:
+    return all(isinstance(value, dict) for value in values)
 
 
 def commands_of(text: str) -> Iterator[list[str]]:
@@ -110,5 +121,3 @@ def commands_of(text: str) -> Iterator[list[str]]:
         call = re.search(r"\./crane (.*)", line.partition(" #")[0])
         if call:
             yield call[1].split()
-
-

@@ -16,8 +16,10 @@ CONFIG = "zensical.toml"
 OWN = {"ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
 """Pages of the tree's root, and their names in the site."""
 ADDRESS = ("127.0.0.1", 8000)
-LINK = re.compile(r"(\]\()(?:\.\./)?([^)#:\s]+)(#[^)\s]*)?\)")
+LINK = re.compile(r"\[([^]\n]*)\]\((?:\.\./)?([^)#:\s]+)(#[^)\s]*)?\)")
 """A link to a file: [text](file#heading)."""
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+_FAULT = re.compile(r"^\w+: (.*)\n.*\[ (\S+:\d+):\d+ \]", re.MULTILINE)
 
 
 def build_site(tree: Path, folder: Path) -> Path:
@@ -35,23 +37,36 @@ def build_site(tree: Path, folder: Path) -> Path:
         command = [sys.executable, "-m", "zensical", "build", "--strict"]
         done = subprocess.run(command, cwd=temporary, capture_output=True, text=True, check=False)
         if done.returncode:
-            raise SceneError(f"crane docs --build: {' '.join((done.stdout + done.stderr).split())}")
+            raise SceneError(f"crane docs --build: {_faults(done.stdout + done.stderr)}")
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(Path(temporary, "site"), folder)
     return folder
+
+
+def _faults(text: str) -> str:
+    """Return in one line what Zensical complains about and where; its last line where it says nothing of that kind."""
+    found = _FAULT.findall(_COLOUR.sub("", text))
+    return "; ".join(f"{where}: {what}" for what, where in found) or text.strip().rpartition("\n")[2]
 
 
 def stage_pages(tree: Path, folder: Path) -> None:
     """Copy what the site is built from into a folder; links between `docs` and the tree's root lead to its pages."""
     shutil.copy(tree / CONFIG, folder)
     shutil.copytree(tree / "docs", folder / "docs")
-    pages = {page: tree / source for source, page in OWN.items()}
-    for name, file in (pages | {file.name: file for file in (tree / "docs").glob("*.md")}).items():
-        Path(folder, "docs", name).write_text(LINK.sub(_link_in_site, file.read_text()))
+    sources = {file.name: file for file in (tree / "docs").glob("*.md")}
+    sources |= {page: tree / source for source, page in OWN.items()}
+    texts = {page: file.read_text() for page, file in sources.items()}
+    titles = {page: text.partition("\n")[0].removeprefix("# ") for page, text in texts.items()}
+    for page, text in texts.items():
+        Path(folder, "docs", page).write_text(LINK.sub(partial(_link_in_site, titles), text))
 
 
-def _link_in_site(link: re.Match[str]) -> str:
-    return f"{link[1]}{OWN.get(link[2], link[2].removeprefix('docs/'))}{link[3] or ''})"
+def _link_in_site(titles: dict[str, str], link: re.Match[str]) -> str:
+    """Return a link with its page's name in the site, and its title where the text is a file's name."""
+    text, target, heading = link.groups(default="")
+    page = OWN.get(target, target.removeprefix("docs/"))
+    shown = titles.get(page, text) if text.removeprefix("docs/") in (page, target) else text
+    return f"[{shown}]({page}{heading})"
 
 
 def serve_site(folder: Path) -> None:
