@@ -151,7 +151,7 @@ def check(file: str) -> None:
 @click.option("--serve", is_flag=True, help="Build it, and serve it on the loopback interface.")
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), help="Of the site (default: site).")
 def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) -> None:
-    """List the pages in docs that commands write; with PAGES, write these anew ("all": every page)."""
+    """List the pages in docs that commands write; with PAGES, write these anew ("pictures", "all")."""
     from crane_sim.evaluation.documentation import command
 
     if not (build or serve):
