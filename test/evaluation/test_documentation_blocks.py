@@ -5,11 +5,13 @@ from pathlib import Path
 import pytest
 from code_blocks import EXECUTED, ROOT, SHOWN, blocks_of, commands_of, execute
 
+import crane_sim
 from crane_sim.cli.commands import app
 
 PAGES = {file.stem: file for file in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
-COSTLY = ("README", "bench_top", "first_controller", "looking", "your_crane", "your_law")
+COSTLY = ("README", "bench_top", "looking", "your_crane", "your_law")
 """Pages whose commands start processes, or whose runs take the whole duration of a scene: minutes in all."""
+TUTORIAL = "first_controller"
 EXECUTABLE = [name for name, file in PAGES.items() if any(block.language in EXECUTED for block in blocks_of(file))]
 
 
@@ -22,7 +24,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("name", sorted({*EXECUTABLE} - {*COSTLY}))
+@pytest.mark.parametrize("name", sorted({*EXECUTABLE} - {*COSTLY, TUTORIAL}))
 def test_blocks_run(name: str, folder: Path, domain_id: int) -> None:
     """Every command, program and scene of a page does what the page says it can: none fails."""
     assert execute(PAGES[name], folder, domain_id) > 0
@@ -31,8 +33,24 @@ def test_blocks_run(name: str, folder: Path, domain_id: int) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", COSTLY)
 def test_blocks_of_costly_pages_run(name: str, folder: Path, domain_id: int) -> None:
-    """The same for pages with runs over ROS, recordings and reports: the tutorial, from its first to its last line."""
+    """The same for pages with runs over ROS, recordings and reports."""
     assert execute(PAGES[name], folder, domain_id) > 0
+
+
+@pytest.mark.long
+def test_the_tutorial_leads_where_it_says(folder: Path, domain_id: int) -> None:
+    """The tutorial, from its first to its last line: its law settles when it says, with the same bits over ROS."""
+    assert execute(PAGES[TUTORIAL], folder, domain_id) > 0
+    lqr, own, over_ros = (
+        crane_sim.read_recording(folder / "my" / f"{name}.rrd") for name in ("lqr", "own", "over_ros")
+    )
+    assert own.summary["state_sha256"] == over_ros.summary["state_sha256"] != lqr.summary["state_sha256"]
+    for run in (lqr, own):
+        settled, force = run.summary["settling_time"]["trolley"], run.summary["peak_effort"]["trolley"]
+        assert (
+            f"{settled:.2f} s" in PAGES[TUTORIAL].read_text() and f"{force / 1e3:.3g} kN" in PAGES[TUTORIAL].read_text()
+        )
+    assert (folder / "my" / "own.png").stat().st_size > 10_000 and (folder / "my" / "both.html").is_file()
 
 
 def test_every_block_says_what_it_is() -> None:
