@@ -66,7 +66,7 @@ class RecordedRun:
     """
 
     path: Path | None  # the recording, None for a run that has none
-    crane: Crane  # kind, joint_names, joint_units, actuated, effort_units, command_units, ...
+    crane: Crane
     properties: dict[str, Any]  # scene, law, seed, period [s], duration [s], derived, scene_file, provenance, drawn
     t: Numbers  # (K,) s
     q: Numbers  # (K, nq) m or rad
@@ -77,12 +77,14 @@ class RecordedRun:
     tip: Numbers  # (K, 3) m
     payload: Numbers  # (K, 3) m
     base: Numbers | None  # (K, 6) surge, sway, heave [m], roll, pitch, yaw [rad] of a base that moves
-    tensions: Numbers  # (K, L) N, of the links from the top to the payload, or of the falls; of more than 12 the first
+    tensions: (
+        Numbers  # (K, L) N, of the links from the top to the payload, or of the falls; only the first of more than 12
+    )
     swing: Numbers  # (K,) rad, angle of the line from tip to payload from the vertical
     kinetic: Numbers  # (K,) J
     potential: Numbers  # (K,) J, from height 0 of the world
     lyapunov: Numbers | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
-    frames: Frames  # t, nodes, target, falls at F instants, about 30 in a second, for pictures
+    frames: Frames
     events: list[tuple[float, str]]  # (s, what happened)
     summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
 

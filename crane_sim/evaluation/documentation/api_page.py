@@ -6,6 +6,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterator
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +79,11 @@ def _list(section: re.Match[str]) -> str:
 
 def _attributes(kind: type) -> Iterator[str]:
     """Yield the attributes of a class, as a list: fields with their comments, properties with their docstrings."""
-    described = comments(kind) if hasattr(kind, "__dataclass_fields__") else {}
-    for name in getattr(kind, "__dataclass_fields__", ()):
-        yield f"- `{name}`" + (f": {described[name]}" if described.get(name) else "")
+    declared = getattr(kind, "__dataclass_fields__", {})
+    described = comments(kind) if declared else {}
+    for name, field in declared.items():
+        text = described.get(name) or docstring(getattr(import_module(kind.__module__), str(field.type)))
+        yield f"- `{name}`: {text}"
     for name, value in vars(kind).items():
         if not name.startswith("_") and isinstance(value, property | cached_property):
             yield f"- `{name}`: {' '.join(docstring(value).split())}"
