@@ -37,6 +37,7 @@ setup(
         "plots": ["matplotlib"],
         "pandas": ["pandas"],
         "gamepad": ["evdev"],
+        "docs": ["zensical==0.0.*"],
         "peers": ["mujoco", "exudyn", "pin", "drake", "casadi"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },

@@ -147,33 +147,44 @@ def check(file: str) -> None:
 
 @app.command()
 @click.argument("pages", nargs=-1)
-def docs(pages: tuple[str, ...]) -> None:
-    """List the pages in docs that commands write; with PAGES, write these anew ("all": every page)."""
-    from crane_sim.evaluation.documentation.command import docs as command
+@click.option("--build", is_flag=True, help="Build the documentation site.")
+@click.option("--serve", is_flag=True, help="Build it, and serve it on the loopback interface.")
+@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), help="Of the site (default: site).")
+def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) -> None:
+    """List the pages in docs that commands write; with PAGES, write these anew ("pictures", "all")."""
+    from crane_sim.evaluation.documentation import command
 
-    command(pages)
+    if not (build or serve):
+        if folder is not None:
+            raise SceneError("crane docs --output: needs --build or --serve")
+        command.docs(pages)
+        return
+    if pages:
+        raise SceneError(f"crane docs {pages[0]}: the site has all pages; leave out the name")
+    command.build(folder, serve)
 
 
 @app.command()
 @click.argument("scene", required=False)
+@click.option("--python", is_flag=True, help="The Python interface instead: functions, arguments, attributes.")
 @click.option("--ros2-control", is_flag=True, help="Of SCENE: its URDF with a <ros2_control> tag, and controllers.")
 @click.option("--save", "folder", metavar="FOLDER", help="Write the page or files there instead of printing them.")
-def describe(scene: str | None, ros2_control: bool, folder: str | None) -> None:
+def describe(scene: str | None, python: bool, ros2_control: bool, folder: str | None) -> None:
     """Describe the format of scene files: every key, its unit, default and meaning (Markdown).
 
     With SCENE and --ros2-control: what a stock ros2_control needs to drive this crane.
     """
-    from crane_sim.evaluation.documentation.scene_format import save_page, scene_format
+    from crane_sim.evaluation.documentation import api_page, scene_format
 
     check_folder(folder)
     if (scene is None) == ros2_control:
         raise SceneError(f"crane describe {scene or '--ros2-control'}: SCENE and --ros2-control belong together")
     if scene is not None:
         _describe_ros2_control(load_scene_with_options(scene), folder)
-    elif folder is None:
-        print(scene_format(), end="")
+    elif folder is not None:
+        (api_page if python else scene_format).save_page(folder)
     else:
-        save_page(folder)
+        print(api_page.api_page() if python else scene_format.scene_format(), end="")
 
 
 def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:

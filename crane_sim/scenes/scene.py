@@ -31,31 +31,31 @@ DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a perio
 class Scene:
     """A checked scene. Joint coordinates are in the order of joint_names, the actuated ones first."""
 
-    name: str
-    crane: str
+    name: str  # of its file
+    crane: str  # which form the file has: knuckle, tower, overhead, ...
     model: Any = field(compare=False)  # parameters, whose type chooses the equations
     initial_q: tuple[float, ...]  # (nq,)
     initial_v: tuple[float, ...]  # (nq,)
     duration: float  # s
     period: float  # s, between published states, and between commands when sampled
     method: Any  # settings of the integrator
-    law: Law | None = field(compare=False)
-    law_name: str | None
+    law: Law | None = field(compare=False)  # a callable(t, q, v), see `crane_sim.laws`; None without one
+    law_name: str | None  # None without a law
     sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
     path: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None without one
-    seed: int
-    description: str
-    joint_names: tuple[str, ...]
+    seed: int  # of everything random
+    description: str  # in plain words
+    joint_names: tuple[str, ...]  # (nq,)
     actuated: tuple[str, ...]  # joints that take commands (nu,)
-    joint_units: tuple[str, ...]
+    joint_units: tuple[str, ...]  # (nq,)
     effort_units: tuple[str, ...]  # (nu,)
     limits: tuple[TravelLimits, ...]  # travel limits of the joints that have some
     notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
-    document: Mapping[str, Any]
+    document: Mapping[str, Any]  # the file as it was read, with all changes
     hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
-    instruments: Instruments | None = None
+    instruments: Instruments | None = None  # camera and motion reference unit; None without
 
     @property
     def period_ns(self) -> int:

@@ -144,7 +144,7 @@ class Batch:
     last whole period before that, and later samples are not numbers.
     """
 
-    joint_names: tuple[str, ...]
+    joint_names: tuple[str, ...]  # nq
     t: Array  # (n,) s, of q, v and payload: the duration, less for a crane that failed
     q: Array  # (n, nq)
     v: Array  # (n, nq)

@@ -141,16 +141,16 @@ LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[f
 class Rollout:
     """A run: K instants, joint coordinates in the order of scene.joint_names, world frame, SI units."""
 
-    scene: Scene
+    scene: Scene  # what was run
     t: Array  # (K,) s
     q: Array  # (K, nq)
     v: Array  # (K, nq)
     u: Array  # (K, nu), efforts applied from t on
     tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
     commands: Array  # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
-    derived: Derived
+    derived: Derived  # what is computed from the states: nodes, energies, swing, ...
     stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
-    summary: dict[str, Any]
+    summary: dict[str, Any]  # the figures that docs/summary.md explains
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
     def __repr__(self) -> str:

@@ -1,5 +1,6 @@
 """The pages in docs: each names the command that writes it, and has the rows of this command."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,9 @@ from crane_sim.cli.report import WITHOUT_ROS
 from crane_sim.cli.soak import soak
 from crane_sim.evaluation.bench.page import write_page as performance
 from crane_sim.evaluation.bench.store import read_store
+from crane_sim.evaluation.documentation.api_page import api_page
 from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in
+from crane_sim.evaluation.documentation.pictures import PICTURES
 from crane_sim.ros.plant_node import PARAMETERS
 from crane_sim.simulation.rollout import simulate
 
@@ -51,6 +54,13 @@ def test_the_benchmarks_page_is_written_from_its_data() -> None:
     assert text("performance") == performance(read_store(DOCS), drawn=True)
 
 
+def test_the_python_page_is_written_from_the_source() -> None:
+    """The page on the Python interface is exactly the output of its command, and says something of every attribute."""
+    assert text("api") == api_page(), f"out of date: ./crane {PAGES['api'].command}"
+    bare = [line for line in text("api").splitlines() if line.startswith("- `") and ": " not in line]
+    assert bare == []
+
+
 def test_commands_and_their_options_are_described() -> None:
     """The page of the commands has a row for each of them, and one for each option of `crane run`."""
     page = text("commands")
@@ -84,3 +94,12 @@ def test_the_command_lists_pages_and_rejects_others() -> None:
     assert listed.returncode == 0 and rejected.returncode == 2
     assert all(f"crane {page.command}" in listed.stdout for page in PAGES.values())
     assert "unknown page 'profiling'" in rejected.stderr
+
+
+def test_every_picture_is_made_by_a_command() -> None:
+    """Each picture that README or a page shows is there, made by its page's command or by `crane docs pictures`."""
+    for page in (DOCS.parent / "README.md", *DOCS.glob("*.md")):
+        for file in re.findall(r"!\[[^]]*\]\(([^)]*)\)", page.read_text()):
+            assert (page.parent / file).is_file(), f"{page.name}: {file}"
+            assert page.stem in PAGES or Path(file).name in PICTURES, f"{page.name}: nothing makes {file}"
+    assert all((DOCS / name).is_file() for name in PICTURES)

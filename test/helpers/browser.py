@@ -17,7 +17,7 @@ OPTIONS = (
     "--enable-unsafe-swiftshader",
     "--disable-gpu-sandbox",
 )
-OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND"
+OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 BUDGET = 20_000  # ms of the browser's virtual time, which passes as fast as the pages are ready
 FAULTS = """<script>
 const faults = [];
@@ -40,10 +40,13 @@ addEventListener("message", ({ data }) => {
 </script>"""
 
 
-def ask(pages: dict[str, str], question: str, folder: Path, time_limit: float = 240.0) -> dict[str, Any]:
+def ask(
+    pages: dict[str, str], question: str, folder: Path, time_limit: float = 240.0, address: str = ""
+) -> dict[str, Any]:
     """Return by name what each page answers to a function in JavaScript, its `faults` and its `requests`.
 
-    All pages are opened from files at once, by one browser, 900 pixels wide.
+    All pages are opened at once, by one browser, 900 pixels wide: from files, or from the address on the loopback
+    interface at which the folder is served.
     """
     frames = LISTENER
     for name, page in pages.items():
@@ -61,7 +64,7 @@ def ask(pages: dict[str, str], question: str, folder: Path, time_limit: float = 
         profile,
         f"--virtual-time-budget={BUDGET}",
         "--dump-dom",
-        outer.as_uri(),
+        f"{address}/{outer.name}" if address else outer.as_uri(),
     ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=time_limit, check=True)
     found = re.search(r'<pre id="answers">(.*?)</pre>', done.stdout, re.DOTALL)

@@ -31,7 +31,7 @@ are slower stay in the data. Take the ratios, not the times: they were measured 
 """
 REPEAT = """## How to repeat it
 
-```
+```console
 ./crane bench                  scenes, this simulator and hand-written C
 ./crane bench --quick          four of them, under a minute once they are compiled
 ./crane bench --peers          every engine that is installed: .venv/bin/pip install -r requirements-peers.lock
@@ -56,7 +56,7 @@ def write_page(data: dict[str, Any], drawn: bool) -> str:
         if name in data:
             picture = f"![work against precision]({FIGURES[name]})\n\n" if drawn and name in FIGURES else ""
             lines = "\n".join(suite.format(data[name]))
-            sections.append(f"## {suite.title}\n\n{picture}```\n{lines}\n```\n")
+            sections.append(f"## {suite.title}\n\n{picture}```text\n{lines}\n```\n")
     return "\n".join([*sections, REPEAT])
 
 

@@ -1,38 +1,63 @@
-"""`crane docs`: lists the pages that commands write, and runs these commands."""
+"""`crane docs`: lists the pages that commands write, runs these commands, and builds the site of all pages."""
 
 import subprocess
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from crane_sim.evaluation.documentation.pages import PAGES
+from crane_sim.evaluation.documentation.pictures import save_pictures
+from crane_sim.evaluation.documentation.site import build_site, serve_site
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.errors import SceneError, unknown_key
 
+PICTURES = "pictures"
+"""What is written beside the pages: pictures of runs."""
 WIDE = 200  # columns of a pipe, so that each command is on one line
 
 
 def docs(names: Sequence[str]) -> None:
-    """List the pages, or write those that are named, `all` for every one, from the source tree.
+    """List the pages, or write those that are named, `pictures` and `all` among them, from the source tree.
 
     Raises:
         SceneError: there is no such page, or this is no source tree.
     """
     for name in names:
-        if name not in (*PAGES, "all"):
-            raise SceneError(unknown_key(name, (*PAGES, "all"), "page"))
+        if name not in (*PAGES, PICTURES, "all"):
+            raise SceneError(unknown_key(name, (*PAGES, PICTURES, "all"), "page"))
     if not names:
         print_pages()
         return
-    tree = config_folder().parent
-    if not (tree / "docs").is_dir():
-        raise SceneError(f"{tree}: has no docs; run this in the source tree")
-    for name in PAGES if "all" in names else names:
+    tree = _tree()
+    if {PICTURES, "all"} & {*names}:
+        save_pictures(tree / "docs")
+    for name in PAGES if "all" in names else (name for name in names if name != PICTURES):
         command = [str(tree / "crane"), *PAGES[name].command.split()]
         if subprocess.run(command, cwd=tree, check=False).returncode:
             raise SceneError(f"{name}: crane {PAGES[name].command}: failed, see above")
+
+
+def build(folder: Path | None, serve: bool) -> None:
+    """Build the site of all pages into a folder, `site` when None, and serve it if `serve`, until Ctrl-C.
+
+    Raises:
+        SceneError: this is no source tree, a page has a fault, or the folder is none of this command's making.
+    """
+    site = build_site(_tree(), folder or Path("site"))
+    print(site / "index.html")
+    if serve:
+        serve_site(site)
+
+
+def _tree() -> Path:
+    """Return the source tree."""
+    tree = config_folder().parent
+    if not (tree / "docs").is_dir():
+        raise SceneError(f"{tree}: has no docs; run this in the source tree")
+    return tree
 
 
 def print_pages() -> None:
@@ -40,4 +65,5 @@ def print_pages() -> None:
     table = Table("page", "written by", "minutes", "from what these measure", title="docs", title_justify="left")
     for name, page in PAGES.items():
         table.add_row(f"{name}.md", f"crane {page.command}", f"{page.minutes:g}", "\n".join(page.measured))
+    table.add_row("*.png", f"crane docs {PICTURES}", "1", "runs of the catalogue, drawn by the viewer")
     Console(width=None if sys.stdout.isatty() else WIDE).print(table, highlight=False)

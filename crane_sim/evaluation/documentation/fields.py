@@ -106,7 +106,8 @@ def _own_comments(group: type) -> dict[str, str]:
     texts = {}
     for node in body:
         if isinstance(node.target, ast.Name):
-            line, text = node.end_lineno or node.lineno, []
+            line = node.end_lineno or node.lineno
+            text = [lines[inner] for inner in range(node.lineno, line) if inner in lines]
             while line in lines and (not text or line not in busy):
                 text.append(lines[line])
                 line += 1

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple
 
+import crane_sim
 from crane_sim.evaluation.bench import suites as bench
 from crane_sim.evaluation.bench.cases import CASES
 from crane_sim.evaluation.documentation.scene_format import scene_format
@@ -18,8 +19,9 @@ from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
 HAND_WRITTEN = (
-    *("bench_top", "commands", "contact", "drives", "interfaces", "looking", "machines", "operator", "profiling"),
-    *("reeving", "ros", "ros2_control", "summary", "uncertain", "wind"),
+    *("bench_top", "commands", "contact", "drives", "first_controller", "index", "interfaces", "looking", "machines"),
+    *("operator", "profiling", "reeving", "ros", "ros2_control", "summary", "two_machines", "uncertain", "wind"),
+    *("your_crane", "your_effect", "your_law", "your_path"),
 )
 """Pages written by hand."""
 
@@ -82,6 +84,7 @@ def _reproduction_page(item: str, minutes: float, cells: int = 1) -> Page:
 
 PAGES = {
     "scene_format": Page("describe --save docs", 0.1, lambda: headings(scene_format()), headings),
+    "api": Page("describe --python --save docs", 0.1, lambda: list(crane_sim.__all__), headings),
     "scenes": Page("scenes --save docs", 8.0, lambda: list(PORTS_AND_SITES), headings),
     "overhead": _reproduction_page("overhead", 0.1),
     "hardcases": _reproduction_page("hardcases", 10.0),

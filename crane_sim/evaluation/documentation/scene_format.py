@@ -57,6 +57,7 @@ EXAMPLES = {
     "tower with falls": "tower_set_down",
 }
 """An example scene of the catalogue for each kind of crane; the others with falls are written as the tower's."""
+NAMED = 3  # cranes at most in a heading
 HEADS = "| key | value | unit | default | |\n|---|---|---|---|---|"
 
 
@@ -69,9 +70,10 @@ class Section(NamedTuple):
 
     @property
     def title(self) -> str:
-        """The keys as a heading, with the crane's name where not all cranes have them."""
+        """The keys as a heading, with the cranes' names where not all have them, of many the first."""
         keys = ", ".join(f"`{key}`" for key in self.keys)
-        cranes = " and ".join(TITLES[crane] for crane in self.cranes)
+        names = [TITLES[crane] for crane in self.cranes]
+        cranes = " and ".join(names if len(names) <= NAMED else (names[0], f"{len(names) - 1} others"))
         return keys if len(self.cranes) == len(ALL_FORMS) else f"{cranes}: {keys}"
 
 
@@ -145,6 +147,8 @@ def _example(name: str | None) -> list[str]:
 def _write_sections(sections: list[Section], links: dict[Any, str]) -> Iterator[str]:
     for section in sections:
         yield f"### {section.title}\n"
+        if NAMED < len(section.cranes) < len(ALL_FORMS):
+            yield f"Of: {', '.join(TITLES[crane] for crane in section.cranes)}.\n"
         if isinstance(section.group, Choice):
             yield f"`{section.group.key}` is one of {', '.join(f'`{name}`' for name in section.group.kinds)}.\n"
             for name, kind in section.group.kinds.items():

@@ -1,0 +1,33 @@
+"""The pictures of README and docs that no page's command makes: of runs, as the viewer shows their recordings."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from crane_sim.recording.rerun.screenshot import Shown, picture
+from crane_sim.simulation.rollout import simulate
+
+
+class Picture(NamedTuple):
+    """A picture of a run of the catalogue."""
+
+    scene: str
+    at: float  # s, the instant that is shown
+    shown: Shown = Shown("Overview")
+
+
+PICTURES = {
+    "run.png": Picture("knuckle_setpoint", 12.0),
+    "run_overhead.png": Picture("overhead_spatial", 1.0),
+}
+"""The pictures by file. Those of pages that commands write are made by these commands."""
+
+
+def save_pictures(folder: str | Path) -> None:
+    """Run the scenes, record the runs and draw the recordings into a folder; needs a Vulkan driver, no display."""
+    for name, (scene, at, shown) in PICTURES.items():
+        with TemporaryDirectory() as temporary:
+            recording = simulate(scene).record(Path(temporary, f"{scene}.rrd"))
+            for complaint in picture(recording, Path(folder, name), at, shown):
+                print(f"{name}: {complaint}")
+        print(Path(folder, name), flush=True)

@@ -1,0 +1,77 @@
+"""The documentation site: the pages of `docs` and two of the tree's own, built by Zensical without a network."""
+
+import re
+import shutil
+import subprocess
+import sys
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from crane_sim.files.errors import SceneError
+
+CONFIG = "zensical.toml"
+OWN = {"ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
+"""Pages of the tree's root, and their names in the site."""
+ADDRESS = ("127.0.0.1", 8000)
+LINK = re.compile(r"\[([^]\n]*)\]\((?:\.\./)?([^)#:\s]+)(#[^)\s]*)?\)")
+"""A link to a file: [text](file#heading)."""
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+_FAULT = re.compile(r"^\w+: (.*)\n.*\[ (\S+:\d+):\d+ \]", re.MULTILINE)
+
+
+def build_site(tree: Path, folder: Path) -> Path:
+    """Build the site of a source tree into a folder; one that an earlier build made is replaced. Returns the folder.
+
+    Raises:
+        SceneError: a link leads nowhere or a page is missing, the folder is another's, or Zensical is not installed.
+    """
+    if find_spec("zensical") is None:
+        raise SceneError("crane docs --build: needs the Python package zensical (pip install crane_sim[docs])")
+    if folder.exists() and not (folder.is_dir() and (not any(folder.iterdir()) or (folder / "search.json").is_file())):
+        raise SceneError(f"{folder}: exists and is no site of this command's making; name another with --output")
+    with TemporaryDirectory() as temporary:
+        stage_pages(tree, Path(temporary))
+        command = [sys.executable, "-m", "zensical", "build", "--strict"]
+        done = subprocess.run(command, cwd=temporary, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise SceneError(f"crane docs --build: {_faults(done.stdout + done.stderr)}")
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(Path(temporary, "site"), folder)
+    return folder
+
+
+def _faults(text: str) -> str:
+    """Return in one line what Zensical complains about and where; its last line where it says nothing of that kind."""
+    found = _FAULT.findall(_COLOUR.sub("", text))
+    return "; ".join(f"{where}: {what}" for what, where in found) or text.strip().rpartition("\n")[2]
+
+
+def stage_pages(tree: Path, folder: Path) -> None:
+    """Copy what the site is built from into a folder; links between `docs` and the tree's root lead to its pages."""
+    shutil.copy(tree / CONFIG, folder)
+    shutil.copytree(tree / "docs", folder / "docs")
+    sources = {file.name: file for file in (tree / "docs").glob("*.md")}
+    sources |= {page: tree / source for source, page in OWN.items()}
+    texts = {page: file.read_text() for page, file in sources.items()}
+    titles = {page: text.partition("\n")[0].removeprefix("# ") for page, text in texts.items()}
+    for page, text in texts.items():
+        Path(folder, "docs", page).write_text(LINK.sub(partial(_link_in_site, titles), text))
+
+
+def _link_in_site(titles: dict[str, str], link: re.Match[str]) -> str:
+    """Return a link with its page's name in the site, and its title where the text is a file's name."""
+    text, target, heading = link.groups(default="")
+    page = OWN.get(target, target.removeprefix("docs/"))
+    shown = titles.get(page, text) if text.removeprefix("docs/") in (page, target) else text
+    return f"[{shown}]({page}{heading})"
+
+
+def serve_site(folder: Path) -> None:
+    """Serve a folder on the loopback interface until Ctrl-C; prints the address."""
+    handler = partial(SimpleHTTPRequestHandler, directory=str(folder))
+    with ThreadingHTTPServer(ADDRESS, handler) as server:
+        print(f"http://{ADDRESS[0]}:{ADDRESS[1]}/ until Ctrl-C", flush=True)
+        server.serve_forever()
