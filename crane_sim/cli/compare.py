@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from rich.console import Console
@@ -92,9 +93,19 @@ def _print(comparison: Comparison) -> None:
     table = Table("run", "quantity", "largest", "at [s]", "RMS", "unit", title=title, title_justify="left")
     for name, differences in zip(others, comparison.differences, strict=True):
         for quantity, each in differences.items():
-            row: list[Any] = [name, quantity, _format(each.largest), f"{each.at:g}", _format(each.rms), each.unit]
-            table.add_row(*row)
+            unit, factor = _shown_unit(each.unit)
+            largest, rms = _format(factor * each.largest), _format(factor * each.rms)
+            table.add_row(name, quantity, largest, f"{each.at:g}", rms, unit)
     console.print(table)
+    for name, left_out in zip(others, comparison.not_compared, strict=True):
+        if left_out:
+            line = f"{name}, not compared, without numbers throughout in one of the runs: {', '.join(left_out)}"
+            console.print(line, highlight=False, soft_wrap=True)
+
+
+def _shown_unit(unit: str) -> tuple[str, float]:
+    """Return (unit in which people read a quantity, its factor): angles in degrees."""
+    return (unit.replace("rad", "deg"), degrees(1.0)) if unit.startswith("rad") else (unit, 1.0)
 
 
 def _format(value: float | None) -> str:

@@ -46,7 +46,8 @@ class Comparison:
     names: tuple[str, ...]  # (n,)
     t: Numbers  # (K,) s, steps of the first run within the time that all runs have; others are interpolated linearly
     metrics: dict[str, tuple[float | None, ...]]  # (n,) values by name, None where a run has no such figure
-    differences: tuple[dict[str, Difference], ...]  # (n - 1,) by quantity, see RecordedRun.columns
+    differences: tuple[dict[str, Difference], ...]  # (n - 1,) by quantity, see RecordedRun.columns, and of `payload`
+    not_compared: tuple[tuple[str, ...], ...]  # (n - 1,) quantities that only one of two runs has as finite numbers
 
     def __repr__(self) -> str:
         """Return names and common time in one line."""
@@ -64,7 +65,9 @@ class Comparison:
             "status": [run.status for run in self.runs],
             "interval": [float(self.t[0]), float(self.t[-1])],
             "metrics": {name: list(values) for name, values in self.metrics.items()},
+            "metric_differences": [self.metric_differences(i) for i in range(1, len(self.runs))],
             "differences": [{name: each._asdict() for name, each in one.items()} for one in self.differences],
+            "not_compared": [list(names) for names in self.not_compared],
         }
 
 
@@ -88,7 +91,8 @@ def compare(*runs: RecordedRun | Rollout | Path | str, names: Sequence[str] = ()
         _check_alike(read[0], called[0], run, name)
     t = _common_time(read)
     differences = tuple(_differences(read[0], run, t) for run in read[1:])
-    return Comparison(read, called, t, _metrics(read), differences)
+    not_compared = tuple(_not_compared(read[0], *pair) for pair in zip(read[1:], differences, strict=True))
+    return Comparison(read, called, t, _metrics(read), differences, not_compared)
 
 
 def _run_of(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
@@ -124,17 +128,26 @@ def _common_time(runs: Sequence[RecordedRun]) -> Numbers:
 
 
 def _differences(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[str, Difference]:
-    """Return the differences of all quantities that both runs have and that are numbers throughout."""
+    """Return the differences of all quantities that both runs have as finite numbers, `payload` being a distance."""
     ours, others = first.columns(), run.columns()
-    found = {}
+    away = {}
     for name in (name for name in ours if name in others):
         (a, unit), (b, _) = ours[name], others[name]
         sample = _hold if name.startswith(HELD) else np.interp
-        away = sample(t, run.t, b) - sample(t, first.t, a)
-        if np.isfinite(away).all():
-            k = int(np.argmax(np.abs(away)))
-            found[name] = Difference(unit, float(abs(away[k])), float(t[k]), float(np.sqrt(np.mean(away * away))))
-    return found
+        away[name] = unit, sample(t, run.t, b) - sample(t, first.t, a)
+    distance = np.sqrt(sum(np.square(away[f"payload.{axis}"][1]) for axis in "xyz"))
+    away = {"payload": ("m", distance)} | away
+    return {name: _difference(unit, t, values) for name, (unit, values) in away.items() if np.isfinite(values).all()}
+
+
+def _difference(unit: str, t: Numbers, away: Numbers) -> Difference:
+    k = int(np.argmax(np.abs(away)))
+    return Difference(unit, float(abs(away[k])), float(t[k]), float(np.sqrt(np.mean(away * away))))
+
+
+def _not_compared(first: RecordedRun, run: RecordedRun, differences: Mapping[str, Difference]) -> tuple[str, ...]:
+    """Return the quantities of either run that are not among the differences."""
+    return tuple(name for name in first.columns() | run.columns() if name not in differences)
 
 
 def _hold(t: Numbers, steps: Numbers, values: Numbers) -> Numbers:

@@ -27,6 +27,7 @@ def half_swing(length: float) -> float:
     return pi / sqrt(GRAVITY / length * (1.0 - DAMPING**2))
 
 
+@pytest.mark.long
 def test_a_step_becomes_two() -> None:
     """A step of the operator's speed is passed on in two parts half a swing apart, which add up to it."""
     scene = workshop_crane()

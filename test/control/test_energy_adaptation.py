@@ -22,6 +22,7 @@ def run_without_adaptation(mass: float, nominal_mass: float) -> Rollout:
     return simulate(crane_sim.load_scene("knuckle_setpoint", {"payload.mass": mass, "control": control}))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mass", [0.8, 0.9, 1.1, 1.2])
 def test_the_law_reaches_its_target_with_any_mass(mass: float) -> None:
     """With masses up to 20 % off the law reaches its target, and swings less than a law with the true mass."""

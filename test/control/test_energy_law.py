@@ -31,6 +31,7 @@ def test_efforts_are_the_corrected_formula() -> None:
     assert law(0.0, q, v) == pytest.approx(tuple(expected), rel=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.interpreted
 def test_at_the_target_the_law_holds_the_crane_still() -> None:
     """At rest on the target, the efforts leave every joint without acceleration."""
@@ -63,6 +64,7 @@ LOOPS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.interpreted
 @pytest.mark.parametrize("loop", LOOPS, ids=lambda name: name.replace(" ", "-"))
 def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:

@@ -41,6 +41,7 @@ def test_commands_are_those_of_the_formula() -> None:
         assert by_position is not None and by_position(t, q, (0.0, 0.0)) == (x,)
 
 
+@pytest.mark.long
 def test_a_trolley_reaches_the_end_of_its_path() -> None:
     """By position the trolley ends where the path does; the period's hold delays it by no more than two periods."""
     loaded = scene("position", PATH)

@@ -20,7 +20,15 @@ TABLES = [  # MSE [m²] and MAE [m] as printed, and how far ours may be from the
 COLUMNS = list(zip((experiment for pair in offshore.PAIRS for experiment in pair), TABLES, strict=True))
 
 
-@pytest.mark.long(cases=["Table 9, without learning-2", "Table 7, without learning-2", "Table 5, angular-2"])
+@pytest.mark.long(
+    cases=[
+        "Table 9, with learning-2",
+        "Table 7, with learning-2",
+        "Table 9, without learning-2",
+        "Table 7, without learning-2",
+        "Table 5, angular-2",
+    ]
+)
 @pytest.mark.parametrize("seeds", [2, pytest.param(offshore.SEEDS, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("experiment", "printed"), COLUMNS, ids=[f"{e.table}, {e.name}" for e, _ in COLUMNS])
 def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float, ...], seeds: int) -> None:

@@ -69,6 +69,7 @@ def test_real_time_is_compared_with_a_loop_that_only_sleeps() -> None:
         assert len(results[kind]["overruns"]) == 1 and results[kind]["rate_Hz"]["least"] > 0.0
 
 
+@pytest.mark.long
 def test_memory_is_sampled_for_every_node_until_the_end() -> None:
     """Plant and controller are sampled over the whole time, at least once a second, and the run ends in order."""
     results = without_machine(memory.measure(seconds=1.2, warm_up=0.5, recorder=False))

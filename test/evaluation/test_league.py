@@ -71,6 +71,7 @@ def test_settings_are_those_of_the_catalogue() -> None:
     assert lqr["r"] == [0.1, 0.1, 0.1, 1.0] and "kp" not in lqr
 
 
+@pytest.mark.long
 def test_figures_of_a_cell_are_those_of_the_summary() -> None:
     """Errors and swing of a cell are those of the run's own summary, computed block by block."""
     trial = Trial("obstacle", "offshore_obstacle")

@@ -202,6 +202,7 @@ def contacts(summary: dict[str, Any]) -> list[float]:
     return [event["t"] for event in summary["events"]]
 
 
+@pytest.mark.long
 @pytest.mark.interpreted
 def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None:
     """Without damping, flights across the gap and half oscillations of the two masses follow in closed form."""

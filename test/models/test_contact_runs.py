@@ -94,6 +94,7 @@ def test_sliding_distance() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
 
 
+@pytest.mark.long
 def test_set_down_and_pick_up() -> None:
     """A load that is set down rests on the deck with slack falls, and lifts off where the falls carry its weight."""
     stretch = MASS * G / (4.0 * 2e6)  # -, strain of the falls under the weight

@@ -90,6 +90,7 @@ def test_trolley_and_drum_stick_and_slip(model: str) -> None:
     check_events(crane_sim.simulate(TROLLEY | MODELS[model]), expected, ["trolley", "hoist"])
 
 
+@pytest.mark.long
 def test_every_joint_of_a_knuckle_crane_sticks_and_slips() -> None:
     """Four joints stick and slip, at the times of Lagrange's equations with a constraint for each that sticks."""
     scene, frictionless = load_scene(KNUCKLE | {"friction": BOOM}), load_scene(KNUCKLE)

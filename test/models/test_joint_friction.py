@@ -130,6 +130,7 @@ def mobile_events(end: float) -> list[tuple[float, int, float]]:
     return Reference(mobile_equations, WAVES, DRY).events(start, end)
 
 
+@pytest.mark.long
 def test_three_joints_of_a_mobile_crane_stick_and_slip() -> None:
     """Slew, boom and telescope stick and slip at the times of virtual work with a constraint for each that sticks."""
     expected = mobile_events(2.0)

@@ -20,6 +20,7 @@ def spatial(**groups: Any) -> crane_sim.Scene:
     return scene_of(MASSES, LENGTHS, UNITS.tolist(), RATES.tolist(), duration=2.0, **groups)
 
 
+@pytest.mark.long
 def test_a_chain_in_space_obeys_newton_in_the_world() -> None:
     """Rails, bridge and nodes move as Newton's law in the world says when the base moves in all six axes."""
     run = crane_sim.simulate(spatial(base_motion=SHIP))
@@ -62,6 +63,7 @@ def test_a_chain_in_the_plane_obeys_dalembert_in_the_world() -> None:
     assert run.summary["energy_audit_error"] < 1e-11
 
 
+@pytest.mark.long
 def test_friction_holds_a_trolley_until_the_base_shakes_it_loose() -> None:
     """A trolley that sticks stays where it is on a base that shakes gently, and slips on one that shakes hard."""
     gentle, hard = (

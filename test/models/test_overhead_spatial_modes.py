@@ -24,6 +24,7 @@ def rubbing(name: str, axis: str, friction: Any, **groups: Any) -> crane_sim.Sce
     return crane_sim.load_scene(document)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("axis", ["trolley", "bridge"])
 def test_stick_and_slip_on_either_axis(axis: str) -> None:
     """Trolley and bridge stick and slip as the planar reference does, while the other axis sticks."""

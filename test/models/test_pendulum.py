@@ -118,6 +118,7 @@ def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
         assert run.summary["energy_audit_error"] < 1e-10  # what 1e-12 a step allows
 
 
+@pytest.mark.long
 def test_a_ship_is_what_newton_sees_from_the_world() -> None:
     """On a base that moves in all six ways, payload and tension are those of a pendulum integrated in the world."""
     start = np.array([0.28, 0.0, -0.96])

@@ -93,6 +93,7 @@ SCENE: dict[str, Any] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.interpreted
 def test_a_load_that_turns_and_swings() -> None:
     """A load turns to and fro by 332 degrees at √(k/I), damped as in closed form; with swing the audit still closes."""

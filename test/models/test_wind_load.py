@@ -246,6 +246,7 @@ def test_the_moments_on_slewing_supports(name: str) -> None:
     assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SLEWING)
 def test_wind_on_slewing_supports_keeps_the_energy(name: str) -> None:
     """The audit of a run in gusts is 1e-9 at most: what the wind gives a jib or boom is its work."""
@@ -292,6 +293,7 @@ def balance(p, q, v, u, h):
     return (gained - system.potential(p, behind)) / (2.0 * h), system.power(p, TIME, x, u)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CRANES)
 def test_runs_keep_their_energy(name: str) -> None:
     """The audit of a run in gusts is 1e-9 at most: what the wind gives or takes is its work."""

@@ -47,11 +47,23 @@ def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
     other = shifted(run, summary=run.summary | {"peak_swing_deg": run.summary["peak_swing_deg"] + 0.5})
     comparison = crane_sim.compare(run, other, names=("one", "two"))
     found = {name: each for name, each in comparison.differences[0].items() if each.largest}
-    assert found.keys() == {"q.trolley", "payload.x"}
+    assert found.keys() == {"q.trolley", "payload", "payload.x"}
     for each in found.values():  # the sums round to the last bit of values below 1 m
         assert each.unit == "m" and abs(each.largest - SHIFT) < 1e-15 and abs(each.rms - SHIFT) < 1e-15
     away = {name: value for name, value in comparison.metric_differences(1).items() if value}
     assert away == {"peak_swing_deg": 0.5}
+
+
+def test_quantities_without_numbers_throughout_are_named(run: crane_sim.RecordedRun) -> None:
+    """A quantity that has a gap in one run is not compared, and its name is given; the payload's distance is a norm."""
+    q, payload = run.q.copy(), run.payload + np.array([0.3, 0.0, 0.4])
+    q[5, 1] = np.nan
+    comparison = crane_sim.compare(run, replace(run, q=q, payload=payload))
+    assert comparison.not_compared == (("q.swing_1",),)
+    assert comparison.to_dict()["not_compared"] == [["q.swing_1"]]
+    assert comparison.to_dict()["metric_differences"] == [comparison.metric_differences(1)]
+    distance = comparison.differences[0]["payload"]
+    assert distance.unit == "m" and abs(distance.largest - 0.5) < 1e-15 and abs(distance.rms - 0.5) < 1e-15  # roundings
 
 
 def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.RecordedRun) -> None:

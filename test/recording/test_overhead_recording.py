@@ -113,6 +113,7 @@ def test_the_rail_is_as_long_as_the_way(run: Run) -> None:
     assert 2.0 * half == pytest.approx(way + 0.5 * depth, rel=1e-6)  # single precision
 
 
+@pytest.mark.long
 def test_many_links_cost_no_more_entities(run: Run, tmp_path: Path) -> None:
     """A cable of 120 links has as many entities and rows of drawing as one of seven, less the beads hidden in it."""
     rows: list[dict[str, int]] = []

@@ -199,6 +199,7 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
     return [*documents, documents[0] | {"actuators": {"all": {"motor": motor}}}]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("crane", ALL_FORMS)
 def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
     """A group left out, null or empty gives the same types, values and start, wherever a scene may have it."""

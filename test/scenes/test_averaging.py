@@ -112,6 +112,7 @@ def test_lqr_is_computed_at_the_mean(case: str) -> None:
     assert np.allclose(numbers_of(law), expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
 
 
+@pytest.mark.long
 def test_lqr_holds_the_target_on_a_surging_base() -> None:
     """LQR ends as near to its target with the base in its nominal scene as without."""
     moving = {"base_motion": {"surge": SWING | {"amplitude": 0.5}}, "control.period": 0.1}

@@ -98,6 +98,7 @@ RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", RUNS)
 def test_runs_keep_their_balance_of_energy(case: str) -> None:
     """At sea and in wind, with links, a body and a load taken up: what is supplied is what the energy has gained."""
