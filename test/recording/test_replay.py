@@ -98,6 +98,7 @@ def test_a_difference_is_one_line() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.interpreted
 def test_recordings_of_the_catalogue_are_repeated_by_another_process(tmp_path: Path) -> None:
     """Short runs of at least fifty scenes are replayed by a process of its own, and all their states agree."""
     recordings, steps = list[str](), dict[str, int]()
