@@ -226,16 +226,18 @@ class RecordedRun:
             ("base", ("surge", "sway", "heave", "roll", "pitch", "yaw"), axes, self.base),
         )
         columns = {name: column for table in tables for name, column in _split(*table).items()}
-        columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")}
-        if self.tensions.shape[1] > 1:
-            columns |= _numbered("tension", self.tensions)
-        if self.reeved is not None:
-            columns |= {"lead_line": (self.lead_line, "N"), **_numbered("fall", self.falls)}
-        columns |= {} if self.contact is None else {"contact": (self.contact, "N")}
+        columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")} | self._further_forces()
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
             columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}
         return columns
+
+    def _further_forces(self) -> dict[str, tuple[Numbers, str]]:
+        """Return the columns of forces that only some cranes have."""
+        columns = _numbered("tension", self.tensions) if self.tensions.shape[1] > 1 else {}
+        if self.reeved is not None:
+            columns |= {"lead_line": (self.lead_line, "N"), **_numbered("fall", self.falls)}
+        return columns if self.contact is None else columns | {"contact": (self.contact, "N")}
 
     def plot(self) -> Any:
         """Return a `matplotlib.figure.Figure` (needs matplotlib) of the run, SI units, angles in degrees.

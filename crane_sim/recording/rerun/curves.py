@@ -167,8 +167,7 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/energy_parts", ("kinetic [J]", "potential [J]"), BLUE_GREEN, _energy_parts),
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
         Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
-        _tensions(layout, derived),
-        _reeved_tensions(layout, derived),
+        *(_tensions(layout, derived), _reeved_tensions(layout, derived)),
         *_of_some_runs(layout, names, rates),
     ]
 
