@@ -15,7 +15,7 @@ from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.recorder.decoder import TOPICS
 from crane_sim.ros.recorder.outputs import Outputs, ResumeState, read_resume_state
 from crane_sim.ros.recorder.replay_buffer import ReplayBuffer
-from crane_sim.ros.recorder.subscriptions import DIAGNOSTICS, NAMES, RecorderSubscriptions
+from crane_sim.ros.recorder.subscriptions import NAMES, RecorderSubscriptions
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -71,7 +71,7 @@ def _stand_by(
     host: NodeHost, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object]
 ) -> tuple[RecorderSubscriptions, Outputs | None]:
     """Buffer messages until another recorder has failed, and resume after it; no outputs where the run ended before."""
-    buffer = ReplayBuffer((*NAMES, DIAGNOSTICS) if settings.mcap else TOPICS, settings.passes)
+    buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.passes)
     subscriptions = RecorderSubscriptions(host.node, [buffer.callbacks()])
     if settings.path:
         from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun before the fail-over, not in it

@@ -66,8 +66,6 @@ if TFMessage is not None:
     _SOURCES |= {"/tf": _Source(TFMessage, _STREAM), "/tf_static": _Source(TFMessage, _LATCHED)}
 NAMES = tuple(_SOURCES)
 """Topics of a crane, which a bag keeps."""
-DIAGNOSTICS = "/diagnostics"
-_SHARED = {DIAGNOSTICS: _Source(DiagnosticArray, _STREAM)}  # topics of all nodes
 _time_sent = attrgetter("sent")
 
 
@@ -90,7 +88,7 @@ class RecorderSubscriptions:
         self._subscriptions: dict[str, PolledSubscription] = {}
         self._pending: list[_Message] = []
         self._newest = 0  # ns, when the last of them was sent
-        for name in (*_SOURCES, *_SHARED):
+        for name in NAMES:
             callbacks = [receiver[name] for receiver in receivers if name in receiver]
             if callbacks:
                 self._subscriptions[name] = PolledSubscription(node, name, _fan_out(callbacks))
@@ -133,7 +131,7 @@ class PolledSubscription:
 
     def __init__(self, node: Node, name: str, callback: Callback) -> None:
         """Subscribe to the topic of this name; `take_all` yields the callback with each message."""
-        source = (_SOURCES | _SHARED)[name]
+        source = _SOURCES[name]
         self._callback, self._kind, self._sent = callback, source.kind, 0
         self._stamped = _topic(name, source).stamped
         check_for_type_support(source.kind)  # loads it, too
@@ -160,7 +158,7 @@ class PolledSubscription:
 
 def _topic(name: str, source: _Source) -> Topic:
     package, _, _ = source.kind.__module__.partition(".")
-    shared = name.startswith("/") and name in _SOURCES
+    shared = name.startswith("/") and name in _SOURCES  # names of the others may be resolved, too
     return Topic(
         name=name,
         kind=f"{package}/msg/{source.kind.__name__}",
