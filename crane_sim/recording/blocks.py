@@ -7,15 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.recording.layout import (
-    Block,
-    base_of,
-    hanging_still,
-    select_tensions,
-    sensed_coordinates,
-    to_base,
-    to_world,
-)
+from crane_sim.recording.base_frame import base_of, to_base, to_world
+from crane_sim.recording.layout import Block, select_tensions, sensed_coordinates
+from crane_sim.recording.suspension import hanging_still
 from crane_sim.simulation.hardware import measure
 from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_pressures
 from crane_sim.trajectories.base_motion import base_positions

@@ -1,10 +1,6 @@
 """Contents of a recording: the constants of a run, and the arrays of one block of its steps.
 
-Between the world and a base that moves in it: solids of the crane move with the base.
-
 What the derived curves of a recording are computed from, where that is not the truth.
-
-What a recording shows of an overhead crane's cable: which angles are plotted, what stands for its tension.
 """
 
 from __future__ import annotations
@@ -15,15 +11,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import yaml
-from scipy.spatial.transform import Rotation
 
 from crane_sim import system
 from crane_sim.description import urdf
-from crane_sim.description.cables import SuspendedCable
-from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
+from crane_sim.description.workspace import validated_scene_file
 from crane_sim.hardware.faults import SENSOR_LOSS
 from crane_sim.hardware.records import ideal_sensors
 from crane_sim.recording import provenance
+from crane_sim.recording.base_frame import BASE, WORLD, base_of
 from crane_sim.recording.camera import (
     Framing,
     gantry_scales,
@@ -36,9 +31,10 @@ from crane_sim.recording.camera import (
     suspended_scales,
 )
 from crane_sim.recording.states import Rules, rules_of
+from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
@@ -46,43 +42,12 @@ if TYPE_CHECKING:
     from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
-    from crane_sim.trajectories.base_motion import AnyBase
     from crane_sim.trajectories.waves import SineSum
 
     Numbers = NDArray[np.float64]
 
 
 FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
-
-
-WORLD = "world"  # the frame of everything that is not part of the crane
-
-
-BASE = "base_link"  # the frame of a base that moves
-
-
-def base_of(scene: Scene) -> AnyBase | None:
-    """Return how the base of a scene's crane moves; not every model can stand on one that does."""
-    return getattr(scene.model, "base", None)
-
-
-def base_rotations(base: Numbers) -> Rotation:
-    """Return the rotations (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
-    return Rotation.from_euler("ZYX", base[:, :2:-1])
-
-
-def to_base(points: Numbers, base: Numbers | None) -> Numbers:
-    """Return points (K, N, 3) of the world as the base (K, 6) sees them; None is a base that rests."""
-    if base is None:
-        return points
-    return np.einsum("kji,knj->kni", base_rotations(base).as_matrix(), points - base[:, None, :3])
-
-
-def to_world(points: Numbers, base: Numbers | None) -> Numbers:
-    """Return points (K, N, 3) of the base (K, 6) in the world; None is a base that rests."""
-    if base is None:
-        return points
-    return np.einsum("kij,knj->kni", base_rotations(base).as_matrix(), points) + base[:, None, :3]
 
 
 def source_note(scene: Scene) -> str:
@@ -115,52 +80,6 @@ def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, 
     return tuple(sorted({*real.tolist(), *faulty.tolist(), *(faulty + nq).tolist()}))
 
 
-CURVES = 4  # number of a cable's links that are plotted
-
-
-COORDINATES = ("swing_", "link_", "node_", "payload_")  # beginnings of the names of a cable's joints
-
-
-class Suspension(NamedTuple):
-    """The fixed facts of an overhead crane's cable."""
-
-    hang: SuspendedCable
-    room: BoundingBox  # as far as it is known before the run
-    shape: str  # what its coordinates are: "angles", "rod" (one angle), "vectors" or "positions"
-
-    @property
-    def planar(self) -> bool:
-        """Return whether the cable stays in the x-z plane: its angles have a sign."""
-        return not self.room.spatial
-
-    @property
-    def elastic(self) -> bool:
-        """Return whether the cable's length is not given."""
-        return self.shape == "positions"
-
-    @property
-    def links(self) -> list[int]:
-        """Return the numbers, from 1 for the uppermost, of the links whose angles are plotted: of many only a few."""
-        if not self.planar:
-            return []
-        count = 1 if self.shape == "rod" else len(self.hang.lengths)
-        return [int(k) for k in np.unique(np.linspace(1, count, CURVES).round())]
-
-
-def suspension(scene: Scene) -> Suspension | None:
-    """Return a scene's, None for a crane whose cable is a single rope below a boom."""
-    if scene.crane != "overhead":
-        return None
-    return Suspension(SuspendedCable.of(scene), estimate_bounding_box(scene), _shape(scene.joint_names))
-
-
-def _shape(joints: Sequence[str]) -> str:
-    for shape, sign in (("positions", "node_1_x"), ("vectors", "link_1_x"), ("angles", "swing_2")):
-        if sign in joints:
-            return shape
-    return "rod"
-
-
 MOST_TENSIONS = 12  # that a recording holds; of more links or falls it has the first one's only
 
 
@@ -177,29 +96,6 @@ def tension_names(count: int, falls: bool) -> tuple[str, ...]:
     if falls:
         return ("tension of fall 1",)
     return ("tension of the top link",) if count > 1 else ("rope tension",)
-
-
-def effort_scales(scene: Scene, hang: SuspendedCable) -> tuple[float, ...]:
-    """Return the efforts (nu,) that are drawn as arrows of a seventh of an overhead crane's size.
-
-    They bring all up to speed at 0.5 m/s², and hold what hangs on the hoist.
-    """
-    form = validated_scene_file(scene)
-    pushed = sum(hang.masses) + sum(group.mass or 0.0 for group in (form.trolley, form.bridge) if group is not None)
-    scales = {"trolley": 0.5 * pushed, "bridge": 0.5 * pushed, "hoist": 9.81 * sum(hang.masses)}
-    return tuple(scales[name] for name in scene.actuated)
-
-
-def hanging_still(actuated: Sequence[str], reference: Numbers, nodes: Numbers) -> Numbers:
-    """Return the nodes (K, N+1, 3) at rest where the references (K, nu) are, each link as long as in `nodes`."""
-    target = dict(zip(actuated, reference.T, strict=True))
-    lengths = np.linalg.norm(np.diff(nodes, axis=1), axis=2)
-    lengths[:, 0] = target.get("hoist", lengths[:, 0])
-    still = np.repeat(nodes[:, :1], nodes.shape[1], axis=1)
-    for axis, joint in enumerate(("trolley", "bridge")):
-        still[:, :, axis] = target.get(joint, nodes[:, 0, axis])[:, None]
-    still[:, 1:, 2] -= np.cumsum(lengths, axis=1)
-    return still
 
 
 class LengthPlot(NamedTuple):

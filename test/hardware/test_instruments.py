@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.hardware.instruments import CAMERA_STREAM, IMU_STREAM, Sampling
-from crane_sim.recording.layout import to_base
+from crane_sim.recording.base_frame import to_base
 from crane_sim.ros.plant.instrument_topics import InstrumentTopic, camera_topic, imu_topic
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state

@@ -9,7 +9,7 @@ import pytest
 import crane_sim
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.layout import base_rotations
+from crane_sim.recording.base_frame import base_rotations
 from crane_sim.scenes.averaging import average
 from crane_sim.simulation.base_state import base_state
 from crane_sim.trajectories.base_motion import base_positions

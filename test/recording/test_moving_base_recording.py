@@ -11,7 +11,7 @@ from urdf_kinematics import forward
 
 import crane_sim
 from crane_sim.description import urdf
-from crane_sim.recording.layout import base_rotations, to_base, to_world
+from crane_sim.recording.base_frame import base_rotations, to_base, to_world
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.vessel import CREST_POINTS

@@ -15,13 +15,13 @@ from crane_sim import load_scene
 from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox
 from crane_sim.recording.camera import ASPECT, VIEW, of_room
-from crane_sim.recording.layout import Suspension, hanging_still
 from crane_sim.recording.rerun.curves import cable_channels
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 from crane_sim.recording.step_assembler import Row
+from crane_sim.recording.suspension import Suspension, hanging_still
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import derive
 

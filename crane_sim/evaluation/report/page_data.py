@@ -11,7 +11,7 @@ from crane_sim.evaluation.report.decimation import encode_columns, encode_floats
 from crane_sim.evaluation.report.metrics_table import headlines, joint_table, plain_figures
 from crane_sim.evaluation.report.panels import Panel, panels_of
 from crane_sim.evaluation.report.robot import robot_of, sources
-from crane_sim.recording.layout import base_rotations
+from crane_sim.recording.base_frame import base_rotations
 from crane_sim.recording.rope_colors import usual_tensions
 from crane_sim.recording.states import color_of, spans_of
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.recording.layout import COORDINATES, label
+from crane_sim.recording.layout import label
+from crane_sim.recording.suspension import COORDINATES
 
 if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
     from crane_sim.models.falls.crane import Falls
     from crane_sim.recording.camera import Framing
-    from crane_sim.recording.layout import Layout, Numbers, Suspension
+    from crane_sim.recording.layout import Layout, Numbers
+    from crane_sim.recording.suspension import Suspension
 
 
 Vector = tuple[float, float, float]

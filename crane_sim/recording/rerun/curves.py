@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.recording.layout import Block, Layout, label, to_base
+from crane_sim.recording.base_frame import to_base
+from crane_sim.recording.layout import Block, Layout, label
 from crane_sim.recording.rerun.cranes import fall_ends
 from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, errors, rates
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from crane_sim.recording.layout import Numbers, Suspension
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.suspension import Suspension
 
 
 Color = tuple[int, int, int]

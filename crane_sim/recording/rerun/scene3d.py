@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.layout import WORLD, base_rotations, to_base
+from crane_sim.recording.base_frame import WORLD, base_rotations, to_base
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
 from crane_sim.recording.rerun.vessel import Vessel

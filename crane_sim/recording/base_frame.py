@@ -1,0 +1,45 @@
+"""Between the world and a base that moves in it: solids of the crane move with the base."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.trajectories.base_motion import AnyBase
+
+    Numbers = NDArray[np.float64]
+
+WORLD = "world"  # the frame of everything that is not part of the crane
+
+
+BASE = "base_link"  # the frame of a base that moves
+
+
+def base_of(scene: Scene) -> AnyBase | None:
+    """Return how the base of a scene's crane moves; not every model can stand on one that does."""
+    return getattr(scene.model, "base", None)
+
+
+def base_rotations(base: Numbers) -> Rotation:
+    """Return the rotations (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
+    return Rotation.from_euler("ZYX", base[:, :2:-1])
+
+
+def to_base(points: Numbers, base: Numbers | None) -> Numbers:
+    """Return points (K, N, 3) of the world as the base (K, 6) sees them; None is a base that rests."""
+    if base is None:
+        return points
+    return np.einsum("kji,knj->kni", base_rotations(base).as_matrix(), points - base[:, None, :3])
+
+
+def to_world(points: Numbers, base: Numbers | None) -> Numbers:
+    """Return points (K, N, 3) of the base (K, 6) in the world; None is a base that rests."""
+    if base is None:
+        return points
+    return np.einsum("kij,knj->kni", base_rotations(base).as_matrix(), points) + base[:, None, :3]
