@@ -1,4 +1,4 @@
-"""The code blocks of README and docs are executed, page by page, as somebody who follows the page would."""
+"""The code blocks of README and docs are executed, page by page, in the order in which they stand."""
 
 from pathlib import Path
 

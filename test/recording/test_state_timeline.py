@@ -112,7 +112,7 @@ def test_events_that_switch_are_tracks() -> None:
 
 
 def test_short_stretches_do_not_hide_what_happened() -> None:
-    """A flash of slack stays a stretch of its own; calm moments between flashes that nobody could see join them."""
+    """A flash of slack stays a stretch of its own; calm moments too short to be drawn join the flashes."""
     flashes = [(0.0, "taut"), (1.0, "slack"), (1.001, "taut"), (1.002, "slack"), (1.003, "taut"), (2.0, "slack")]
     assert spans_of(flashes, 0.0, 3.0, 0.01) == [
         (0.0, 1.0, "taut"),

@@ -11,6 +11,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from bench_graph import NodeProcess, Remote, graph, remote, wait_until
 from rclpy.action.client import ActionClient
+from speed_trolley import DOCUMENT
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim import load_scene, simulate
@@ -25,15 +26,6 @@ pytestmark = [
     ),
 ]
 SECOND = 10**9  # ns
-SERVO = {"gain": 24e3, "integral_time": 0.2, "max_speed": 1.0, "max_acceleration": 0.5, "max_jerk": 5.0}
-DOCUMENT = {
-    "crane": "overhead",
-    "duration": 6.0,
-    "trolley": {"mass": 1200.0},
-    "cable": {"lengths": 4.0, "node_masses": 500.0},
-    "actuators": {"trolley": {"drive": "velocity", "servo": SERVO}},
-    "control": {"law": "joint_trajectory", "period": 0.01},
-}
 START, TIME, END = 1.0, 3.0, 0.6  # s by the stamp, s from there, m
 STOP = 2.0  # s
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from bench_graph import NodeProcess, graph
 from process_helpers import LIMIT
+from speed_trolley import DOCUMENT
 
 from crane_sim import load_scene
 
@@ -18,15 +19,6 @@ pytestmark = [
     pytest.mark.long,
     pytest.mark.skipif(find_spec("ros2cli") is None, reason="ros2cli is absent (ROS 2 installations have it)"),
 ]
-SERVO = {"gain": 24e3, "integral_time": 0.2, "max_speed": 1.0, "max_acceleration": 0.5, "max_jerk": 5.0}
-DOCUMENT = {
-    "crane": "overhead",
-    "duration": 3600.0,
-    "trolley": {"mass": 1200.0},
-    "cable": {"lengths": 4.0, "node_masses": 500.0},
-    "actuators": {"trolley": {"drive": "velocity", "servo": SERVO}},
-    "control": {"law": "joint_trajectory", "period": 0.01},
-}
 JOINTS, POSE = "/knuckle/joint_states", "/knuckle/payload_pose"
 COMMANDS = [
     ("node list --no-daemon", ["/knuckle/plant", "/knuckle/controller"]),
@@ -61,7 +53,7 @@ ACTION = "/knuckle/joint_trajectory_controller/follow_joint_trajectory"
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
     """Yield the environment of a run in real time that has begun."""
     scene = tmp_path / "scene.yaml"
-    load_scene(DOCUMENT).dump(scene)
+    load_scene(DOCUMENT | {"duration": 3600.0}).dump(scene)
     with graph(tmp_path, monkeypatch) as (_, env):
         with (
             NodeProcess("crane_sim.ros.plant_node", env, f"scene:={scene}", "mode:=realtime") as plant,
