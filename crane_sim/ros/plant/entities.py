@@ -11,6 +11,7 @@ from crane_sim.description import urdf
 from crane_sim.description.frame_motion import FrameAcceleration, FrameMotion, frame_accelerations, frame_motions
 from crane_sim.description.transforms import PAYLOAD, TransformTree
 from crane_sim.ros.plant.name_filter import NameFilter
+from crane_sim.ros.plant.standard_operations import Code, Outcome
 from crane_sim.simulation.plant import Plant
 
 
@@ -46,6 +47,10 @@ class Entities:
     def category(self, name: str) -> Category:
         """Return the kind of an entity."""
         return Category.DYNAMIC_OBJECT if name == self._prefix + PAYLOAD else Category.ROBOT
+
+    def not_found(self, name: str) -> Outcome:
+        """Return the outcome for a name that no entity has."""
+        return Outcome(Code.NOT_FOUND, f"entity {name!r}: possible: {', '.join(self.names)}")
 
     def select(self, expression: str, categories: Collection[int]) -> list[str]:
         """Return the names that match an expression and are of one of the categories; empty ones exclude nothing.

@@ -11,7 +11,6 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.plant.entities import Category, Entities
 from crane_sim.ros.plant.standard_operations import Code, Outcome, write_outcome
 from crane_sim.ros.plant.state_publisher import set_quaternion, set_vector
-from crane_sim.ros.plant.unsupported_services import not_found
 
 _DESCRIPTIONS = {Category.ROBOT: "a frame of the crane", Category.DYNAMIC_OBJECT: "the payload"}
 
@@ -42,13 +41,13 @@ class EntityServices:
 
     def _get_state(self, request: Any, response: Any) -> Any:
         if request.entity not in self._entities.names:
-            return write_outcome(response, not_found(self._entities, request.entity))
+            return write_outcome(response, self._entities.not_found(request.entity))
         self._writer()(response.state, request.entity)
         return write_outcome(response, Outcome(Code.OK))
 
     def _get_info(self, request: Any, response: Any) -> Any:
         if request.entity not in self._entities.names:
-            return write_outcome(response, not_found(self._entities, request.entity))
+            return write_outcome(response, self._entities.not_found(request.entity))
         category = self._entities.category(request.entity)
         response.info.category.category, response.info.description = int(category), _DESCRIPTIONS[category]
         return write_outcome(response, Outcome(Code.OK))

@@ -44,12 +44,7 @@ def offer_unsupported(node: Node, package: str, entities: Entities) -> None:
 def _refusal(why: str, entities: Entities | None) -> Callable[[Any, Any], Any]:
     def refuse(request: Any, response: Any) -> Any:
         if entities is not None and request.entity not in entities.names:
-            return write_outcome(response, not_found(entities, request.entity))
+            return write_outcome(response, entities.not_found(request.entity))
         return write_outcome(response, Outcome(Code.FEATURE_UNSUPPORTED, why))
 
     return refuse
-
-
-def not_found(entities: Entities, name: str) -> Outcome:
-    """Return the outcome for an unknown entity."""
-    return Outcome(Code.NOT_FOUND, f"entity {name!r}: possible: {', '.join(entities.names)}")
