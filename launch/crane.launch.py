@@ -19,6 +19,7 @@ FINISH_TIME = "60"  # s, that a recorder has to complete its files
 ARGUMENTS = (
     ("scene", "knuckle_setpoint", "a name of the catalogue or a path"),
     ("namespace", "crane", "of all nodes"),
+    ("frame_prefix", "", "begins names of frames, such as west/; a robot_state_publisher prefixes world, too"),
     ("mode", "lockstep", "lockstep: every state waits for its command; realtime: at the wall clock"),
     ("controller", "true", "evaluate the scene's law; false: your node commands"),
     ("record", "true", "write a Rerun recording"),
@@ -39,6 +40,7 @@ def crane_nodes(config: dict[str, LaunchConfiguration]) -> list[Node]:
         "expected_controllers": one_if(config["controller"]),
         "expected_recorders": one_if(config["record"]),
         "commanded": inverse(config["controller"]),
+        "frame_prefix": ParameterValue(config["frame_prefix"], value_type=str),
         "publish_tf": PythonExpression(["'base' if '", config["state_publisher"], "' == 'true' else 'all'"]),
     }
     watched = {"expected_recorders": one_if(config["record"])}
@@ -80,11 +82,12 @@ def state_publisher(config: dict[str, LaunchConfiguration]) -> Node:
     """Return the robot_state_publisher of the crane."""
     crane = PathJoinSubstitution([FindPackagePrefix(PACKAGE), "lib", PACKAGE, "crane"])
     description = ParameterValue(Command([crane, " urdf ", config["scene"]]), value_type=str)
+    prefix = ParameterValue(config["frame_prefix"], value_type=str)
     return Node(
         package="robot_state_publisher",
         executable="robot_state_publisher",
         namespace=config["namespace"],
-        parameters=[{"robot_description": description, "use_sim_time": True}],
+        parameters=[{"robot_description": description, "use_sim_time": True, "frame_prefix": prefix}],
         remappings=[("robot_description", "state_publisher/robot_description")],  # the plant's own is the same
         condition=IfCondition(config["state_publisher"]),
     )

@@ -45,6 +45,7 @@ def run(scene: str, as_json: bool, **scene_changes: Any) -> None:
     options = RunOptions(**{name: scene_changes.pop(name) for name in RunOptions._fields})
     options.check()
     loaded = load_scene_with_options(scene, **scene_changes)
+    options.check_scene(loaded)
     arguments = options.arguments(loaded.name)
     with report.compiling(hidden=as_json):
         _warm_plant(loaded)

@@ -8,15 +8,18 @@ from collections.abc import Callable, Mapping
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import lock_file, unfinished_name
-from crane_sim.ros.common.command_stamps import COMMAND_STAMPS
+from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
+
+if TYPE_CHECKING:
+    from crane_sim.scenes.scene import Scene
 
 _PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of names of frames
 _NAMESPACE = re.compile(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS, without the slash before it
@@ -64,7 +67,8 @@ _OPTIONS = {
 }
 
 
-_OF_DRIVE = ("rate", "record", "no_record", "mcap", "live", "domain_id", "restart", "on_silence", "tf", "fifo")
+_OF_DRIVE = ("rate", "record", "no_record", "mcap", "live", "domain_id", "restart", "on_silence", "tf")
+_OF_DRIVE += ("frame_prefix", "namespace", "fifo")
 
 
 class RunOptions(NamedTuple):
@@ -94,7 +98,7 @@ class RunOptions(NamedTuple):
     def of_drive(cls, given: Mapping[str, Any]) -> "RunOptions":
         """Return the options of `crane drive`: in real time, commanded by the operator, braked without commands."""
         values: dict[str, Any] = {"mode": "realtime", "no_controller": True, "wait": None, "command_stamps": None}
-        values |= {"frame_prefix": None, "namespace": None, "beside": None, "no_clock": False, "paused": False}
+        values |= {"beside": None, "no_clock": False, "paused": False}
         values |= given
         values["on_silence"] = given["on_silence"] or CommandTimeoutAction.BRAKE.value
         return cls(**values)
@@ -138,14 +142,31 @@ class RunOptions(NamedTuple):
         for option, value in realtime_options.items():
             if self.mode == "lockstep" and value is not None:
                 raise SceneError(f"{option} = {value}: only with --mode realtime, lockstep does not follow the clock")
-        if self.beside is not None and self.mode == "realtime":
-            raise SceneError(
-                f"--beside = {self.beside}: only in lockstep, in real time the wall clock is shared by all"
-            )
+        self._check_clock()
         own_options = {"--wait": self.wait, "--command-stamps": self.command_stamps}
         for option, value in own_options.items():
             if value is not None and not self.no_controller:
                 raise SceneError(f"{option} = {value}: only with --no-controller, which lets a node of yours command")
+
+    def _check_clock(self) -> None:
+        """Raise SceneError where the clock of a run is not what other options need."""
+        if self.beside is not None and self.mode == "realtime":
+            raise SceneError(
+                f"--beside = {self.beside}: only in lockstep, in real time the wall clock is shared by all"
+            )
+        if self.command_stamps != CommandStamps.ROS or self.mode != "lockstep":
+            return
+        if self.beside is not None:
+            raise SceneError(f"--beside = {self.beside}: not with --command-stamps ros; possible: state, any")
+        if self.no_clock:
+            raise SceneError("--no-clock: not with --command-stamps ros, which is led by the clock in lockstep")
+
+    def check_scene(self, scene: "Scene") -> None:
+        """Raise SceneError for an option that the scene has no use for."""
+        if self.beside is not None and not scene.sampled:
+            raise SceneError(
+                f"--beside = {self.beside}: {scene.name} takes no commands; possible: scenes with a sampled law"
+            )
 
     def _check_files(self) -> None:
         if self.record is not None and self.no_record:

@@ -5,8 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from crane_sim.cli import run_options
+from crane_sim.cli.commands import app
+from crane_sim.cli.drive import drive
 from crane_sim.cli.run_options import RunOptions
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import lock_file
@@ -52,6 +55,8 @@ OPTIONS = RunOptions(
         ({"namespace": "a,b"}, "--namespace = 'a,b': possible: letters"),
         ({"beside": "east,"}, "--beside = 'east,': possible: letters"),
         ({"beside": "east", "mode": "realtime"}, "--beside = east: only in lockstep"),
+        ({"beside": "east", "command_stamps": "ros"}, "--beside = east: not with --command-stamps ros"),
+        ({"no_clock": True, "command_stamps": "ros"}, "--no-clock: not with --command-stamps ros"),
         ({"command_stamps": "ros"}, "--command-stamps = ros: only with --no-controller"),
         ({"rate": 2.0}, "--rate = 2.0: only with --mode realtime"),
         ({"on_silence": "zero"}, "--on-silence = zero: only with --mode realtime"),
@@ -68,6 +73,25 @@ def test_impossible_options_are_rejected(
     Path("odd.mcap.part").touch()
     with lock_file(Path("busy.mcap.part")), pytest.raises(SceneError, match=line):
         OPTIONS._replace(**options).check()
+
+
+def test_cranes_beside_need_a_scene_with_commands(tmp_path: Path) -> None:
+    """A scene without commands has no lockstep with other cranes: one line, exit code 2, and no recording is begun."""
+    record = tmp_path / "new" / "run.rrd"
+    result = CliRunner().invoke(app, ["run", "overhead_swing", "--beside", "east", "--record", str(record)])
+    assert isinstance(result.exception, SceneError)  # exit code 2, see test_cli
+    assert str(result.exception).startswith("--beside = east: overhead_swing takes no commands")
+    assert not record.parent.exists()
+
+
+def test_a_driven_crane_has_names_of_its_own(tmp_path: Path) -> None:
+    """`crane drive` takes the options of a second crane in one domain, and passes them to the run."""
+    given: dict[str, Any] = {each.name: None for each in drive.params if each.name in RunOptions._fields}
+    given["record"] = tmp_path / "run.rrd"
+    assert {"namespace", "frame_prefix"} <= given.keys()
+    options = RunOptions.of_drive(given | {"namespace": "west", "frame_prefix": "west/"})
+    options.check()
+    assert {"namespace": "west", "frame_prefix": "west/"}.items() <= options.arguments("any").items()
 
 
 def test_only_set_options_reach_the_run(tmp_path: Path) -> None:

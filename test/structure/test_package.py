@@ -59,5 +59,6 @@ def test_the_launch_file_names_parameters_of_the_nodes() -> None:
     groups = [node for node in ast.walk(body) if isinstance(node, ast.Dict)][2:]  # behind options of launch itself
     keys = {key.value for group in groups for key in group.keys if isinstance(key, ast.Constant)}
     assert {"scene", "mode", "autostart", "expected_recorders", "publish_tf", "path"} <= keys <= declared
+    assert "frame_prefix" in keys
     document = yaml.safe_load((ROOT / "config" / "parameters.yaml").read_text())
     assert set(document["/**/plant"]["ros__parameters"]) <= set(plant_node.PARAMETERS)
