@@ -17,6 +17,7 @@ from crane_sim import orchestration
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.mcap.file import McapFile
+from crane_sim.recording.mcap.topic import Topic
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.simulation.rollout import simulate
 
@@ -106,6 +107,18 @@ def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
         )
         assert len(messages_by_topic["/knuckle/joint_states"]) == steps + 1
         assert [message.data for _, message in messages_by_topic["/knuckle/robot_description"]] == ["crane"]
+
+
+def test_a_reset_keeps_what_every_broadcaster_has_latched(tmp_path: Path) -> None:
+    """A latched topic that all nodes share begins the new file with each different message, the newest one last."""
+    shared = Topic("/tf_static", "std_msgs/msg/String", stamped=False, latched=True, reliable=True, shared=True)
+    bag = Bag(tmp_path / "run.mcap", TOPICS | {"/tf_static": shared}, SCENE.period_ns)
+    for letter in b"abac":
+        bag.callbacks()["/tf_static"](b"\0\1\0\0\2\0\0\0" + bytes([letter, 0]))
+    feed(bag, 3)
+    feed(bag, 2)
+    bag.finish({"steps": 2})
+    assert [message.data for _, message in read(tmp_path / "run.mcap")["/tf_static"]] == ["b", "a", "c"]
 
 
 def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> None:

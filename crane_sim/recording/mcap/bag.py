@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from crane_sim.recording.mcap.topic import Topic, stamp_of
 STATES, EFFORTS = "joint_states", "applied_effort"
 SAVE_SECONDS = 0.5  # the part of a run that a killed process can lose
 _MESSAGE_TIMEOUT = 2.0  # s without a message after which no more are expected
+_SHARED_LATCHED = 100  # messages, such as one of each broadcaster of static transforms
 _SETTLING_TIME = 0.1  # s without a message after which all sent ones count as received
 
 
@@ -25,7 +26,14 @@ class _TopicState:
     topic: Topic
     count: int = 0
     stamp: int = 0  # of the newest message, ns
-    newest: bytes = b""  # kept where the topic is latched
+    latched: dict[bytes, None] = field(default_factory=dict)  # messages that hold, in order; of a latched topic
+
+    def latch(self, data: bytes) -> None:
+        """Keep the newest message; of a topic that all nodes share the newest different ones, each may hold."""
+        self.latched.pop(data, None)
+        self.latched[data] = None
+        while len(self.latched) > (_SHARED_LATCHED if self.topic.shared else 1):
+            del self.latched[next(iter(self.latched))]
 
 
 class Bag:
@@ -124,7 +132,7 @@ class Bag:
         if self.write_error:
             return
         if track.topic.latched:
-            track.newest = data
+            track.latch(data)
         track.count, track.stamp = track.count + 1, stamp
         self._attempt(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
 
@@ -143,8 +151,8 @@ class Bag:
             return
         for track in self._topic_states.values():
             track.count = track.stamp = 0
-            if track.newest:
-                self._write_message(track, track.newest)
+            for data in tuple(track.latched):
+                self._write_message(track, data)
 
     def _set_aside(self) -> None:
         self._file.close()
