@@ -48,6 +48,7 @@ def test_the_verdict_is_on_all_seeds() -> None:
     assert offshore.compare_with_paper("MSE", offshore.Printed(2.0, 0.1), [2.1, 1.9, 2.0], "").verdict == "within 10%"
 
 
+@pytest.mark.long
 def test_what_the_tables_rest_on() -> None:
     """Feedforward closes table 5's gap, one feature learns like a hundred, damping does better, 0.5 m throws it off."""
     forward, printed_sway, constant, damped = (
@@ -59,6 +60,7 @@ def test_what_the_tables_rest_on() -> None:
     assert damped < offshore.LEARNING.mse.value
 
 
+@pytest.mark.long
 def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
     """The page says plainly that something is not reproduced, has a line for each row, and a picture."""
     rows = list(offshore.sentences())

@@ -79,6 +79,7 @@ def long_run() -> Rollout:
     return simulate(scene_of([1.0, 0.5, 2.0], [1.0, 0.7, 0.4], units, rates, duration=60.0, **FIXED))
 
 
+@pytest.mark.long
 def test_angular_momentum_about_the_vertical_is_conserved(long_run: Rollout) -> None:
     """Below a fixed trolley nothing turns the cable about the vertical; without losses its energy stays too."""
     m, lengths = np.array([1.0, 0.5, 2.0]), np.array([1.0, 0.7, 0.4])

@@ -156,7 +156,7 @@ def runs() -> dict[str, Run]:
     return {name: run_to_end(*case) for name, case in questions().items()}
 
 
-@pytest.mark.long(cases=["open loop"])
+@pytest.mark.long
 @pytest.mark.parametrize("name", POINT)
 def test_the_suspension_point_stops_at_its_limits(runs: dict[str, Run], name: str) -> None:
     """A point that accelerates by 1 m/s² towards a limit half a metre away ends the run after one second."""

@@ -257,6 +257,7 @@ print(json.dumps(orchestration.run(scene, mode="realtime", rate=10.0, record=Pat
 FULL = 6000  # steps of that scene, twice as many as four megabytes hold
 
 
+@pytest.mark.long
 def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
     """When the disk fills up the run still comes to its end, and its summary has the missing steps and the reason."""
     disk, copy = tmp_path / "disk", tmp_path / "run.rrd.part"

@@ -13,7 +13,8 @@ PROGRAM = Path(__file__).parents[1] / "programs" / "warm_up_coverage.py"
     "scene",
     [
         "knuckle_setpoint",
-        "offshore_two_rate",  # follows a path in the frame of a base that moves
+        # follows a path in the frame of a base that moves
+        pytest.param("offshore_two_rate", marks=pytest.mark.long),
         pytest.param("tower_gust", marks=pytest.mark.long),
         pytest.param("overhead_sway", marks=pytest.mark.long),
         pytest.param("bridge_hook_and_sling", marks=pytest.mark.long),

@@ -36,6 +36,7 @@ SEA: dict[str, Any] = {
 }
 
 
+@pytest.mark.long
 def test_cranes_on_a_ship_are_whole_on_the_graph(tmp_path: Path) -> None:
     """Payload, base, motion reference unit and camera are on the graph for every crane at sea; states are the run's."""
     scenes = {}

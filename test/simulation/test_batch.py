@@ -52,7 +52,7 @@ FAILURES: dict[str, tuple[str, dict[str, Any], str, list[Any], int]] = {
 }
 
 
-@pytest.mark.long(cases=["overflow in a lane"])
+@pytest.mark.long
 @pytest.mark.parametrize("kind", FAILURES)
 def test_a_crane_that_fails_fails_alone(kind: str) -> None:
     """A crane that cannot go on has the error of `simulate` and ends at the same state; the others continue."""
