@@ -36,6 +36,7 @@ setup(
         "mcap": ["rosbags"],
         "plots": ["matplotlib"],
         "pandas": ["pandas"],
+        "study": ["pyarrow"],
         "gamepad": ["evdev"],
         "docs": ["zensical==0.0.*"],
         "peers": ["mujoco", "exudyn", "pin", "drake", "casadi"],

@@ -9,6 +9,7 @@ import time
 import uuid
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -70,8 +71,9 @@ def _guard(mark: str) -> Iterator[None]:
 
 
 def _find_others(mark: str) -> dict[int, str]:
-    """Return the other processes of this session."""
-    return {pid: command for pid, command in session_guard.find_marked(mark).items() if pid != os.getpid()}
+    """Return the other processes of this session; multiprocessing's resource tracker ends with its process."""
+    found = {pid: command for pid, command in session_guard.find_marked(mark).items() if pid != os.getpid()}
+    return {pid: command for pid, command in found.items() if pid != resource_tracker._resource_tracker._pid}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -96,18 +96,40 @@ def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[s
 
 
 def set_value(document: dict[str, Any], key: str, value: Any) -> None:
-    """Set the value at a dotted key, such as "payload.mass"; null means absent.
+    """Set the value at a dotted key, such as "payload.mass" or "links.0.length"; null means absent.
 
     Raises:
-        SceneError: a part of the key is not a group.
+        SceneError: a part of the key is not a group, or not an index of its list.
     """
     *groups, last = str(key).split(".")
-    group = document
+    group: Any = document
     for name in groups:
-        group = group.setdefault(name, {})
-        if not isinstance(group, dict):
+        group = group[_index(group, name, key)] if isinstance(group, list) else group.setdefault(name, {})
+        if not isinstance(group, dict | list):
             raise SceneError(f"{key}: {name!r} is not a group of keys")
-    group[last] = value
+    if isinstance(group, list):
+        group[_index(group, last, key)] = value
+    else:
+        group[last] = value
+
+
+def _index(values: list[Any], name: str, key: str) -> int:
+    """Return a part of a dotted key as an index of a list."""
+    if not name.isdecimal() or int(name) >= len(values):
+        raise SceneError(f"{key}: {name!r} is no index of a list of {len(values)}")
+    return int(name)
+
+
+def get_value(document: Any, key: str) -> tuple[bool, Any]:
+    """Return (whether there is a value at a dotted key, the value)."""
+    for name in key.split("."):
+        if isinstance(document, list) and name.isdecimal() and int(name) < len(document):
+            document = document[int(name)]
+        elif isinstance(document, dict) and document.get(name) is not None:
+            document = document[name]
+        else:
+            return False, None
+    return True, document
 
 
 def without_nulls(group: Mapping[str, Any]) -> dict[str, Any]:

@@ -56,6 +56,7 @@ LAYERS = (
     "crane_sim.recording",
     "crane_sim.recording.rerun",
     "crane_sim.__init__",
+    "crane_sim.study",
     "crane_sim.operator",
     "crane_sim.ros.common",
     "crane_sim.ros.plant",

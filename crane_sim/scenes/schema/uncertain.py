@@ -129,8 +129,8 @@ def _truncated_normal(p: float, mean: float, deviation: float, low: float, high:
     return min(max(mean + deviation * _STANDARD.inv_cdf(inside), low), high)
 
 
-_KINDS = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal, "triangular": Triangular}
-Distribution = Annotated[Any, tagged_union_validator("distribution", _KINDS)]
+DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal, "triangular": Triangular}
+Distribution = Annotated[Any, tagged_union_validator("distribution", DISTRIBUTIONS)]
 _DISTRIBUTIONS, _SEED = TypeAdapter(dict[str, Distribution]), TypeAdapter(Seed)
 
 
@@ -160,7 +160,7 @@ def draw_parameters(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[s
     for key, distribution in distributions.items():
         group, name = _place_of(changed, key)
         try:
-            drawn[key] = group[name] = _draw(distribution, key, group[name], probability_of(seed, key))
+            drawn[key] = group[name] = value_at(distribution, key, group[name], probability_of(seed, key))
         except ValueError as error:
             raise SceneError(f"uncertain.{key}: {error}") from None
     return changed, drawn
@@ -185,8 +185,14 @@ def _member(group: Any, name: str, key: str) -> tuple[Any, Any]:
     raise SceneError(f"uncertain.{key}: the scene has no {key} of its own; give it a value, the law's nominal one")
 
 
-def _draw(distribution: Any, key: str, value: Any, p: float) -> Any:
-    """Return the value at probability p; a list has one factor for all its numbers."""
+def value_at(distribution: Any, key: str, value: Any, p: float) -> Any:
+    """Return the quantile at p of the distribution of a parameter, whose own value is `value`.
+
+    A list has one factor for all its numbers.
+
+    Raises:
+        ValueError: the own value does not fit the distribution.
+    """
     if isinstance(value, list):
         if not distribution.relative:
             raise ValueError(f"has {len(value)} values: relative: true scales them all, {key}.0 is the first one")

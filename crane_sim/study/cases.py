@@ -1,0 +1,122 @@
+"""Cases of a study: what each run changes of the scene. They depend on the study alone, not on how it is run."""
+
+import hashlib
+import itertools
+from collections.abc import Iterator
+from functools import cached_property
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import qmc
+
+from crane_sim.files.document import get_value
+from crane_sim.files.errors import SceneError, shorten
+from crane_sim.scenes.schema.uncertain import value_at
+from crane_sim.study.form import Study, Values, scene_document
+
+
+class Case(NamedTuple):
+    """One run of a study."""
+
+    number: int  # of the run
+    sample: int  # of the parameters' values: the same for all variants
+    variant: str
+    parameters: dict[str, Any]  # values by dotted key
+    changes: dict[str, Any]  # of the scene: the parameters, the variant's, seed and duration
+
+
+class CaseList:
+    """The cases of a study, made when they are asked for: variants of one sample follow one another."""
+
+    def __init__(self, study: Study) -> None:
+        """Take the study; draws its samples.
+
+        Raises:
+            SceneError: there is no such scene, or it has no such parameter.
+        """
+        self.study, self._document = study, scene_document(study)
+        self.variants = study.variant_changes
+        self._nominal = {key: self._own_value(key) for key in study.parameters}
+
+    def _own_value(self, key: str) -> Any:
+        """Return the scene's own value of a parameter, which a list of values does not need."""
+        found, value = get_value(self._document, key)
+        if not found and not isinstance(self.study.parameters[key], Values):
+            raise SceneError(f"study: parameters.{key}: the scene has no {key} of its own to vary; list values of it")
+        return value
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return self.samples * len(self.variants)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of the parameters."""
+        sizes = (len(each.values) for each in self.study.parameters.values() if isinstance(each, Values))
+        return prod(sizes) if self.study.samples is None else self.study.samples
+
+    @cached_property
+    def _probabilities(self) -> npt.NDArray[np.float64]:
+        """Probabilities (samples, parameters) in (0, 1) at which the values are quantiles."""
+        n, d, seed = self.samples, len(self.study.parameters), self.study.seed
+        if self.study.design == "monte_carlo":
+            p = np.random.default_rng(seed).random((n, d))
+        elif self.study.design == "latin_hypercube":
+            p = qmc.LatinHypercube(d, rng=seed).random(n)
+        else:
+            p = qmc.Sobol(d, rng=seed).random(n)
+        return np.clip(p, 2.0**-53, 1.0 - 2.0**-53)
+
+    def __getitem__(self, number: int) -> Case:
+        """Return the case of this number.
+
+        Raises:
+            SceneError: the scene's own value of a parameter does not fit its distribution.
+            IndexError: there is no such case.
+        """
+        if not 0 <= number < len(self):
+            raise IndexError(number)
+        sample, i = divmod(number, len(self.variants))
+        variant = list(self.variants)[i]
+        parameters = self._parameters(sample)
+        return Case(number, sample, variant, parameters, self._changes(sample, variant, parameters))
+
+    def __iter__(self) -> Iterator[Case]:
+        """Yield all cases in order."""
+        return (self[i] for i in range(len(self)))
+
+    def _parameters(self, sample: int) -> dict[str, Any]:
+        chosen = self.study.parameters
+        if self.study.design == "grid":
+            shape = tuple(len(each.values) for each in chosen.values())
+            index = np.unravel_index(sample, shape)
+            return {key: each.values[int(i)] for (key, each), i in zip(chosen.items(), index, strict=True)}
+        return {key: self._quantile(key, float(p)) for key, p in zip(chosen, self._probabilities[sample], strict=True)}
+
+    def _quantile(self, key: str, p: float) -> Any:
+        distribution = self.study.parameters[key]
+        if isinstance(distribution, Values):
+            return distribution.quantile(p, None)
+        try:
+            return value_at(distribution, key, self._nominal[key], p)
+        except ValueError as error:
+            raise SceneError(f"study: parameters.{key}: {error}") from None
+
+    def _changes(self, sample: int, variant: str, parameters: dict[str, Any]) -> dict[str, Any]:
+        duration = {} if self.study.duration is None else {"duration": self.study.duration}
+        seed = {"seed": scene_seed(self.study.seed, sample)}
+        return duration | seed | self.study.changes | self.variants[variant] | parameters
+
+
+def cases(study: Study) -> CaseList:
+    """Return the cases of a study; raises SceneError where it does not fit its scene."""
+    if keys := list(itertools.islice((key for key in study.parameters if not key.strip(".")), 1)):
+        raise SceneError(f"study: parameters: {shorten(keys[0])} is no key of a scene")
+    return CaseList(study)
+
+
+def scene_seed(seed: int, sample: int) -> int:
+    """Return the seed of a sample's scenes: the same for all variants, which so have the same random numbers."""
+    return int.from_bytes(hashlib.sha256(f"{seed}/{sample}".encode()).digest()[:4], "big")

@@ -1,0 +1,165 @@
+"""The file of a study: the scene, which of its parameters vary and how, and the variants to compare."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, TypeAdapter, ValidationError
+
+from crane_sim.files.document import YAML_ERRORS, read
+from crane_sim.files.errors import SceneError, no_group, one_line, shorten
+from crane_sim.files.types import Name, Positive, Seed, reject_bool
+from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
+
+Count = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10_000_000)]
+
+
+class _Group(BaseModel):
+    """A group of a study's file: unknown keys and non-finite numbers are errors."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class Values(_Group):
+    """A list of values of a parameter: the points of a grid, or equally likely where samples are drawn."""
+
+    values: Annotated[tuple[Any, ...], Field(min_length=1)]
+
+    def quantile(self, p: float, nominal: Any) -> Any:
+        """Return the value at p in (0, 1); `nominal`, the scene's own, does not matter."""
+        return self.values[int(p * len(self.values))]
+
+
+_DISTRIBUTION = TypeAdapter(Distribution)
+
+
+def _write_parameter(parameter: Any) -> Any:
+    """Return a parameter as a file has it, without defaults: JSON has no infinite limits."""
+    if isinstance(parameter, Values):
+        return {"values": list(parameter.values)}
+    defaults = parameter._field_defaults
+    name = next(name for name, kind in DISTRIBUTIONS.items() if type(parameter) is kind)
+    return {"distribution": name} | {
+        key: value for key, value in parameter._asdict().items() if key not in defaults or value != defaults[key]
+    }
+
+
+def _read_parameter(value: Any) -> Any:
+    """Return `Values` for a list or a group with `values`, else a distribution as scenes have it."""
+    if isinstance(value, list | tuple):
+        return Values(values=tuple(value))
+    if not isinstance(value, dict):
+        raise ValueError(f"{no_group()}: values, or distribution with its numbers; or a list of values")
+    try:
+        return Values.model_validate(value) if "values" in value else _DISTRIBUTION.validate_python(value)
+    except ValidationError as error:
+        raise ValueError(one_line(error, Values)) from None
+
+
+Parameter = Annotated[Any, BeforeValidator(_read_parameter), PlainSerializer(_write_parameter)]
+
+
+class Worst(_Group):
+    """Runs to record because they are the worst ones by a figure."""
+
+    metric: str  # a column of the table; the largest values are the worst ones
+    count: Count = 3  # -
+
+
+class Recordings(_Group):
+    """Which runs are recorded: they are run once more after the study, which changes no bit of them."""
+
+    failures: bool = False  # those that failed
+    every: Count | None = None  # -, every n-th case
+    worst: Worst | None = None
+
+
+class Study(_Group):
+    """A study: every sample of the parameters is run with every variant."""
+
+    name: Name = ""  # left out: the file's
+    scene: str | dict[str, Any]  # a name of the catalogue, a file, or a scene in place
+    design: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = "grid"
+    samples: Count | None = None  # -, of every design but the grid, which has as many as its values make
+    seed: Seed = 0  # of the samples, and of the scenes' own random numbers
+    duration: Positive | None = None  # s; left out: the scene's
+    changes: dict[str, Any] = {}  # of the scene in every run, by dotted key
+    parameters: Annotated[dict[str, Parameter], Field(min_length=1)]  # by dotted key of the scene
+    variants: dict[str, dict[str, Any]] = {}  # name: changes by dotted key; all run on the same samples
+    recordings: Recordings = Recordings()
+
+    @property
+    def variant_changes(self) -> dict[str, dict[str, Any]]:
+        """Changes of the scene by variant; one variant `scene` without changes where the file names none."""
+        return self.variants or {"scene": {}}
+
+
+def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
+    """Return the study of a file, or of a dict of a file's shape.
+
+    A scene's file is looked for beside the study's file, unless it is a name of the catalogue.
+
+    Raises:
+        SceneError: one line naming the key, its value and what is possible.
+    """
+    if isinstance(source, Study):
+        return source
+    document = dict(source) if isinstance(source, Mapping) else _read_file(Path(source))
+    try:
+        study = Study.model_validate(document)
+    except ValidationError as error:
+        raise SceneError(f"study: {one_line(error, Study)}") from None
+    _check_design(study)
+    return study
+
+
+def _read_file(path: Path) -> dict[str, Any]:
+    """Return the document of a study's file, its scene's file as an absolute path."""
+    try:
+        document = yaml.safe_load(path.read_text())
+    except FileNotFoundError:
+        raise SceneError(f"study file {path}: there is no such file") from None
+    except YAML_ERRORS as error:
+        raise SceneError(f"study file {path}: cannot be read: {' '.join(str(error).split())}") from None
+    if not isinstance(document, dict):
+        raise SceneError(f"study file {path}: holds {type(document).__name__}, not groups of keys")
+    document.setdefault("name", path.stem)
+    with suppress(TypeError):
+        if (beside := path.resolve().parent / document.get("scene", "")).is_file():
+            document["scene"] = str(beside)
+    return document
+
+
+def _check_design(study: Study) -> None:
+    """Raise SceneError where design, samples and parameters contradict each other."""
+    grid, samples = study.design == "grid", study.samples
+    if grid and samples is not None:
+        raise SceneError(f"study: samples = {samples}: a grid has as many as its values make; leave it out")
+    if not grid and samples is None:
+        raise SceneError(f"study: samples is missing: how many a design of {study.design} draws")
+    for key, parameter in study.parameters.items():
+        if grid and not isinstance(parameter, Values):
+            raise SceneError(
+                f"study: parameters.{key}: is a distribution, and design = grid needs values; "
+                "or design: latin_hypercube, sobol or monte_carlo"
+            )
+        for name, changes in study.variant_changes.items():
+            if key in changes:
+                line = f"study: variants.{name}.{key} = {shorten(changes[key])}"
+                raise SceneError(f"{line}: is among the parameters, too")
+    if study.design == "sobol" and samples is not None and samples & (samples - 1):
+        near = 1 << (samples.bit_length() - 1)
+        raise SceneError(
+            f"study: samples = {samples}: a Sobol sequence is balanced at powers of two only: {near}, {2 * near}"
+        )
+
+
+def scene_document(study: Study) -> dict[str, Any]:
+    """Return the document of the study's scene.
+
+    Raises:
+        SceneError: there is no such scene.
+    """
+    return read(study.scene) if isinstance(study.scene, str) else dict(study.scene)

@@ -1,0 +1,60 @@
+"""Recordings of selected runs of a study, which are run once more for that: with the same bits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.study.cases import cases
+from crane_sim.study.form import scene_document
+from crane_sim.study.runs import OK, simulate_case
+
+if TYPE_CHECKING:
+    from crane_sim.study.result import StudyResult
+
+
+def selected_cases(result: StudyResult) -> list[int]:
+    """Return the numbers of the cases that the study asks to record.
+
+    Raises:
+        SceneError: the figure of `worst` is not in the table, or is none.
+    """
+    wanted, table = result.study.recordings, result.table
+    number, status = np.array(table["case"]), np.array(table["status"])
+    chosen: set[int] = set()
+    if wanted.failures:
+        chosen |= set(number[status != OK].tolist())
+    if wanted.every is not None:
+        chosen |= set(number[number % wanted.every == 0].tolist())
+    if wanted.worst is not None:
+        values = _figure(table, wanted.worst.metric)
+        order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
+        chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
+    return sorted(chosen)
+
+
+def _figure(table: Any, metric: str) -> Any:
+    if metric not in table.column_names:
+        raise SceneError(f"study: {unknown_key(metric, table.column_names, 'figure', 'of recordings.worst.metric')}")
+    try:
+        return np.array(table[metric].to_numpy(), dtype=float)
+    except (TypeError, ValueError):
+        raise SceneError(f"study: recordings.worst.metric = {metric!r}: is text, not a number") from None
+
+
+def record_selected(result: StudyResult) -> None:
+    """Write the recordings that the study asks for and that are not there: FOLDER/recordings/000012.rrd."""
+    chosen = selected_cases(result)
+    if not chosen:
+        return
+    folder, listed, document = result.folder / "recordings", cases(result.study), scene_document(result.study)
+    folder.mkdir(exist_ok=True)
+    for number in chosen:
+        file = folder / f"{number:06d}.rrd"
+        if file.exists():
+            continue
+        run, _, _ = simulate_case(listed[number], document)
+        if run is not None and len(run.t):  # a scene that was refused has no run
+            run.record(file)

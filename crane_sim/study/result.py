@@ -1,0 +1,64 @@
+"""The result of a study: its table, and what its variants differ in."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.study.form import Study
+from crane_sim.study.runs import OK
+from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
+
+
+@dataclass(frozen=True, repr=False)
+class StudyResult:
+    """A study that has been run: a row for each run, samples in order, the variants of one after the other."""
+
+    study: Study
+    folder: Path  # with table.parquet and recordings
+    table: Any  # pyarrow.Table
+
+    def __repr__(self) -> str:
+        """Return name, runs and failures in one line."""
+        failed = int(np.sum(np.array(self.table["status"]) != OK))
+        return f"<StudyResult of {self.study.name!r}: {len(self.table)} runs, {failed} failed, {self.folder}>"
+
+    def to_dataframe(self) -> Any:
+        """Return the table as a `pandas.DataFrame`; needs the package pandas."""
+        return self.table.to_pandas()
+
+    def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:
+        """Return a figure of all samples (n,) under a variant, NaN for runs that have none or did not reach the end.
+
+        Raises:
+            SceneError: there is no such figure or variant.
+        """
+        if name not in self.table.column_names:
+            raise SceneError(unknown_key(name, self.table.column_names, "figure"))
+        rows = self._rows_of(variant)
+        values = np.array(self.table[name].to_pylist(), dtype=float)[rows]
+        return np.where(np.array(self.table["status"])[rows] == OK, values, np.nan)
+
+    def failed(self, variant: str) -> npt.NDArray[np.bool_]:
+        """Return of all samples (n,) whether the run under a variant failed; raises SceneError without the variant."""
+        return np.array(self.table["status"])[self._rows_of(variant)] != OK
+
+    def _rows_of(self, variant: str) -> npt.NDArray[np.bool_]:
+        names = list(self.study.variant_changes)
+        if variant not in names:
+            raise SceneError(unknown_key(variant, names, "variant"))
+        return np.array(self.table["variant"]) == variant
+
+    def differences(self, figure: str) -> dict[str, PairedDifference]:
+        """Return how each further variant differs from the first one in a figure, on the same samples."""
+        first, *others = self.study.variant_changes
+        base, seed = self.figure(figure, first), self.study.seed
+        return {other: compare_pairs(base, self.figure(figure, other), seed) for other in others}
+
+    def failure_differences(self) -> dict[str, FailureDifference]:
+        """Return how each further variant differs from the first one in which runs fail."""
+        first, *others = self.study.variant_changes
+        return {other: compare_failures(self.failed(first), self.failed(other)) for other in others}

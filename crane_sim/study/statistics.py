@@ -1,0 +1,70 @@
+"""Statistics of paired runs: two variants on the same samples."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+CONFIDENCE = 0.95
+_RESAMPLES = 9999
+
+Array = npt.NDArray[np.float64]
+
+
+class PairedDifference(NamedTuple):
+    """The difference of a figure between two variants, second minus first, over samples in which both have it."""
+
+    pairs: int
+    mean: float  # in the figure's unit
+    low: float  # ends of the 95 % interval of the mean: bootstrap, bias-corrected and accelerated
+    high: float
+    effect_size: float  # mean by standard deviation of the differences (Cohen's d_z); NaN where they do not vary
+    p_value: float  # Wilcoxon's signed-rank test, two-sided; 1 where no pair differs
+    share: float  # of pairs in which the second variant has the smaller figure, ties count half
+
+
+class FailureDifference(NamedTuple):
+    """In which samples runs of two variants fail."""
+
+    first_only: int
+    second_only: int
+    both: int
+    p_value: float  # McNemar's exact test: both variants fail as often; 1 where no sample tells them apart
+
+
+def compare_pairs(first: Array, second: Array, seed: int = 0) -> PairedDifference:
+    """Return the difference of a figure (n,) of two variants; samples in which one has none (NaN) are left out.
+
+    Args:
+        first: the figure under the first variant.
+        second: the same samples under the second one.
+        seed: of the bootstrap's random numbers.
+    """
+    both = ~(np.isnan(first) | np.isnan(second))
+    difference = second[both] - first[both]
+    n = len(difference)
+    if n == 0:
+        return PairedDifference(0, *[np.nan] * 6)
+    mean, spread = float(np.mean(difference)), float(np.std(difference, ddof=1)) if n > 1 else np.nan
+    low, high = _interval(difference, seed) if n > 1 and spread > 0.0 else (mean, mean) if n > 1 else (np.nan, np.nan)
+    effect = mean / spread if spread > 0.0 else np.nan
+    p = float(np.asarray(stats.wilcoxon(difference))[1]) if np.any(difference != 0.0) else 1.0
+    share = float(np.mean(difference < 0.0) + 0.5 * np.mean(difference == 0.0))
+    return PairedDifference(n, mean, low, high, effect, p, share)
+
+
+def _interval(difference: Array, seed: int) -> tuple[float, float]:
+    """Return the ends of the bootstrap interval of the mean of differences (n,) that vary."""
+    rng = np.random.default_rng(seed)
+    found = stats.bootstrap(
+        (difference,), np.mean, n_resamples=_RESAMPLES, confidence_level=CONFIDENCE, rng=rng, batch=100
+    ).confidence_interval
+    return float(found.low), float(found.high)
+
+
+def compare_failures(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_]) -> FailureDifference:
+    """Return in which of the samples (n,) the runs of two variants fail."""
+    only, other = int(np.sum(first & ~second)), int(np.sum(second & ~first))
+    p = float(stats.binomtest(only, only + other, 0.5).pvalue) if only + other else 1.0
+    return FailureDifference(only, other, int(np.sum(first & second)), p)

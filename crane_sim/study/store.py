@@ -1,0 +1,194 @@
+"""Rows of a study on disk: a Parquet file for each block of cases, written whole or not at all, then one table.
+
+    FOLDER/study.json         which study this is: its hash, the versions that run it
+    FOLDER/rows/000012.parquet
+    FOLDER/table.parquet      all rows in order of their cases, when all are there
+
+A process that ends at any moment leaves whole blocks behind, and no others.
+"""
+
+import fcntl
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from crane_sim.files.errors import SceneError
+from crane_sim.recording.provenance import of_this_process
+from crane_sim.study.form import Study, scene_document
+from crane_sim.study.runs import FIRST_COLUMNS
+
+MAX_BLOCK = 64  # cases: at most as many are run again after an interruption, for each worker
+_INTEGERS = ("case", "sample", "seed", "steps", "events")
+
+
+def load_pyarrow(module: str = "pyarrow") -> Any:
+    """Return a module of pyarrow, which only studies need.
+
+    Raises:
+        SceneError: it is not installed.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError:
+        line = "pyarrow is not installed: tables of studies need it (pip install 'crane_sim[study]')"
+        raise SceneError(line) from None
+
+
+def identity_of(study: Study) -> dict[str, Any]:
+    """Return the study, the document of its scene, and the versions of what computes its numbers."""
+    return {
+        "study": study.model_dump(mode="json", by_alias=True),
+        "scene": scene_document(study),
+        "versions": of_this_process(),
+    }
+
+
+def hash_of(identity: dict[str, Any]) -> str:
+    """Return the hash of a study: folders with another one hold other numbers."""
+    return hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
+
+
+class Store:
+    """The folder of a study."""
+
+    def __init__(self, folder: Path, study: Study, cases: int) -> None:
+        """Take the folder and the number of cases.
+
+        Raises:
+            SceneError: the folder holds another study, or cannot be written.
+        """
+        self.folder, self.cases = folder, cases
+        self.block = min(MAX_BLOCK, max(1, cases // 64))
+        self.identity = identity_of(study)
+        self.hash = hash_of(self.identity)
+        self._rows, self._file = folder / "rows", folder / "study.json"
+        self.table_file = folder / "table.parquet"
+        try:
+            self._rows.mkdir(parents=True, exist_ok=True)
+            self._check_or_write_identity()
+        except OSError as error:
+            raise SceneError(f"folder {folder}: {error.strerror}") from None
+
+    def _check_or_write_identity(self) -> None:
+        if self._file.exists():
+            known = json.loads(self._file.read_text())
+            if known.get("hash") != self.hash:
+                raise SceneError(f"folder {self.folder}: {self._difference(known)}; name another folder, or remove it")
+            return
+        content = json.dumps({"hash": self.hash, **self.identity}, indent=1, default=str)
+        write_whole(self._file, lambda file: file.write_text(content + "\n"))
+
+    def _difference(self, known: dict[str, Any]) -> str:
+        """Return what differs between the study of the folder and this one."""
+        for part, what in (("study", "another study"), ("scene", "another state of its scene")):
+            if known.get(part) != json.loads(json.dumps(self.identity[part], default=str)):
+                return f"holds {what}"
+        mine, other = self.identity["versions"], known.get("versions", {})
+        differing = ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
+        return f"was begun with other versions ({differing})"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the folder for this process; the lock ends with the process, however it ends.
+
+        Raises:
+            SceneError: another process runs the study of this folder.
+        """
+        with self._file.open() as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise SceneError(f"folder {self.folder}: another process is running this study") from None
+            yield
+
+    @property
+    def blocks(self) -> range:
+        """Numbers of all blocks."""
+        return range(-(-self.cases // self.block))
+
+    def cases_of(self, block: int) -> range:
+        """Return the numbers of a block's cases."""
+        return range(block * self.block, min((block + 1) * self.block, self.cases))
+
+    def missing(self) -> list[int]:
+        """Return the numbers of the blocks that are not there."""
+        if self.table_file.exists():
+            return []
+        there = {file.name for file in self._rows.iterdir()}
+        return [block for block in self.blocks if self._file_of(block).name not in there]
+
+    def _file_of(self, block: int) -> Path:
+        return self._rows / f"{block:06d}.parquet"
+
+    def write(self, block: int, rows: Sequence[dict[str, Any]]) -> None:
+        """Write the rows of a block."""
+        parquet, table = load_pyarrow("pyarrow.parquet"), table_of(rows)
+        write_whole(self._file_of(block), lambda file: parquet.write_table(table, file))
+
+    def merge(self) -> None:
+        """Write the table from the blocks, one after the other, and remove them."""
+        if self.table_file.exists():
+            return
+        arrow, parquet = load_pyarrow(), load_pyarrow("pyarrow.parquet")
+        files = [self._file_of(block) for block in self.blocks]
+        schema = arrow.unify_schemas(
+            [parquet.read_schema(file).remove_metadata() for file in files], promote_options="permissive"
+        )
+        schema = schema.with_metadata({"study": json.dumps({"hash": self.hash, **self.identity}, default=str)})
+
+        def write(path: Path) -> None:
+            with parquet.ParquetWriter(path, schema) as writer:
+                for file in files:
+                    writer.write_table(_with_schema(parquet.read_table(file), schema))
+
+        write_whole(self.table_file, write)
+        for file in files:
+            file.unlink()
+
+    def read(self) -> Any:
+        """Return the table, a `pyarrow.Table`."""
+        return load_pyarrow("pyarrow.parquet").read_table(self.table_file)
+
+
+def _with_schema(table: Any, schema: Any) -> Any:
+    """Return a table with the columns of a schema, empty ones where it has none."""
+    arrow = load_pyarrow()
+    columns = [
+        table[field.name].cast(field.type) if field.name in table.column_names else arrow.nulls(len(table), field.type)
+        for field in schema
+    ]
+    return arrow.table(columns, schema=schema)
+
+
+def table_of(rows: Sequence[dict[str, Any]]) -> Any:
+    """Return rows as a `pyarrow.Table`: a column for every key, numbers as floats but for counts."""
+    arrow = load_pyarrow()
+    names = list(dict.fromkeys((*FIRST_COLUMNS, *(key for row in rows for key in row))))
+    columns = {}
+    for name in names:
+        values = [row.get(name) for row in rows]
+        columns[name] = arrow.array(*_column(name, values, arrow))
+    return arrow.table(columns)
+
+
+def _column(name: str, values: Sequence[Any], arrow: Any) -> tuple[Sequence[Any], Any]:
+    """Return (values, type) of a column: numbers are floats but for counts, values of several types text."""
+    types = {type(value) for value in values if value is not None}
+    if types and types <= {int, float}:
+        whole = name in _INTEGERS or name.endswith(("_steps", "_evaluations"))
+        return values, arrow.int64() if whole else arrow.float64()
+    return values if len(types) <= 1 else [None if value is None else str(value) for value in values], None
+
+
+def write_whole(path: Path, write: Any) -> None:
+    """Write a file so that it is there whole or not at all: under another name, then renamed."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    write(partial)
+    with partial.open("rb") as file:
+        os.fsync(file.fileno())
+    partial.replace(path)

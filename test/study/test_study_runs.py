@@ -1,0 +1,153 @@
+"""Runs of studies: the rows are those of single runs, whatever interrupts them."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import crane
+
+import crane_sim
+from crane_sim import study as studies
+from crane_sim.files.errors import SceneError
+
+MASS = "cable.node_masses.0"
+STUDY: dict[str, Any] = {
+    "name": "masses",
+    "scene": "overhead_energy",
+    "design": "sobol",
+    "samples": 8,
+    "seed": 2,
+    "duration": 2.0,
+    "parameters": {MASS: {"distribution": "uniform", "low": 5.0, "high": 20.0}},
+    "variants": {"energy": {}, "weak": {"control.kp": [10.0]}},
+}
+FAILING = STUDY | {
+    "design": "grid",
+    "samples": None,
+    "duration": 5.0,
+    "changes": {"trolley.limits": [-9.0, 4.0]},
+    "parameters": {MASS: [5.0, -1.0]},
+    "variants": {"energy": {}, "stiff": {"control.kp": [2000.0]}},  # which overshoots by more than a metre
+    "recordings": {"failures": True},
+}
+
+
+def without_times(table: Any) -> Any:
+    """Return a table without the column that differs from run to run."""
+    return table.drop_columns(["wall_time"])
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
+    """Return a study that nothing has interrupted."""
+    return studies.run(STUDY, tmp_path_factory.mktemp("study") / "whole", workers=2)
+
+
+def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
+    """A row has the state's hash and the figures of `simulate` with the row's parameters, to the last bit."""
+    rows = whole.table.to_pylist()
+    assert [row["case"] for row in rows] == list(range(16)) and {row["status"] for row in rows} == {"ok"}
+    for row in (rows[0], rows[7], rows[-1]):
+        changes = STUDY["variants"][row["variant"]] | {MASS: row[f"parameter.{MASS}"], "seed": row["seed"]}
+        run = crane_sim.simulate("overhead_energy", duration=2.0, overrides=changes)
+        assert row["state_sha256"] == run.summary["state_sha256"]
+        assert row["residual_swing_deg"] == run.summary["residual_swing_deg"]
+        assert row["peak_effort.trolley"] == run.summary["peak_effort"]["trolley"]
+    assert len({row["state_sha256"] for row in rows}) == 16
+
+
+def test_the_number_of_workers_changes_no_bit(whole: studies.StudyResult, tmp_path: Path) -> None:
+    """One process writes the same table as two."""
+    assert without_times(studies.run(STUDY, tmp_path / "one", workers=1).table) == without_times(whole.table)
+
+
+def test_a_finished_study_runs_nothing(whole: studies.StudyResult) -> None:
+    """The same study in its folder is read, not run: not even the times differ."""
+    counts: list[tuple[int, int]] = []
+    again = studies.run(STUDY, whole.folder, on_progress=lambda *count: counts.append(count))
+    assert counts == [(16, 16)] and again.table == whole.table
+
+
+def test_a_folder_has_one_study(whole: studies.StudyResult) -> None:
+    """Another study is refused in the folder, and finds its own table unchanged."""
+    before = _bytes(whole)
+    with pytest.raises(SceneError, match="holds another study; name another folder"):
+        studies.run(STUDY | {"seed": 3}, whole.folder)
+    assert _bytes(whole) == before
+
+
+def _bytes(result: studies.StudyResult) -> bytes:
+    return (result.folder / "table.parquet").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
+    """Return a study with runs that fail and scenes that are not possible."""
+    return studies.run(FAILING, tmp_path_factory.mktemp("study") / "failing", workers=1)
+
+
+def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
+    """Failed and impossible runs are rows with status and reason; figures stand there up to where it failed."""
+    rows = failing.table.to_pylist()
+    assert [row["status"] for row in rows] == ["ok", "failed", "refused", "refused"]
+    assert "travel limit" in rows[1]["error"] and 0.0 < rows[1]["sim_time"] < 5.0
+    assert "-1.0" in rows[2]["error"] and rows[2]["state_sha256"] is None
+    assert failing.failed("stiff").tolist() == [True, True] and failing.failed("energy").tolist() == [False, True]
+
+
+def test_failures_are_recorded(failing: studies.StudyResult) -> None:
+    """Of the run that failed there is a recording, with the bits of its row; a refused scene has none."""
+    (file,) = (failing.folder / "recordings").iterdir()
+    assert file.name == "000001.rrd"
+    assert crane_sim.read_recording(file).summary["state_sha256"] == failing.table["state_sha256"][1].as_py()
+
+
+PROGRAM = """
+import sys, json
+from crane_sim import study
+if __name__ == "__main__":
+    study.run(json.loads(sys.argv[1]), sys.argv[2], workers=2)
+"""
+
+
+@pytest.mark.parametrize("kills", [3, pytest.param(20, marks=pytest.mark.long)])
+def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kills: int) -> None:
+    """Killed at random instants, its processes with it, and begun again: the table is that of the undisturbed study.
+
+    Blocks that are on disk when it is killed are not touched again.
+    """
+    folder, program, rng = tmp_path / "killed", tmp_path / "program.py", np.random.default_rng(kills)
+    program.write_text(PROGRAM)
+    command = [sys.executable, str(program), json.dumps(STUDY | {"samples": 256}), str(folder)]
+    kept: dict[str, int] = {}
+    for _ in range(kills):
+        process = subprocess.Popen(command)
+        time.sleep(float(rng.uniform(0.5, 3.0)))  # any instant will do: start, runs or the end
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait(10.0)
+        now = {file.name: file.stat().st_mtime_ns for file in (folder / "rows").glob("0*")} if folder.exists() else {}
+        assert kept.items() <= now.items() or (folder / "table.parquet").exists()
+        kept = now
+    result = studies.run(STUDY | {"samples": 256}, folder, workers=2)
+    undisturbed = studies.run(STUDY | {"samples": 256}, tmp_path / "undisturbed", workers=2)
+    assert without_times(result.table) == without_times(undisturbed.table)
+
+
+def test_the_command_prints_a_summary(whole: studies.StudyResult, tmp_path: Path) -> None:
+    """`crane sweep --json` prints failures, figures by variant and their paired differences; the table is there."""
+    file = tmp_path / "masses.yaml"
+    file.write_text(json.dumps(STUDY))  # JSON is YAML
+    done = crane("sweep", str(file), "-o", str(whole.folder), "--json")
+    printed = json.loads(done.stdout)
+    assert printed["runs"] == 16 and printed["failures"] == {"energy": 0, "weak": 0}
+    swing = whole.figure("residual_swing_deg", "weak") - whole.figure("residual_swing_deg", "energy")
+    assert printed["figures"]["residual_swing_deg"]["weak - energy"]["mean"] == pytest.approx(swing.mean(), rel=1e-12)
+    refused = crane("sweep", str(tmp_path / "nowhere.yaml"))
+    assert refused.returncode == 2 and "there is no such file" in refused.stderr and refused.stderr.count("\n") == 1
