@@ -20,8 +20,8 @@ from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
 HAND_WRITTEN = (
     *("bench_top", "commands", "contact", "drives", "first_controller", "index", "interfaces", "looking", "machines"),
-    *("operator", "profiling", "reeving", "ros", "ros2_control", "summary", "two_machines", "uncertain", "wind"),
-    *("your_crane", "your_effect", "your_law", "your_path"),
+    *("operator", "profiling", "reeving", "ros", "ros2_control", "studies", "summary", "two_machines", "uncertain"),
+    *("wind", "your_crane", "your_effect", "your_law", "your_path"),
 )
 """Pages written by hand."""
 
