@@ -60,7 +60,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         qdd = acceleration(scene, q, np.zeros(len(q)), u)
         if not np.all(np.isfinite(qdd)):
             break
-        (a, b), basis = linearise(scene, q, u), tangent_basis(scene, q)
+        (a, b), basis = state_matrices(scene, q, u), tangent_basis(scene, q)
         n = basis.shape[1]
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
@@ -122,7 +122,7 @@ def tangent_basis(scene: Scene, q: Array) -> Array:
     return np.asarray(block_diag(*blocks), np.float64)
 
 
-def linearise(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
+def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
     """Return A (2 n, 2 n) and B (2 n, nu) of the deviations from rest at q (nq,) under efforts u (nu,).
 
     The n deviations are the coordinates in the tangent basis at q, then come their rates.

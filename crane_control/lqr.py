@@ -25,8 +25,8 @@ from crane_control.linearisation import (
     Array,
     equilibrium,
     imposed_rows,
-    linearise,
     regulator,
+    state_matrices,
     tangent_basis,
     without_dry_friction,
 )
@@ -147,7 +147,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     if nominal.path is not None and not nominal.path.of_joints:
         raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
     target, efforts = equilibrium(nominal)
-    a, b = linearise(nominal, target, efforts)
+    a, b = state_matrices(nominal, target, efforts)
     period = nominal.period if nominal.sampled else None
     moving = np.flatnonzero(np.tile(~imposed_rows(a, b), 2))
     basis = tangent_basis(nominal, target)

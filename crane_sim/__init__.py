@@ -8,7 +8,8 @@ load_scene: a scene from a name of the catalogue, a file or a dict, checked.
 simulate: one run of a scene; simulate_batch: many, that differ in parameters.
 compare: runs of one crane side by side, metrics and differences.
 read_recording: a recorded run, as arrays with the names of simulate's; run.plot(), run.show(), run.to_dataframe().
-acceleration, energy: the equations of a scene.
+acceleration, energy: the equations of a scene; linearise: its linear ones about rest.
+study.run: many runs as one table (import crane_sim.study).
 SceneError: a scene that is not possible; SimulationError: a run that could not go on.
 
 Names are imported when they are first used, so that a node pays only for what it needs.
@@ -18,6 +19,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from crane_control.linear_model import LinearModel, linearise
     from crane_sim.files.errors import SceneError
     from crane_sim.recording.comparison import Comparison, compare
     from crane_sim.recording.read import read_recording
@@ -29,24 +31,27 @@ if TYPE_CHECKING:
     from crane_sim.simulation.rollout import Rollout, simulate
 
 _HOMES = {
-    "Batch": "simulation.batch",
-    "simulate_batch": "simulation.batch",
-    "Comparison": "recording.comparison",
-    "compare": "recording.comparison",
-    "SceneError": "files.errors",
-    "acceleration": "simulation.dynamics",
-    "energy": "simulation.dynamics",
-    "SimulationError": "simulation.plant",
-    "Scene": "scenes.scene",
-    "load_scene": "scenes.scene",
-    "RecordedRun": "recording.run",
-    "read_recording": "recording.read",
-    "Rollout": "simulation.rollout",
-    "simulate": "simulation.rollout",
+    "LinearModel": "crane_control.linear_model",
+    "linearise": "crane_control.linear_model",
+    "Batch": "crane_sim.simulation.batch",
+    "simulate_batch": "crane_sim.simulation.batch",
+    "Comparison": "crane_sim.recording.comparison",
+    "compare": "crane_sim.recording.comparison",
+    "SceneError": "crane_sim.files.errors",
+    "acceleration": "crane_sim.simulation.dynamics",
+    "energy": "crane_sim.simulation.dynamics",
+    "SimulationError": "crane_sim.simulation.plant",
+    "Scene": "crane_sim.scenes.scene",
+    "load_scene": "crane_sim.scenes.scene",
+    "RecordedRun": "crane_sim.recording.run",
+    "read_recording": "crane_sim.recording.read",
+    "Rollout": "crane_sim.simulation.rollout",
+    "simulate": "crane_sim.simulation.rollout",
 }
 __all__ = [
     "Batch",
     "Comparison",
+    "LinearModel",
     "RecordedRun",
     "Rollout",
     "Scene",
@@ -55,6 +60,7 @@ __all__ = [
     "acceleration",
     "compare",
     "energy",
+    "linearise",
     "load_scene",
     "read_recording",
     "simulate",
@@ -69,4 +75,4 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'crane_sim' has no attribute {name!r}")
-    return getattr(import_module(f"crane_sim.{_HOMES[name]}"), name)
+    return getattr(import_module(_HOMES[name]), name)

@@ -3,6 +3,7 @@
 A law is found through the entry-point group `crane_sim.laws`, so a package of your own adds one by naming a function
 `build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
 nominal; `scene` is the *nominal* scene, all that the law may depend on. It raises ValueError for what does not fit.
+A law of your own in a file needs no package: `control.law: FILE.py:FUNCTION`.
 A module that has `SETTINGS`, the NamedTuples that its settings are read into by the group that has them, is described
 in the page of the scene format.
 """
@@ -11,8 +12,11 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.metadata import entry_points
-from inspect import cleandoc
+from importlib.util import module_from_spec, spec_from_file_location
+from inspect import cleandoc, signature
 from math import isfinite
+from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
@@ -82,10 +86,13 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     Raises:
         SceneError: no such law, or it does not accept the settings or the scene.
     """
-    entries = [entry for entry in entry_points(group=GROUP) if entry.name == name]
-    if not entries:
-        raise SceneError(f"control.law = {name!r}: no such law (known: {', '.join(law_names())})")
     try:
+        if ":" in name:
+            return _make_own_law(name, settings, nominal)
+        entries = [entry for entry in entry_points(group=GROUP) if entry.name == name]
+        if not entries:
+            known = f"known: {', '.join(law_names())}; or FILE.py:FUNCTION, MODULE:FUNCTION"
+            raise SceneError(f"control.law = {name!r}: no such law ({known})")
         build: Callable[[Mapping[str, Any], Any], Law] = entries[0].load()
         return build(settings, nominal)
     except ForeignSetting as error:
@@ -96,6 +103,30 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         raise SceneError(f"control: {error}") from None
     except Exception as error:  # an external package: any error of it is one line for the user
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
+
+
+def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
+    """Return the law FILE.py:FUNCTION or MODULE:FUNCTION, a function of (t, q, v) or a `build` of (settings, scene)."""
+    place, _, function = name.rpartition(":")
+    module = _load_file(Path(place)) if place.endswith(".py") else import_module(place)
+    found: Any = getattr(module, function, None)
+    if not callable(found):
+        raise SceneError(f"control.law = {name!r}: {place} has no function {function!r}")
+    if len(signature(found).parameters) == len(("settings", "scene")):
+        return found(settings, nominal)
+    if settings:
+        raise ForeignSetting(next(iter(settings)), (), name)
+    return found
+
+
+def _load_file(path: Path) -> ModuleType:
+    """Return the module of a file, executed anew."""
+    spec = spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise SceneError(f"control.law: there is no file {path}")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequence[str]) -> None:

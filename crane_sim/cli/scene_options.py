@@ -1,12 +1,13 @@
 """The options of every command that takes a scene, and loading of that scene."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
 import yaml
 
-from crane_sim.files.document import YAML_ERRORS
+from crane_sim.files.document import YAML_ERRORS, law_from
 from crane_sim.files.errors import SceneError, shorten
 
 DEFAULT_SCENE = "knuckle_setpoint"
@@ -14,7 +15,7 @@ as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON 
 _SCENE_OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
     click.option("--duration", type=float, help="Simulated seconds (default: the scene's)."),
-    click.option("--law", help="Another control law; gains of the scene's own law are dropped."),
+    click.option("--law", help="Another law, a name or FILE.py:FUNCTION; the settings of the scene's own are dropped."),
     click.option("--seed", type=int, help="Seed of all random numbers."),
     click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
     as_json_option,
@@ -42,7 +43,8 @@ def load_scene_with_options(
     """
     from crane_sim.scenes.scene import load_scene
 
-    option_values = {"duration": duration, "control.law": law, "seed": seed}
+    own = None if law is None else law_from(law, Path.cwd())
+    option_values = {"duration": duration, "control.law": own, "seed": seed}
     options = {key: value for key, value in option_values.items() if value is not None}
     changes = _parse_settings(settings)
     for key in options:

@@ -82,6 +82,15 @@ def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
     for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
         if isinstance(group, dict) and isinstance(group.get("file"), str):
             group["file"] = str(folder / group["file"])
+    control = document.get("control")
+    if isinstance(control, dict) and isinstance(control.get("law"), str):
+        control["law"] = law_from(control["law"], folder)
+
+
+def law_from(name: str, folder: Path) -> str:
+    """Return a law's name; of FILE.py:FUNCTION with the file's path, relative to a folder, made absolute."""
+    file, colon, function = name.rpartition(":")
+    return f"{folder / file}{colon}{function}" if file.endswith(".py") else name
 
 
 def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, TypeAdapter, ValidationError
 
-from crane_sim.files.document import YAML_ERRORS, read
+from crane_sim.files.document import YAML_ERRORS, law_from, read
 from crane_sim.files.errors import SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
@@ -126,10 +126,20 @@ def _read_file(path: Path) -> dict[str, Any]:
     if not isinstance(document, dict):
         raise SceneError(f"study file {path}: holds {type(document).__name__}, not groups of keys")
     document.setdefault("name", path.stem)
+    _resolve_laws(document, path.resolve().parent)
     with suppress(TypeError):
         if (beside := path.resolve().parent / document.get("scene", "")).is_file():
             document["scene"] = str(beside)
     return document
+
+
+def _resolve_laws(document: dict[str, Any], folder: Path) -> None:
+    """Make the files of laws absolute, relative to the study's folder."""
+    variants = document.get("variants")
+    groups = [document.get("changes"), *(variants.values() if isinstance(variants, dict) else ())]
+    for changes in groups:
+        if isinstance(changes, dict) and isinstance(changes.get("control.law"), str):
+            changes["control.law"] = law_from(changes["control.law"], folder)
 
 
 def _check_design(study: Study) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_control.linearisation import linearise
+from crane_control.linearisation import state_matrices
 from crane_sim.laws import with_initial_state
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import Rollout, simulate
@@ -119,7 +119,7 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
     scene = crane_sim.load_scene("knuckle_setpoint")
     assert scene.reference and scene.law
     law, step, target = scene.law, 1e-5, np.array([*scene.reference, 0.0, 0.0])
-    a, b = linearise(scene, target, np.array(law(0.0, tuple(target), (0.0,) * 6)))
+    a, b = state_matrices(scene, target, np.array(law(0.0, tuple(target), (0.0,) * 6)))
     rows = [(np.concatenate([target, np.zeros(6)]) + d) for d in np.vstack([step * np.eye(12), -step * np.eye(12)])]
     efforts = np.array([law(0.0, tuple(z[:6]), tuple(z[6:])) for z in rows])
     poles = np.linalg.eigvals(a + b @ ((efforts[:12] - efforts[12:]).T / (2.0 * step)))

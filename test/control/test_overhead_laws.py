@@ -10,7 +10,7 @@ from scipy.linalg import eig, eigvals, expm
 
 import crane_sim
 from crane_control import lqr
-from crane_control.linearisation import linearise
+from crane_control.linearisation import state_matrices
 from crane_sim.simulation.rollout import simulate
 
 G = 9.81
@@ -106,7 +106,7 @@ def test_the_default_gains_put_all_poles_on_one_spot() -> None:
     scene = scene_of()
     law: Any = scene.law
     q = np.array([3.0, 0.0])
-    a, b = linearise(scene, q, np.zeros(1))
+    a, b = state_matrices(scene, q, np.zeros(1))
     steps = 1e-5 * np.eye(4)
     gain = [(law(0, q + d[:2], d[2:])[0] - law(0, q - d[:2], -d[2:])[0]) / 2e-5 for d in steps]
     omega = sqrt(G / 2.0)

@@ -1,0 +1,55 @@
+"""The linear equations of a scene against closed forms and against the motion itself."""
+
+from math import sqrt
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim.files.errors import SceneError
+
+G = 9.81
+
+pytestmark = pytest.mark.interpreted
+
+
+def test_a_pendulum_below_a_trolley_is_its_closed_form() -> None:
+    """A and B of one rope below a free trolley are those of textbooks: M ẍ = u + m g θ, L θ̈ = -ẍ - g θ."""
+    mass, load, length = 20.0, 10.0, 2.0  # of the scene
+    model = crane_sim.linearise("overhead_energy")
+    a, b = np.zeros((4, 4)), np.zeros((4, 1))
+    a[:2, 2:] = np.eye(2)
+    a[2, 1], a[3, 1] = load * G / mass, -(1.0 + load / mass) * G / length
+    b[2, 0], b[3, 0] = 1.0 / mass, -1.0 / (mass * length)
+    sign = np.diag([1.0, np.sign(model.a[2, 1]), 1.0, np.sign(model.a[2, 1])])  # of the swing, either convention
+    # 1e-8: central differences with steps of 1e-5
+    np.testing.assert_allclose(sign @ model.a @ sign, a, atol=1e-8)
+    np.testing.assert_allclose(sign @ model.b, b, atol=1e-8)
+    assert model.states[0] == "trolley" and model.state_units[2] == "m/s" and model.input_units == ("N",)
+    frequency = sqrt((1.0 + load / mass) * G / length)
+    assert np.max(model.eigenvalues.imag) == pytest.approx(frequency, rel=1e-8)
+
+
+def test_weights_are_held() -> None:
+    """The efforts of the model hold the knuckle boom at rest, and elsewhere other ones do."""
+    scene = crane_sim.load_scene("knuckle_setpoint")
+    for at in (None, [0.2, *scene.initial_q[1:4]]):
+        model = crane_sim.linearise(scene, at)
+        still = crane_sim.acceleration(scene, model.q, np.zeros(len(model.q)), model.u)
+        assert np.max(np.abs(still)) < 1e-9  # rad/s², what the search for rest calls none
+        assert at is None or model.q[0] == 0.2
+
+
+def test_directions_have_as_many_deviations_as_they_can_take() -> None:
+    """A link in space has three components and two deviations, and its pendulum's frequency in both."""
+    model = crane_sim.linearise("bridge_hook_and_sling")
+    n = len(model.states) // 2
+    assert model.basis.shape[1] == n < model.basis.shape[0]
+    assert model.a.shape == (2 * n, 2 * n) and model.b.shape == (2 * n, len(model.inputs))
+    assert len(model.state_units) == 2 * n
+
+
+def test_a_scene_that_nothing_holds_is_refused() -> None:
+    """Positions of another number of joints are refused in one line."""
+    with pytest.raises(SceneError, match="at = \\[1.0, 2.0\\]: must be a finite position for each actuated joint"):
+        crane_sim.linearise("overhead_energy", [1.0, 2.0])
