@@ -21,22 +21,21 @@ import numpy as np
 from pydantic import Field
 from scipy.linalg import block_diag
 
-from crane_control.linearisation import (
-    Array,
-    equilibrium,
-    imposed_rows,
-    regulator,
-    state_matrices,
-    tangent_basis,
-    without_dry_friction,
-)
 from crane_control.reduced_state import nominal_coordinate
+from crane_control.regulator import Array, regulator
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.linearisation import (
+    equilibrium,
+    imposed_rows,
+    state_matrices,
+    tangent_basis,
+    without_dry_friction,
+)
 from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
 DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}

@@ -19,7 +19,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from crane_control.linear_model import LinearModel, linearise
     from crane_sim.files.errors import SceneError
     from crane_sim.recording.comparison import Comparison, compare
     from crane_sim.recording.read import read_recording
@@ -27,12 +26,13 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene, load_scene
     from crane_sim.simulation.batch import Batch, simulate_batch
     from crane_sim.simulation.dynamics import acceleration, energy
+    from crane_sim.simulation.linear_model import LinearModel, linearise
     from crane_sim.simulation.plant import SimulationError
     from crane_sim.simulation.rollout import Rollout, simulate
 
 _HOMES = {
-    "LinearModel": "crane_control.linear_model",
-    "linearise": "crane_control.linear_model",
+    "LinearModel": "crane_sim.simulation.linear_model",
+    "linearise": "crane_sim.simulation.linear_model",
     "Batch": "crane_sim.simulation.batch",
     "simulate_batch": "crane_sim.simulation.batch",
     "Comparison": "crane_sim.recording.comparison",

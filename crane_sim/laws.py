@@ -109,9 +109,9 @@ def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     """Return the law FILE.py:FUNCTION or MODULE:FUNCTION, a function of (t, q, v) or a `build` of (settings, scene)."""
     place, _, function = name.rpartition(":")
     module = _load_file(Path(place)) if place.endswith(".py") else import_module(place)
-    found: Any = getattr(module, function, None)
-    if not callable(found):
+    if not callable(getattr(module, function, None)):
         raise SceneError(f"control.law = {name!r}: {place} has no function {function!r}")
+    found: Any = getattr(module, function)
     if len(signature(found).parameters) == len(("settings", "scene")):
         return found(settings, nominal)
     if settings:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_control.linearisation import state_matrices
 from crane_sim.laws import with_initial_state
+from crane_sim.simulation.linearisation import state_matrices
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import Rollout, simulate
 

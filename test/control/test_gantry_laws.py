@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from crane_control.linearisation import equilibrium
 from crane_sim import acceleration, load_scene
+from crane_sim.simulation.linearisation import equilibrium
 
 pytestmark = pytest.mark.interpreted
 

@@ -10,7 +10,7 @@ from scipy.linalg import eig, eigvals, expm
 
 import crane_sim
 from crane_control import lqr
-from crane_control.linearisation import state_matrices
+from crane_sim.simulation.linearisation import state_matrices
 from crane_sim.simulation.rollout import simulate
 
 G = 9.81

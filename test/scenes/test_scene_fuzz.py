@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba.core import event
 
-import crane_control.linearisation
+import crane_sim.simulation.linearisation
 from crane_sim import SceneError, load_scene
 from crane_sim.cli.scene_options import load_scene_with_options
 from crane_sim.scenes.scene import Scene
@@ -36,7 +36,7 @@ def nothing_compiled() -> Iterator[None]:
     """
     compiled = Compilations()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(crane_control.linearisation, "acceleration", linear)
+        patch.setattr(crane_sim.simulation.linearisation, "acceleration", linear)
         for document in DOCUMENTS:
             load_scene(document)
         with event.install_listener("numba:compile", compiled):

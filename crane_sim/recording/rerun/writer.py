@@ -151,7 +151,8 @@ class RunWriter:
         entity, named = f"states/{track.replace(' ', '_')}", self._named.setdefault(track, set())
         if not named.issuperset(states):
             named.update(states)
-            colors = [int(f"{COLORS.get(state, OTHER)[1:]}ff", 16) for state in sorted(named)]
+            shown = [int(f"{COLORS.get(state, OTHER)[1:]}ff", 16) for state in sorted(named)]
+            colors = np.array(shown, np.uint32)  # a list of three would be one colour
             self._rec.log(entity, rr.StateConfiguration(values=sorted(named), colors=colors), static=True)
         self._rec.send_columns(entity, time, rr.StateChange.columns(state=states))
 

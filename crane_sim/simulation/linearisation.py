@@ -1,15 +1,14 @@
-"""A scene about a point where it can be held: the point, the linear equations of deviations, the best linear law.
+"""A scene about a point where it can be held: the point, and the linear equations of deviations.
 
 All of it is about the mean of what disturbs the crane (`crane_sim.scenes.averaging`), not about one instant of a wave
 or gust.
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import LinAlgError, block_diag, expm, null_space, solve_continuous_are, solve_discrete_are
+from scipy.linalg import block_diag, null_space
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.averaging import average_scene
@@ -17,12 +16,10 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.dynamics import acceleration
 
 Array = npt.NDArray[np.float64]
-Poles = npt.NDArray[np.complex128]
 STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
 ZERO_ACCELERATION = 1e-9  # m/s² or rad/s²: accelerations that count as none
 ITERATIONS = 50  # of Newton's method
 MAX_TURN = 0.5  # rad, in one of them: full steps from below may end a turn further, or above the suspension
-STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as on it; error of the differences
 
 
 def without_dry_friction(scene: Scene) -> Scene:
@@ -145,36 +142,3 @@ def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
     """Return which of the n deviations of A (2 n, 2 n), B (2 n, nu) nothing accelerates: those of imposed joints."""
     return ~np.any(np.hstack([a, b])[len(a) // 2 :] != 0.0, axis=1)
-
-
-def regulator(a: Array, b: Array, q: Array, r: Array, period: float | None) -> tuple[Array, Poles]:
-    """Return (gain (nu, n), closed-loop eigenvalues (n,)) for weights q (n, n), r (nu,).
-
-    Args:
-        a, b: of x' = a x + b u, (n, n) and (n, nu).
-        q, r: weights of the states, positive semi-definite, and of the efforts.
-        period: s, between commands that are held; None: continuous.
-
-    Raises:
-        SceneError: the linearisation is not stabilisable, or a motion has no weight.
-    """
-    n, nu = b.shape
-    if period is not None:
-        transition = np.asarray(expm(period * np.block([[a, b], [np.zeros((nu, n + nu))]])), np.float64)
-        a, b = transition[:n, :n], transition[:n, n:]
-    try:
-        p: Any = (solve_continuous_are if period is None else solve_discrete_are)(a, b, q, np.diag(r))
-    except LinAlgError:
-        p = np.zeros((n, n))  # no solution: nothing would change
-    hessian = np.diag(r) + (0.0 if period is None else b.T @ p @ b)
-    gain = np.asarray(np.linalg.solve(hessian, b.T @ p @ (a if period is not None else np.eye(n))), np.float64)
-    poles = np.linalg.eigvals(a - b @ gain).astype(np.complex128)
-    exponents = poles if period is None else np.log(poles) / period
-    slowest = exponents[exponents.real.argmax()]
-    if slowest.real > -STABILITY_TOLERANCE or not np.any(p):
-        # where everything is weighed, the best law damps all that efforts reach
-        reason = "no effort damps it" if np.all(np.diag(q) > 0.0) else "no effort damps it, or no weight asks for it"
-        raise SceneError(
-            f"control.law = 'lqr': a motion of {abs(slowest.imag):.3g} rad/s about the target stays: {reason}"
-        )
-    return gain, poles

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from crane_control.linearisation import equilibrium, state_matrices, tangent_basis, without_dry_friction
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
+from crane_sim.simulation.linearisation import equilibrium, state_matrices, tangent_basis, without_dry_friction
 
 Array = npt.NDArray[np.float64]
 _UNIT_VECTOR = 1e-12  # entries of a basis vector smaller than this are rounding
