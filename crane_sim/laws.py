@@ -8,10 +8,12 @@ A module that has `SETTINGS`, the NamedTuples that its settings are read into by
 in the page of the scene format.
 """
 
+import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from inspect import cleandoc, signature
 from math import isfinite
@@ -19,9 +21,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from crane_sim.files.errors import SceneError, foreign_key, no_group, one_line, shorten, unknown_key
+from crane_sim.files.types import type_adapter
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"
@@ -67,14 +70,24 @@ class AboutLaw(NamedTuple):
     settings: Mapping[str, Any]  # its SETTINGS: NamedTuples of keys by the group that has them; empty where it has none
 
 
+@lru_cache(maxsize=1)
+def _installed_laws(search_path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
+    """Return the entry points of laws on the interpreter's search path: finding them takes milliseconds."""
+    return tuple(entry_points(group=GROUP))
+
+
+def _laws() -> tuple[EntryPoint, ...]:
+    return _installed_laws(tuple(sys.path))
+
+
 def law_names() -> list[str]:
     """Return the names of all laws that are installed."""
-    return sorted({entry.name for entry in entry_points(group=GROUP)})
+    return sorted({entry.name for entry in _laws()})
 
 
 def law_of(name: str) -> AboutLaw:
     """Return the description of an installed law, from its module."""
-    entry = next(entry for entry in entry_points(group=GROUP) if entry.name == name)
+    entry = next(entry for entry in _laws() if entry.name == name)
     module = import_module(entry.module)
     about = cleandoc(module.__doc__ or "").partition("\n\n")[0]
     return AboutLaw(about, getattr(module, "SETTINGS", {}))
@@ -89,7 +102,7 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     try:
         if ":" in name:
             return _make_own_law(name, settings, nominal)
-        entries = [entry for entry in entry_points(group=GROUP) if entry.name == name]
+        entries = [entry for entry in _laws() if entry.name == name]
         if not entries:
             known = f"known: {', '.join(law_names())}; or FILE.py:FUNCTION, MODULE:FUNCTION"
             raise SceneError(f"control.law = {name!r}: no such law ({known})")
@@ -237,7 +250,7 @@ def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> 
     if not isinstance(settings, Mapping):
         raise SceneError(f"{'.'.join(('control', *group))} = {shorten(settings)}: {no_group(names)}")
     try:
-        return TypeAdapter(kind).validate_python(dict(settings))
+        return type_adapter(kind).validate_python(dict(settings))
     except ValidationError as error:
         key = foreign_key(error)
         if key is None or group:

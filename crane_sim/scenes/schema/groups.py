@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from crane_sim.files.errors import about_keys, missing_key, no_group, one_line, unknown_key
-from crane_sim.files.types import Real
+from crane_sim.files.types import Real, type_adapter
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
@@ -36,7 +36,7 @@ def _words_of(fields: tuple[str, ...]) -> dict[str, str]:
 def _read_group(kind: Any, values: dict[str, Any]) -> Any:
     """Return the NamedTuple with these values; an error in a field names it by the file's word."""
     try:
-        return TypeAdapter(kind).validate_python(values)
+        return type_adapter(kind).validate_python(values)
     except ValidationError as error:
         line = one_line(error, kind)
         for word, field in WORDS.items():
@@ -116,11 +116,14 @@ class PayloadForceGroup(Group):
         return PayloadForce(self.x, self.y, self.z)
 
 
+_Period = Annotated[Real, Field(ge=1e-6)]
+
+
 def _period(value: Any) -> Any:
     if value == "continuous":
         return value
     try:
-        return TypeAdapter(Annotated[Real, Field(ge=1e-6)]).validate_python(value)
+        return type_adapter(_Period).validate_python(value)
     except ValidationError:
         raise ValueError("a period is a number of seconds, at least 1e-6, or 'continuous'") from None
 
