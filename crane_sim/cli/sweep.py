@@ -30,8 +30,9 @@ SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort",
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the table (default: runs/NAME).")
 @click.option("--workers", type=click.IntRange(min=1), help="Processes (default: one for each core).")
+@click.option("--scheduler", metavar="ADDRESS", help="Workers of a Dask scheduler (tcp://…); local: a cluster here.")
 @as_json_option
-def sweep(study: Path, output: Path | None, workers: int | None, as_json: bool) -> None:
+def sweep(study: Path, output: Path | None, workers: int | None, scheduler: str | None, as_json: bool) -> None:
     """Run a study: many runs of a scene, that differ in parameters, laws or seeds, as one Parquet table.
 
     Interrupted at any moment, the same command runs what is missing.
@@ -41,7 +42,7 @@ def sweep(study: Path, output: Path | None, workers: int | None, as_json: bool) 
     checked = studies.load_study(study)
     folder = output or Path("runs") / (checked.name or study.stem)
     with _progress(hidden=as_json or not sys.stderr.isatty()) as update:
-        result = studies.run(checked, folder, workers, update)
+        result = studies.run(checked, folder, workers, scheduler, update)
     if as_json:
         print(json.dumps(report.json_value(summarise(result))))
     else:

@@ -1,36 +1,34 @@
-"""Execution of a study: blocks of its cases in processes on all cores; the same rows whatever runs them."""
+"""Execution of a study: blocks of its cases by workers; the same rows whatever runs them."""
 
 import json
-import multiprocessing
-import os
-import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from crane_sim.files.errors import SceneError
-from crane_sim.process_signals import end_with_parent
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import row_of
-from crane_sim.study.store import Store, load_pyarrow
+from crane_sim.study.store import Store, deciding_versions, load_pyarrow
+from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
 
 AHEAD = 2  # blocks for each worker that are submitted: memory does not grow with the study
-ATTEMPTS = 3  # of a block whose process ended
+ATTEMPTS = 3  # in which no block is finished because processes end
 
 Progress = Callable[[int, int], None]  # takes (runs that are done, all runs)
+Rows = list[dict[str, Any]]
 
 
 def run(
     study: Study | str | Path | dict[str, Any],
     folder: str | Path,
     workers: int | None = None,
+    scheduler: str | None = None,
     on_progress: Progress | None = None,
 ) -> StudyResult:
     """Run a study, or what is missing of it in the folder, and return its table.
@@ -38,11 +36,14 @@ def run(
     Args:
         study: the study, its file, or a dict of a file's shape.
         folder: where rows are written; the rows of an interrupted run of the same study there are kept.
-        workers: processes; None: one for each core; 1: this process. They change no number but times.
+        workers: processes of this machine; None: one for each core; 1: this process. They change no number but times.
+        scheduler: the address of a Dask scheduler, whose workers run the study in place of processes of this machine,
+            or "local" for a Dask cluster on this machine. Workers need this package in the same version.
         on_progress: called with (runs that are done, all runs) after each block.
 
     Raises:
-        SceneError: the study is not possible, or the folder holds another one; nothing was started.
+        SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
+            was started.
         RuntimeError: processes of the study ended again and again.
     """
     load_pyarrow()
@@ -52,7 +53,7 @@ def run(
         raise SceneError(f"workers = {workers}: must be at least 1")
     store = Store(Path(folder), checked, len(listed))
     with store.locked():
-        _run_missing(store, checked, workers or len(os.sched_getaffinity(0)), on_progress or (lambda *_: None))
+        _run_missing(store, checked, (workers, scheduler), on_progress or (lambda *_: None))
         store.merge()
         result = StudyResult(checked, store.folder, store.read())
         record_selected(result)
@@ -77,69 +78,56 @@ def check_cases(study: Study) -> CaseList:
     return listed
 
 
-def _run_missing(store: Store, study: Study, workers: int, on_progress: Progress) -> None:
-    """Run the blocks that are missing."""
-    missing = store.missing()
-    done = store.cases - sum(len(store.cases_of(block)) for block in missing)
-    on_progress(done, store.cases)
-    if not missing:
-        return
-    for block in _completed(store, study, missing, min(workers, len(missing))):
-        done += len(store.cases_of(block))
+def _run_missing(store: Store, study: Study, where: tuple[int | None, str | None], on_progress: Progress) -> None:
+    """Run the blocks that are missing and write their rows; those of a process that ended are tried again."""
+    attempts = ATTEMPTS
+    while missing := store.missing():
+        done = store.cases - sum(len(store.cases_of(block)) for block in missing)
         on_progress(done, store.cases)
-
-
-def _completed(store: Store, study: Study, missing: list[int], workers: int) -> Iterator[int]:
-    """Yield blocks as they are written; those of a process that ended are tried again."""
-    if workers == 1:
-        yield from (_run_block(store, study.model_dump_json(), block) for block in missing)
-        return
-    left = dict.fromkeys(missing)
-    for _ in range(ATTEMPTS):
         try:
-            for block in _pool_results(store, study, list(left), workers):
-                del left[block]
-                yield block
+            with start_workers(*where) as workers:
+                for block, rows in _results(store, study, missing, workers):
+                    store.write(block, rows)
+                    done, attempts = done + len(rows), ATTEMPTS
+                    on_progress(done, store.cases)
+        except errors_of_ended_workers():
+            attempts -= 1
+            if not attempts:
+                line = f"processes of the study ended {ATTEMPTS} times in a row; its next block is {min(missing)}"
+                raise RuntimeError(line) from None
+    on_progress(store.cases, store.cases)
+
+
+def _results(store: Store, study: Study, blocks: list[int], workers: Workers) -> Iterator[tuple[int, Rows]]:
+    """Yield (block, rows) as workers finish them."""
+    task = study.model_dump_json(), store.identity["scene"], store.identity["versions"]
+    pending, waiting = dict[Future[Rows], int](), iter(blocks)
+    while True:
+        while len(pending) < AHEAD * workers.parallel and (block := next(waiting, None)) is not None:
+            numbers = store.cases_of(block)
+            pending[workers.executor.submit(_run_block, *task, numbers.start, numbers.stop)] = block
+        if not pending:
             return
-        except BrokenProcessPool:
-            left = dict.fromkeys(store.missing())
-    raise RuntimeError(f"processes of the study ended {ATTEMPTS} times; its next block is {min(left)}")
-
-
-def _pool_results(store: Store, study: Study, blocks: list[int], workers: int) -> Iterator[int]:
-    """Yield blocks as they are written by the processes of one pool."""
-    context = multiprocessing.get_context("spawn")
-    text = study.model_dump_json()
-    with ProcessPoolExecutor(workers, context, _start_worker, (os.getpid(),)) as pool:
-        futures, waiting = set[Future[int]](), iter(blocks)
-        try:
-            while True:
-                while len(futures) < AHEAD * workers and (block := next(waiting, None)) is not None:
-                    futures.add(pool.submit(_run_block, store, text, block))
-                if not futures:
-                    return
-                finished, futures = wait(futures, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    yield future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-def _start_worker(parent: int) -> None:
-    """Leave interruptions to the process of the study, and end with it however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end_with_parent(parent)
+        for future in wait(pending, return_when=FIRST_COMPLETED).done:
+            yield pending.pop(future), future.result()
 
 
 @lru_cache(maxsize=1)
-def _cases_and_document(study: str) -> tuple[CaseList, dict[str, Any]]:
-    """Return the cases of a study in JSON and the document of its scene: once for each process."""
-    read = load_study(json.loads(study))
-    return cases(read), scene_document(read)
+def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
+    """Return the cases of a study and the document of its scene, both in JSON: once for each process."""
+    document = json.loads(scene)
+    return cases(load_study(json.loads(study) | {"scene": document})), document
 
 
-def _run_block(store: Store, study: str, block: int) -> int:
-    """Run the cases of a block and write its rows."""
-    listed, document = _cases_and_document(study)
-    store.write(block, [row_of(listed[i], document) for i in store.cases_of(block)])
-    return block
+def _run_block(study: str, scene: str, versions: dict[str, str], first: int, end: int) -> Rows:
+    """Return the rows of the cases `first` to `end` (excluded).
+
+    Raises:
+        SceneError: this process would compute with other versions.
+    """
+    mine = deciding_versions()
+    if mine != versions:
+        differing = ", ".join(key for key in sorted(mine.keys() | versions) if mine.get(key) != versions.get(key))
+        raise SceneError(f"a worker has other versions than this process: {differing}")
+    listed, document = _cases_of(study, scene)
+    return [row_of(listed[i], document) for i in range(first, end)]

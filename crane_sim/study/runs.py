@@ -3,12 +3,14 @@
 import json
 import time
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
+from crane_sim.recording.provenance import of_this_process
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.status import SimulationError
@@ -33,7 +35,13 @@ def row_of(case: Case, document: Mapping[str, Any]) -> dict[str, Any]:
     if run is not None:
         figures = {key: value for key, value in run.summary.items() if key not in _NOT_FIGURES}
         row |= {"law": run.scene.law_name, "events": len(run.events)} | flatten(figures)
-    return row | {"wall_time": time.perf_counter() - began}
+    return row | {"versions": _versions(), "wall_time": time.perf_counter() - began}
+
+
+@cache
+def _versions() -> str:
+    """Return the versions and the processor of this process in JSON."""
+    return json.dumps(of_this_process())
 
 
 def simulate_case(case: Case, document: Mapping[str, Any]) -> tuple[Rollout | None, str, str | None]:

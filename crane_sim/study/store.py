@@ -13,6 +13,7 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -39,12 +40,18 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
         raise SceneError(line) from None
 
 
+@cache
+def deciding_versions() -> dict[str, str]:
+    """Return the versions of what computes numbers; the processor may differ, as cores of a cluster do."""
+    return {key: value for key, value in of_this_process().items() if key not in ("cpu", "system")}
+
+
 def identity_of(study: Study) -> dict[str, Any]:
-    """Return the study, the document of its scene, and the versions of what computes its numbers."""
+    """Return the study, the document of its scene in JSON, and the versions of what computes its numbers."""
     return {
-        "study": study.model_dump(mode="json", by_alias=True),
-        "scene": scene_document(study),
-        "versions": of_this_process(),
+        "study": study.model_dump(mode="json"),
+        "scene": json.dumps(scene_document(study), default=str),
+        "versions": deciding_versions(),
     }
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,12 @@ def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
 def test_the_number_of_workers_changes_no_bit(whole: studies.StudyResult, tmp_path: Path) -> None:
     """One process writes the same table as two."""
     assert without_times(studies.run(STUDY, tmp_path / "one", workers=1).table) == without_times(whole.table)
+
+
+def test_a_cluster_writes_the_same_table(whole: studies.StudyResult, tmp_path: Path) -> None:
+    """The workers of a Dask cluster write the table of plain processes; an address without a scheduler is one line."""
+    found = studies.run(STUDY, tmp_path / "cluster", workers=2, scheduler="local")
+    assert without_times(found.table) == without_times(whole.table)
 
 
 def test_a_finished_study_runs_nothing(whole: studies.StudyResult) -> None:
@@ -138,6 +145,27 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
     result = studies.run(STUDY | {"samples": 256}, folder, workers=2)
     undisturbed = studies.run(STUDY | {"samples": 256}, tmp_path / "undisturbed", workers=2)
     assert without_times(result.table) == without_times(undisturbed.table)
+
+
+@pytest.mark.long
+def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> None:
+    """Twenty workers of a Dask cluster are killed during a study: the table is that of the undisturbed one."""
+    distributed = pytest.importorskip("distributed")
+    many, rng, kills = STUDY | {"samples": 4096}, np.random.default_rng(4), 0
+    options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+    with distributed.LocalCluster(n_workers=2, **options) as cluster, ThreadPoolExecutor(1) as thread:
+        address = cluster.scheduler_address
+        study = thread.submit(studies.run, many, tmp_path / "killed", scheduler=address)
+        while kills < 20 and not study.done():
+            time.sleep(float(rng.uniform(2.0, 4.0)))  # time for a new one to start and finish something
+            alive = [nanny.pid for nanny in cluster.workers.values() if nanny.pid]
+            if alive:
+                os.kill(int(rng.choice(alive)), signal.SIGKILL)  # its nanny starts another one
+                kills += 1
+        table = study.result(500.0).table
+    assert kills >= 10  # a fast machine ends sooner
+    plain = studies.run(many, tmp_path / "plain", workers=2).table
+    assert without_times(table) == without_times(plain)
 
 
 def test_the_command_prints_a_summary(whole: studies.StudyResult, tmp_path: Path) -> None:

@@ -1,0 +1,96 @@
+"""Workers of a study: processes of this machine, or those of a Dask cluster, behind one interface."""
+
+import multiprocessing
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from crane_sim.files.errors import SceneError
+from crane_sim.process_signals import end_with_parent
+
+LOCAL = "local"
+"""The scheduler of a Dask cluster on this machine, which lives as long as the study."""
+_CONNECT = 10.0  # s, for an answer of the scheduler
+_FIRST_WORKER = 60.0  # s
+
+
+class Workers(NamedTuple):
+    """An executor, and how many tasks it runs at a time (`parallel`)."""
+
+    executor: Executor
+    parallel: int
+
+
+def errors_of_ended_workers() -> tuple[type[BaseException], ...]:
+    """Return the errors that say that a process ended, not that its task failed."""
+    distributed = sys.modules.get("distributed")
+    return (BrokenProcessPool,) if distributed is None else (BrokenProcessPool, distributed.KilledWorker)
+
+
+class InThisProcess(Executor):
+    """An executor that runs a task when it is submitted."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Return the finished future; raises what the task raises."""
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@contextmanager
+def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]:
+    """Yield workers; those that were started here end with the block, or with this process.
+
+    Args:
+        count: processes of this machine; None: one for each core; 1: this process.
+        scheduler: None, or the address of a Dask scheduler, or `LOCAL`.
+
+    Raises:
+        SceneError: there is no such scheduler, it has no workers, or Dask is not installed.
+    """
+    cores = len(os.sched_getaffinity(0))
+    with ExitStack() as stack:
+        if scheduler is not None:
+            yield stack.enter_context(_dask_workers(scheduler, count or cores))
+        elif (count or cores) == 1:
+            yield Workers(InThisProcess(), 1)
+        else:
+            context = multiprocessing.get_context("spawn")
+            pool = ProcessPoolExecutor(count or cores, context, _start_worker, (os.getpid(),))
+            stack.callback(pool.shutdown, cancel_futures=True)
+            yield Workers(pool, count or cores)
+
+
+def _start_worker(parent: int) -> None:
+    """Leave interruptions to the process of the study, and end with it however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent(parent)
+
+
+@contextmanager
+def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
+    """Yield the workers of a Dask cluster."""
+    try:
+        distributed = import_module("distributed")
+    except ModuleNotFoundError:
+        raise SceneError("dask is not installed: --scheduler needs it (pip install 'crane_sim[study]')") from None
+    with ExitStack() as stack:
+        if scheduler == LOCAL:
+            options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+            scheduler = stack.enter_context(distributed.LocalCluster(n_workers=count, **options)).scheduler_address
+        try:
+            client = stack.enter_context(distributed.Client(scheduler, timeout=_CONNECT))
+        except (OSError, ValueError) as error:
+            line = f"scheduler = {scheduler!r}: no Dask scheduler answers there ({str(error).splitlines()[0]})"
+            raise SceneError(line) from None
+        try:
+            client.wait_for_workers(1, timeout=_FIRST_WORKER)
+        except TimeoutError:
+            raise SceneError(f"scheduler = {scheduler!r}: has no workers") from None
+        yield Workers(client.get_executor(pure=False), sum(client.nthreads().values()))
