@@ -107,9 +107,19 @@ def plot(run: Path | None, output: Path | None) -> None:
 @click.argument("run", required=False, type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="A .html (default: the recording's name).")
 def write_report(run: Path | None, output: Path | None) -> None:
-    """Write a recorded run, RUN or the newest, as one HTML page that plays it, without a network or any other file."""
+    """Write a recorded run, RUN or the newest, as one HTML page that plays it, without a network or any other file.
+
+    RUN may be the folder of a study: the page then has its distributions, differences and worst runs.
+    """
     from crane_sim.evaluation.report.page import save_page
 
+    if run is not None and run.is_dir():
+        from crane_sim.evaluation.report.study_page import save_study_page
+
+        file = output_of(output, run / "report", ".html")
+        save_study_page(run, file)
+        print(file)
+        return
     recording = recording_of(run)
     file = output_of(output, recording, ".html")
     save_page(read_recording(recording), file)

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
@@ -21,9 +21,6 @@ from crane_sim.cli.scene_options import as_json_option
 if TYPE_CHECKING:
     from crane_sim.study.execution import Progress as OnProgress
     from crane_sim.study.result import StudyResult
-
-SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort", "tracking_mse")
-"""Figures of the summary that the terminal shows, with all of their joints; the table on disk has all."""
 
 
 @click.command()
@@ -44,6 +41,8 @@ def sweep(study: Path, output: Path | None, workers: int | None, scheduler: str 
     with _progress(hidden=as_json or not sys.stderr.isatty()) as update:
         result = studies.run(checked, folder, workers, scheduler, update)
     if as_json:
+        from crane_sim.study.summary import summarise
+
         print(json.dumps(report.json_value(summarise(result))))
     else:
         print_result(result, Console())
@@ -58,48 +57,16 @@ def _progress(hidden: bool) -> Iterator[OnProgress]:
         yield lambda done, count: bar.update(task, completed=done, total=count)
 
 
-def shown_figures(result: StudyResult) -> list[str]:
-    """Return the columns of the table that the terminal shows."""
-    numbers = [field.name for field in result.table.schema if str(field.type) in ("double", "int64")]
-    return [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
-
-
-def summarise(result: StudyResult) -> dict[str, Any]:
-    """Return counts, and the median and extremes of figures by variant, with their paired differences."""
-    first, *_ = variants = list(result.study.variant_changes)
-    figures = {
-        name: {variant: _spread(result.figure(name, variant)) for variant in variants}
-        | {f"{other} - {first}": each._asdict() for other, each in result.differences(name).items()}
-        for name in shown_figures(result)
-    }
-    failures = {variant: int(result.failed(variant).sum()) for variant in variants}
-    return {
-        "study": result.study.name,
-        "runs": len(result.table),
-        "failures": failures,
-        "failure_differences": {other: each._asdict() for other, each in result.failure_differences().items()},
-        "figures": figures,
-        "table": str(result.folder / "table.parquet"),
-    }
-
-
-def _spread(values: Any) -> dict[str, float | int | None]:
-    """Return count, least, median and greatest of the numbers among values (n,)."""
-    values = values[~np.isnan(values)]
-    if not len(values):
-        return {"runs": 0, "least": None, "median": None, "greatest": None}
-    least, median, greatest = np.quantile(values, (0.0, 0.5, 1.0)).tolist()
-    return {"runs": len(values), "least": least, "median": median, "greatest": greatest}
-
-
 def print_result(result: StudyResult, console: Console) -> None:
     """Print failures first, then the figures of each variant and what they differ in."""
+    from crane_sim.study.summary import first_errors, summarise
+
     found = summarise(result)
     for variant, count in found["failures"].items():
         if count:
             samples = found["runs"] // len(found["failures"])
             console.print(f"{variant}: {count} of {samples} runs failed", style="bold red")
-    for line in _first_errors(result):
+    for line in first_errors(result):
         console.print(line, highlight=False, soft_wrap=True)
     table = Table("figure", "variant", "runs", "least", "median", "greatest", title="figures", title_justify="left")
     for name, by_variant in found["figures"].items():
@@ -114,6 +81,8 @@ def print_result(result: StudyResult, console: Console) -> None:
 
 def _differences(result: StudyResult) -> Table:
     """Return the table of what variants differ in, on the same samples."""
+    from crane_sim.study.summary import shown_figures
+
     first, *_ = result.study.variant_changes
     title = f"differences from {first} on the same samples, mean with its 95 % interval, Wilcoxon's p"
     columns = ("figure", "variant", "pairs", "mean", "from", "to", "smaller", "p")
@@ -124,13 +93,6 @@ def _differences(result: StudyResult) -> Table:
             share = "" if np.isnan(each.share) else f"{each.share:.0%}"
             table.add_row(name, other, *numbers, share, "" if np.isnan(each.p_value) else f"{each.p_value:.2g}")
     return table
-
-
-def _first_errors(result: StudyResult, most: int = 5) -> list[str]:
-    """Return lines on the first runs that failed."""
-    rows = result.table.select(["case", "variant", "error"]).to_pylist()
-    lines = [f"case {row['case']}, {row['variant']}: {row['error']}" for row in rows if row["error"]]
-    return [*lines[:most], *[f"... and {len(lines) - most} more"] * (len(lines) > most)]
 
 
 def _format(value: float | None) -> str:

@@ -11,6 +11,6 @@
 from crane_sim.study.cases import Case, cases
 from crane_sim.study.execution import run
 from crane_sim.study.form import Study, load_study
-from crane_sim.study.result import StudyResult
+from crane_sim.study.result import StudyResult, read_result
 
-__all__ = ["Case", "Study", "StudyResult", "cases", "load_study", "run"]
+__all__ = ["Case", "Study", "StudyResult", "cases", "load_study", "read_result", "run"]

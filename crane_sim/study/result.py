@@ -1,5 +1,6 @@
 """The result of a study: its table, and what its variants differ in."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,9 +9,24 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.study.form import Study
+from crane_sim.study.form import Study, load_study
 from crane_sim.study.runs import OK
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
+from crane_sim.study.store import load_pyarrow
+
+
+def read_result(folder: Path) -> "StudyResult":
+    """Return the study that has been run in a folder.
+
+    Raises:
+        SceneError: the folder holds no study, or one that is not finished.
+    """
+    if not (folder / "study.json").is_file():
+        raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")
+    if not (folder / "table.parquet").is_file():
+        raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
+    study = load_study(json.loads((folder / "study.json").read_text())["study"])
+    return StudyResult(study, folder, load_pyarrow("pyarrow.parquet").read_table(folder / "table.parquet"))
 
 
 @dataclass(frozen=True, repr=False)

@@ -23,6 +23,7 @@ from crane_sim.recording.provenance import of_this_process
 from crane_sim.study.form import Study, scene_document
 from crane_sim.study.runs import FIRST_COLUMNS
 
+ROW_GROUP = 8192  # rows that are in memory at a time
 MAX_BLOCK = 64  # cases: at most as many are run again after an interruption, for each worker
 _INTEGERS = ("case", "sample", "seed", "steps", "events")
 
@@ -76,7 +77,9 @@ class Store:
         self._rows, self._file = folder / "rows", folder / "study.json"
         self.table_file = folder / "table.parquet"
         try:
-            self._rows.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
+            if not self.table_file.exists():
+                self._rows.mkdir(exist_ok=True)
             self._check_or_write_identity()
         except OSError as error:
             raise SceneError(f"folder {folder}: {error.strerror}") from None
@@ -150,16 +153,23 @@ class Store:
 
         def write(path: Path) -> None:
             with parquet.ParquetWriter(path, schema) as writer:
-                for file in files:
-                    writer.write_table(_with_schema(parquet.read_table(file), schema))
+                for group in batched(files, -(-ROW_GROUP // self.block)):
+                    tables = [_with_schema(parquet.read_table(file), schema) for file in group]
+                    writer.write_table(arrow.concat_tables(tables), ROW_GROUP)
 
         write_whole(self.table_file, write)
         for file in files:
             file.unlink()
+        self._rows.rmdir()
 
     def read(self) -> Any:
         """Return the table, a `pyarrow.Table`."""
         return load_pyarrow("pyarrow.parquet").read_table(self.table_file)
+
+
+def batched(files: Sequence[Path], size: int) -> Iterator[Sequence[Path]]:
+    """Yield files, `size` at a time, the last ones fewer."""
+    return (files[i : i + size] for i in range(0, len(files), size))
 
 
 def _with_schema(table: Any, schema: Any) -> Any:

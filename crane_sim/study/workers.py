@@ -16,6 +16,7 @@ from crane_sim.process_signals import end_with_parent
 
 LOCAL = "local"
 """The scheduler of a Dask cluster on this machine, which lives as long as the study."""
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _CONNECT = 10.0  # s, for an answer of the scheduler
 _FIRST_WORKER = 60.0  # s
 
@@ -61,10 +62,23 @@ def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]
         elif (count or cores) == 1:
             yield Workers(InThisProcess(), 1)
         else:
+            stack.enter_context(_one_thread_each())
             context = multiprocessing.get_context("spawn")
             pool = ProcessPoolExecutor(count or cores, context, _start_worker, (os.getpid(),))
             stack.callback(pool.shutdown, cancel_futures=True)
             yield Workers(pool, count or cores)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let processes started in the block compute linear algebra in one thread each: more would wait for one another."""
+    missing = [name for name in _THREADS if name not in os.environ]
+    os.environ.update(dict.fromkeys(missing, "1"))
+    try:
+        yield
+    finally:
+        for name in missing:
+            del os.environ[name]
 
 
 def _start_worker(parent: int) -> None:

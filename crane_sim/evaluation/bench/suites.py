@@ -3,7 +3,18 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.bench import batch, bodies, groups, lockstep, memory, realtime, recording, start, stiff
+from crane_sim.evaluation.bench import (
+    batch,
+    bodies,
+    groups,
+    lockstep,
+    memory,
+    realtime,
+    recording,
+    start,
+    stiff,
+    studies,
+)
 
 
 class Suite(NamedTuple):
@@ -23,5 +34,6 @@ SUITES = {
     "groups": Suite("What each optional group of a scene costs", groups.measure, groups.format_lines),
     "bodies": Suite("A rigid load, beside MuJoCo and Exudyn", bodies.measure, bodies.format_lines),
     "batch": Suite("Thousands of cranes at once", batch.measure, batch.format_lines),
+    "studies": Suite("A study, beside the runs it is made of", studies.measure, studies.format_lines),
     "stiff": Suite("A cable as stiff as steel, against LSODA", stiff.measure, stiff.format_lines),
 }

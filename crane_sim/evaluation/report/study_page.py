@@ -1,0 +1,194 @@
+"""The page of a study: one HTML file with failures, figures by variant, their differences, and the worst runs."""
+
+import io
+import json
+import re
+from collections.abc import Iterator, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.files.errors import SceneError
+from crane_sim.study.result import StudyResult, read_result
+from crane_sim.study.runs import PARAMETER
+from crane_sim.study.summary import first_errors, shown_figures, summarise
+
+COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")
+MOST_POINTS = 2000  # of a scatter plot: more would be one blot
+WORST = 5  # runs by each figure
+_WIDTH = 5.6  # in, of a drawing
+
+
+def save_study_page(folder: Path, file: Path) -> None:
+    """Write the page of the study in a folder; drawings need matplotlib.
+
+    Raises:
+        SceneError: the folder holds no finished study, or the file cannot be written.
+    """
+    document = study_page(read_result(folder))
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(document, encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+
+
+def study_page(result: StudyResult) -> str:
+    """Return the HTML document of a study."""
+    study, found = result.study, summarise(result)
+    style = files("crane_sim.evaluation.report").joinpath("assets", "page.css").read_text(encoding="utf-8")
+    scene = study.scene if isinstance(study.scene, str) else study.scene.get("name", "scene")
+    drawn = f"{study.design.replace('_', ' ')} of {', '.join(study.parameters)}"
+    failed = sum(found["failures"].values())
+    head = f"""<header><div><h1>{escape(study.name or "study")}</h1>
+<p id="about">{found["runs"]} runs of {escape(Path(str(scene)).stem)}: {escape(drawn)}; seed {study.seed}</p></div>
+<span id="status" class="{"bad" if failed else ""}">{failed or "no"} run{"s" * (failed != 1)} failed</span></header>"""
+    names = shown_figures(result)
+    parts = [head, _failures(result), _figures(found), *_differences(result, names), *_distributions(result, names)]
+    parts += [*_scatters(result, names), _worst(result, names), _study(result)]
+    title = f"<meta charset=utf-8><meta name=viewport content='width=device-width'><title>{escape(study.name)}</title>"
+    return (
+        f"<!doctype html><html lang=en><head>{title}<style>{style}</style></head><body>{''.join(parts)}</body></html>"
+    )
+
+
+def _section(title: str, body: str, mark: str = "") -> str:
+    return f"<section{mark}><h2>{escape(title)}</h2>{body}</section>" if body else ""
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table of cells in HTML."""
+    lines = ["".join(f"<td>{cell}</td>" for cell in row) for row in rows]
+    heads = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    return f"<table><tr>{heads}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+
+
+def _failures(result: StudyResult) -> str:
+    lines = "".join(f"<li>{escape(line)}</li>" for line in first_errors(result, 10))
+    return _section("Runs that failed", lines and f"<ul>{lines}</ul>", " id=failure")
+
+
+def _figures(found: dict[str, Any]) -> str:
+    """Return the section of spreads by variant."""
+    keys = ("runs", "least", "median", "greatest")
+    rows = [
+        (escape(name), escape(variant), *(_format(spread[key]) for key in keys))
+        for name, by_variant in found["figures"].items()
+        for variant, spread in by_variant.items()
+        if "median" in spread
+    ]
+    return _section("Figures", _table(("figure", "variant", *keys), rows))
+
+
+def _differences(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
+    """Yield the section of what variants differ in."""
+    first, *others = result.study.variant_changes
+    if not others:
+        return
+    rows = []
+    for name in names:
+        for other, each in result.differences(name).items():
+            interval = f"{_format(each.low)} … {_format(each.high)}"
+            share = "" if np.isnan(each.share) else f"{each.share:.0%}"
+            tests = (share, _format(each.effect_size), _format(each.p_value))
+            rows.append((escape(name), escape(other), str(each.pairs), _format(each.mean), interval, *tests))
+    head = ("figure", "variant", "pairs", "mean", "95 % interval", "smaller in", "effect size", "p (Wilcoxon)")
+    yield _section(f"Differences from {first}, on the same samples", _table(head, rows))
+    fails = [
+        (escape(other), str(each.first_only), str(each.second_only), str(each.both), _format(each.p_value))
+        for other, each in result.failure_differences().items()
+        if each.first_only + each.second_only + each.both
+    ]
+    head = ("variant", f"only {first} fails", "only the variant fails", "both", "p (McNemar)")
+    yield _section("Which of them fail", _table(head, fails) if fails else "")
+
+
+def _draw(draw: Any, height: float) -> str:
+    """Return a drawing as SVG, empty without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        return ""
+    figure, text = Figure(figsize=(_WIDTH, height), layout="constrained"), io.StringIO()
+    draw(figure.subplots())
+    figure.savefig(text, format="svg", dpi=110, transparent=True, metadata={"Date": None})
+    svg = re.sub(
+        r'(?s)^.*?(<svg )[^>]*?(viewBox="[^"]*")[^>]*>',
+        r'\1\2 xmlns:xlink="http://www.w3.org/1999/xlink">',
+        text.getvalue(),
+    )
+    prefix = f"d{abs(hash(svg)) % 10**9}"  # identifiers of several drawings in one page
+    return re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{prefix}", svg)
+
+
+def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
+    """Yield the section of the figures' cumulative distributions."""
+    drawings = []
+    for name in names:
+        spread = {variant: result.figure(name, variant) for variant in result.study.variant_changes}
+
+        def draw(axes: Any, spread: dict[str, npt.NDArray[np.float64]] = spread, name: str = name) -> None:
+            for color, (variant, values) in zip(COLORS * 9, spread.items(), strict=False):
+                ordered = np.sort(values[~np.isnan(values)])
+                share = np.arange(1, len(ordered) + 1) / max(len(ordered), 1)
+                axes.step(ordered, share, where="post", color=color, label=variant)
+            axes.set(xlabel=name, ylabel="share of runs", ylim=(0, 1.02))
+            axes.legend(frameon=False)
+
+        drawings.append(f"<figure>{_draw(draw, 2.6)}</figure>")
+    yield _section("Distributions", f"<div id=charts>{''.join(drawings)}</div>" if any(drawings) else "")
+
+
+def _scatters(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
+    """Yield the section of figures against the parameters that are numbers."""
+    variant = np.array(result.table["variant"])
+    drawings = []
+    for key in result.study.parameters:
+        column = result.table[PARAMETER + key]
+        if str(column.type) not in ("double", "int64"):
+            continue
+        values = np.array(column.to_pylist(), float)
+
+        def draw(axes: Any, name: str, key: str = key, values: Any = values) -> None:
+            for color, each in zip(COLORS * 9, result.study.variant_changes, strict=False):
+                x, y = values[variant == each], result.figure(name, each)
+                every = max(1, len(x) // MOST_POINTS)
+                axes.plot(x[::every], y[::every], ".", color=color, markersize=3, label=each, rasterized=True)
+            axes.set(xlabel=key, ylabel=name)
+            axes.legend(frameon=False)
+
+        drawings += [f"<figure>{_draw(lambda axes, name=name: draw(axes, name), 2.8)}</figure>" for name in names]
+    yield _section("Figures against parameters", f"<div id=charts>{''.join(drawings)}</div>" if drawings else "")
+
+
+def _worst(result: StudyResult, names: Sequence[str]) -> str:
+    """Return the section of the runs with the largest figures, with links to their recordings."""
+    case, variant = np.array(result.table["case"]), np.array(result.table["variant"])
+    rows = []
+    for name in names:
+        for each in result.study.variant_changes:
+            values, numbers = result.figure(name, each), case[variant == each]
+            order = [i for i in np.argsort(-np.nan_to_num(values, nan=-np.inf))[:WORST] if not np.isnan(values[i])]
+            runs = ", ".join(f"{_case_link(result, int(numbers[i]))} ({_format(float(values[i]))})" for i in order)
+            rows.append((escape(name), escape(each), runs))
+    return _section("Largest figures, by case", _table(("figure", "variant", "cases"), rows))
+
+
+def _case_link(result: StudyResult, case: int) -> str:
+    file = result.folder / "recordings" / f"{case:06d}.rrd"
+    return f'<a href="recordings/{file.name}">{case}</a>' if file.exists() else str(case)
+
+
+def _study(result: StudyResult) -> str:
+    """Return the section with the study's file and versions."""
+    known = json.loads((result.folder / "study.json").read_text())
+    text = json.dumps({"study": known["study"], "versions": known["versions"]}, indent=1)
+    return _section("Study", f"<details><summary>file and versions</summary><pre>{escape(text)}</pre></details>")
+
+
+def _format(value: float | int | None) -> str:
+    return "" if value is None or np.isnan(value) else f"{value:.4g}"

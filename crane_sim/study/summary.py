@@ -1,0 +1,51 @@
+"""Summary of a study: failures, spread of figures by variant, and what variants differ in."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.study.result import StudyResult
+
+SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort", "tracking_mse")
+"""Figures of a run that people look at first, those of joints with all of their joints; the table has all."""
+
+
+def shown_figures(result: StudyResult) -> list[str]:
+    """Return the columns of the table that a summary shows."""
+    numbers = [field.name for field in result.table.schema if str(field.type) in ("double", "int64")]
+    return [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
+
+
+def summarise(result: StudyResult) -> dict[str, Any]:
+    """Return counts, and the median and extremes of figures by variant, with their paired differences."""
+    first, *_ = variants = list(result.study.variant_changes)
+    figures = {
+        name: {variant: spread_of(result.figure(name, variant)) for variant in variants}
+        | {f"{other} - {first}": each._asdict() for other, each in result.differences(name).items()}
+        for name in shown_figures(result)
+    }
+    return {
+        "study": result.study.name,
+        "runs": len(result.table),
+        "failures": {variant: int(result.failed(variant).sum()) for variant in variants},
+        "failure_differences": {other: each._asdict() for other, each in result.failure_differences().items()},
+        "figures": figures,
+        "table": str(result.folder / "table.parquet"),
+    }
+
+
+def spread_of(values: npt.NDArray[np.float64]) -> dict[str, float | int | None]:
+    """Return count, least, median and greatest of the numbers among values (n,)."""
+    values = values[~np.isnan(values)]
+    if not len(values):
+        return {"runs": 0, "least": None, "median": None, "greatest": None}
+    least, median, greatest = np.quantile(values, (0.0, 0.5, 1.0)).tolist()
+    return {"runs": len(values), "least": least, "median": median, "greatest": greatest}
+
+
+def first_errors(result: StudyResult, most: int = 5) -> list[str]:
+    """Return lines on the first runs that failed."""
+    rows = result.table.select(["case", "variant", "error"]).to_pylist()
+    lines = [f"case {row['case']}, {row['variant']}: {row['error']}" for row in rows if row["error"]]
+    return [*lines[:most], *[f"... and {len(lines) - most} more"] * (len(lines) > most)]
