@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -166,6 +167,22 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
     assert kills >= 5  # a fast machine ends sooner
     plain = studies.run(many, tmp_path / "plain", workers=2).table
     assert without_times(table) == without_times(plain)
+
+
+def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> None:
+    """`crane report FOLDER` writes one file without requests: failures first, each variant's figures, links to runs.
+
+    Folders without a finished study are refused in one line.
+    """
+    page = tmp_path / "page.html"
+    assert crane("report", str(failing.folder), "-o", str(page)).returncode == 0
+    text = page.read_text()
+    assert text.index("Runs that failed") < text.index("<h2>Figures</h2>") < text.index("Differences from energy")
+    assert "travel limit" in text and text.count("<svg") >= 4
+    assert not re.findall(r'(?:src|href)="(?!#|data:|recordings/)[^"]*"', text)
+    (tmp_path / "empty").mkdir()
+    refused = crane("report", str(tmp_path / "empty"))
+    assert refused.returncode == 2 and "holds no study" in refused.stderr and refused.stderr.count("\n") == 1
 
 
 def test_the_command_prints_a_summary(whole: studies.StudyResult, tmp_path: Path) -> None:
