@@ -48,6 +48,8 @@ def run(
     """
     load_pyarrow()
     checked = load_study(study)
+    if checked.tune is not None:
+        raise SceneError("study: tune: is for crane tune; leave it out to run the study itself")
     listed = check_cases(checked)
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")
@@ -105,7 +107,7 @@ def _results(store: Store, study: Study, blocks: list[int], workers: Workers) ->
     while True:
         while len(pending) < AHEAD * workers.parallel and (block := next(waiting, None)) is not None:
             numbers = store.cases_of(block)
-            pending[workers.executor.submit(_run_block, *task, numbers.start, numbers.stop)] = block
+            pending[workers.executor.submit(run_block, *task, numbers.start, numbers.stop)] = block
         if not pending:
             return
         for future in wait(pending, return_when=FIRST_COMPLETED).done:
@@ -119,7 +121,7 @@ def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
     return cases(load_study(json.loads(study) | {"scene": document})), document
 
 
-def _run_block(study: str, scene: str, versions: dict[str, str], first: int, end: int) -> Rows:
+def run_block(study: str, scene: str, versions: dict[str, str], first: int, end: int) -> Rows:
     """Return the rows of the cases `first` to `end` (excluded).
 
     Raises:

@@ -6,7 +6,16 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, TypeAdapter, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
 
 from crane_sim.files.document import YAML_ERRORS, law_from, read
 from crane_sim.files.errors import SceneError, no_group, one_line, shorten
@@ -76,6 +85,32 @@ class Recordings(_Group):
     worst: Worst | None = None
 
 
+class Gain(_Group):
+    """The range in which a number of the scene is searched."""
+
+    low: float  # in the number's unit
+    high: float
+    log: bool = False  # whether its logarithm is searched evenly
+
+    @model_validator(mode="after")
+    def _check_order(self) -> "Gain":
+        if not self.low < self.high:
+            raise ValueError(f"low = {self.low:g} must be less than high = {self.high:g}")
+        if self.log and self.low <= 0.0:
+            raise ValueError(f"low = {self.low:g}: log needs a number greater than 0")
+        return self
+
+
+class Tune(_Group):
+    """What `crane tune` searches: gains of least figures over the samples, judged on other samples."""
+
+    gains: Annotated[dict[str, Gain], Field(min_length=1)]  # by dotted key of the scene
+    changes: dict[str, Any] = {}  # of the scene in every trial, by dotted key: another law, a list that gains enter
+    objectives: Annotated[tuple[str, ...], Field(min_length=1)]  # figures whose mean over the samples shall be least
+    trials: Count = 100  # -
+    keep: Count = 3  # -, of the best compromises, judged beside the best one of each objective
+
+
 class Study(_Group):
     """A study: every sample of the parameters is run with every variant."""
 
@@ -89,6 +124,7 @@ class Study(_Group):
     parameters: Annotated[dict[str, Parameter], Field(min_length=1)]  # by dotted key of the scene
     variants: dict[str, dict[str, Any]] = {}  # name: changes by dotted key; all run on the same samples
     recordings: Recordings = Recordings()
+    tune: Tune | None = None  # what `crane tune` searches; other commands refuse it
 
     @property
     def variant_changes(self) -> dict[str, dict[str, Any]]:

@@ -1,0 +1,227 @@
+"""Tuning of gains: a search for the least figures over the samples of a study, judged on samples it has not seen.
+
+Optuna proposes gains, a trial runs the samples, and its values are the means of the objectives. A trial in which a run
+fails, or has no such figure, is no candidate; how far it came guides the search. The best compromises (Pareto front)
+are then run beside the scene's own gains on other samples: a study like any other, with paired differences.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from importlib import import_module
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.study.cases import cases
+from crane_sim.study.execution import check_cases, run, run_block
+from crane_sim.study.form import Study, Tune, load_study
+from crane_sim.study.runs import OK
+from crane_sim.study.store import deciding_versions, hash_of, identity_of, load_pyarrow, write_whole
+from crane_sim.study.workers import Workers, start_workers
+
+if TYPE_CHECKING:
+    from crane_sim.study.result import StudyResult
+
+BASELINE = "scene"
+"""The variant with the scene's own gains, unless the file names variants: then its first one."""
+SAMPLES_AT_ONCE = 4
+"""Samples that a worker runs before its rows are looked at."""
+NOT_REACHED = "samples_not_reached"
+"""The constraint of a trial: the share of the samples that it did not reach is 0."""
+
+
+class Candidate(NamedTuple):
+    """Gains, and the means of the objectives over the samples that they were tuned on."""
+
+    gains: dict[str, float]  # by dotted key
+    values: tuple[float, ...]  # by objective
+
+
+class TuningResult(NamedTuple):
+    """What a search has found."""
+
+    front: list[Candidate]  # no other trial is better in all objectives; least first objective first
+    chosen: dict[str, Candidate]  # by variant of `held_out`
+    trials: int  # that were run
+    infeasible: int  # of them: a run failed, or had no such figure
+    held_out: StudyResult  # baseline and chosen ones, on samples that the search has not seen
+
+
+def tune(
+    study: Study | str | Path | dict[str, Any],
+    folder: str | Path,
+    workers: int | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> TuningResult:
+    """Search the gains of a study's group `tune`, or go on with the search in the folder.
+
+    Args:
+        study: the study, its file, or a dict of a file's shape.
+        folder: where trials (trials.log) and the study on held-out samples (held_out/) go.
+        workers: processes; None: one for each core; 1: this process. They change no number.
+        on_progress: called with (trials that are done, all trials).
+
+    Raises:
+        SceneError: the file is not possible, the folder holds another search, or no trial is a candidate.
+    """
+    load_pyarrow()
+    optuna, checked = _load_optuna(), load_study(study)
+    if checked.tune is None:
+        raise SceneError("study: tune is missing: gains, objectives, trials")
+    training = checked.model_copy(update={"tune": None})
+    check_cases(training)
+    _check_gains(training, checked.tune)
+    place = Path(folder)
+    _check_folder(place, checked)
+    with start_workers(workers, None) as pool:
+        search = _search(optuna, checked, training, place, pool, on_progress or (lambda *_: None))
+    front = sorted(
+        (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
+    )
+    if not front:
+        raise SceneError("study: tune: in every trial a run failed, or had no such figure; widen or move the ranges")
+    chosen = choose(front, checked.tune)
+    judged = run(_held_out(training, checked.tune.changes, chosen), place / "held_out", workers)
+    infeasible = sum(any(each.constraints.values()) for each in search.trials)
+    return TuningResult(front, chosen, len(search.trials), infeasible, judged)
+
+
+def _load_optuna() -> Any:
+    try:
+        optuna = import_module("optuna")
+    except ModuleNotFoundError:
+        raise SceneError("optuna is not installed: crane tune needs it (pip install 'crane_sim[study]')") from None
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    return optuna
+
+
+def _check_gains(study: Study, settings: Tune) -> None:
+    """Raise SceneError where a gain is no number of the scene, or its limits are not possible."""
+    for key, gain in settings.gains.items():
+        if key in study.parameters:
+            raise SceneError(f"study: tune.gains.{key}: is among the parameters, too")
+        for value in (gain.low, gain.high):
+            tried = settings.changes | {key: value}
+            check_cases(study.model_copy(update={"variants": {f"{key} = {value:g}": tried}}))
+
+
+def _check_folder(folder: Path, study: Study) -> None:
+    """Write which search a folder holds, or raise SceneError where it holds another one; trials may be more."""
+    settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
+    identity = hash_of(identity_of(study.model_copy(update={"tune": settings})))
+    file = folder / "tune.json"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if not file.exists():
+            write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
+        if json.loads(file.read_text()).get("hash") != identity:
+            raise SceneError(f"folder {folder}: holds another search, or one of other versions; name another folder")
+    except OSError as error:
+        raise SceneError(f"folder {folder}: {error.strerror}") from None
+
+
+def _search(
+    optuna: Any, study: Study, training: Study, folder: Path, pool: Workers, on_progress: Callable[[int, int], None]
+) -> Any:
+    """Return the search after its trials; those that are in the folder are not run again."""
+    settings = study.tune
+    assert settings is not None
+    journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / "trials.log")))
+    n, name = len(settings.objectives), study.name or "tune"
+    search = optuna.create_study(storage=journal, study_name=name, load_if_exists=True, directions=["minimize"] * n)
+    while (done := _count_finished(search)) < settings.trials:
+        on_progress(done, settings.trials)
+        # a sampler of each trial's own: a search that goes on proposes what an undisturbed one does
+        search.sampler = optuna.samplers.TPESampler(seed=_seed_of(study.seed, done), multivariate=True)
+        trial = search.ask()
+        gains = {
+            key: trial.suggest_float(key, gain.low, gain.high, log=gain.log) for key, gain in settings.gains.items()
+        }
+        values, violation = evaluate(training, settings.changes | gains, settings.objectives, pool)
+        trial.set_constraint(NOT_REACHED, violation)
+        search.tell(trial, values)
+    on_progress(settings.trials, settings.trials)
+    return search
+
+
+def _count_finished(search: Any) -> int:
+    """Return the number of trials that ended: one in flight when its process ended counts for nothing."""
+    return sum(trial.state.is_finished() for trial in search.get_trials(deepcopy=False))
+
+
+def _seed_of(seed: int, trial: int) -> int:
+    return int.from_bytes(hashlib.sha256(f"tune/{seed}/{trial}".encode()).digest()[:4], "big")
+
+
+def evaluate(
+    training: Study, changes: dict[str, Any], objectives: Sequence[str], pool: Workers
+) -> tuple[tuple[float, ...], float]:
+    """Return (the means of the objectives over the samples, 0), or (infinities, the share of samples not reached).
+
+    Samples are run in order, and the first one whose run fails or has no such figure ends the trial: gains that
+    destabilise a crane make the longest runs.
+
+    Raises:
+        SceneError: there is no such figure.
+    """
+    base = next(iter(training.variant_changes.values()))
+    trial = training.model_copy(update={"variants": {"trial": base | changes}})
+    task = trial.model_dump_json(), identity_of(trial)["scene"], deciding_versions()
+    count, table = len(cases(trial)), list[list[float]]()
+    starts = iter(range(0, count, SAMPLES_AT_ONCE))
+    pending = deque[Future[list[dict[str, Any]]]]()
+    while len(table) < count:
+        for start in islice(starts, pool.parallel + 1 - len(pending)):
+            pending.append(pool.executor.submit(run_block, *task, start, min(start + SAMPLES_AT_ONCE, count)))
+        for row in pending.popleft().result():
+            values = _objectives_of(row, objectives)
+            if values is None:
+                return (math.inf,) * len(objectives), 1.0 - len(table) / count
+            table.append(values)
+    return tuple(np.mean(np.array(table, float), axis=0).tolist()), 0.0
+
+
+def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float] | None:
+    """Return the objectives of a run, None where it failed or has no such figure."""
+    if row["status"] != OK:
+        return None
+    for objective in objectives:
+        if objective not in row:
+            raise SceneError(f"study: tune.objectives: {unknown_key(objective, row, 'figure')}")
+    values = [row[objective] for objective in objectives]
+    return None if None in values else values
+
+
+def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:
+    """Return the candidates to judge by name: the best of each objective, and compromises near the ideal.
+
+    The distance from the ideal is that of objectives scaled to 0 .. 1 over the front.
+    """
+    values = np.array([each.values for each in front])
+    least, spread = values.min(axis=0), np.ptp(values, axis=0)
+    distance = np.linalg.norm((values - least) / np.where(spread > 0.0, spread, 1.0), axis=1)
+    best = {f"least_{name}": int(np.argmin(values[:, i])) for i, name in enumerate(settings.objectives)}
+    near = {f"compromise_{k + 1}": int(i) for k, i in enumerate(np.argsort(distance, kind="stable")[: settings.keep])}
+    chosen: dict[str, Candidate] = {}
+    for name, i in (near | best).items():
+        if not any(front[i] == other for other in chosen.values()):
+            chosen[name] = front[i]
+    return chosen
+
+
+def _held_out(training: Study, changes: dict[str, Any], chosen: dict[str, Candidate]) -> Study:
+    """Return the study that judges: as many other samples, the baseline first."""
+    variants = training.variants or {BASELINE: {}}
+    base = next(iter(variants.values()))
+    tuned = {name: base | changes | candidate.gains for name, candidate in chosen.items()}
+    seed = _seed_of(training.seed, -1)
+    return training.model_copy(update={"variants": variants | tuned, "seed": seed})
