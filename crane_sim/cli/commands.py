@@ -17,6 +17,7 @@ from crane_sim.cli.help_lines import HELP, Group
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
+from crane_sim.cli.tune import tune
 from crane_sim.cli.viewing import clip, output_of, recording_of, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
@@ -290,7 +291,7 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-for command in (view, shot, clip, replay, compare_runs, sweep):
+for command in (view, shot, clip, replay, compare_runs, sweep, tune):
     app.add_command(command)
 
 

@@ -38,7 +38,7 @@ def sweep(study: Path, output: Path | None, workers: int | None, scheduler: str 
 
     checked = studies.load_study(study)
     folder = output or Path("runs") / (checked.name or study.stem)
-    with _progress(hidden=as_json or not sys.stderr.isatty()) as update:
+    with show_progress("runs", hidden=as_json or not sys.stderr.isatty()) as update:
         result = studies.run(checked, folder, workers, scheduler, update)
     if as_json:
         from crane_sim.study.summary import summarise
@@ -49,11 +49,11 @@ def sweep(study: Path, output: Path | None, workers: int | None, scheduler: str 
 
 
 @contextmanager
-def _progress(hidden: bool) -> Iterator[OnProgress]:
-    """Yield a function that shows how many runs are done, on stderr."""
-    columns = TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
+def show_progress(counted: str, hidden: bool) -> Iterator[OnProgress]:
+    """Yield a function that shows how many of what is `counted` are done, on stderr."""
+    columns = TextColumn(counted), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     with Progress(*columns, console=Console(stderr=True), disable=hidden) as bar:
-        task = bar.add_task("runs", total=None)
+        task = bar.add_task(counted, total=None)
         yield lambda done, count: bar.update(task, completed=done, total=count)
 
 
@@ -72,7 +72,7 @@ def print_result(result: StudyResult, console: Console) -> None:
     for name, by_variant in found["figures"].items():
         for variant in result.study.variant_changes:
             spread = by_variant[variant]
-            table.add_row(name, variant, *(_format(spread[key]) for key in ("runs", "least", "median", "greatest")))
+            table.add_row(name, variant, *(format_cell(spread[key]) for key in ("runs", "least", "median", "greatest")))
     console.print(table)
     if len(found["failures"]) > 1:
         console.print(_differences(result))
@@ -89,11 +89,12 @@ def _differences(result: StudyResult) -> Table:
     table = Table(*columns, title=title, title_justify="left")
     for name in shown_figures(result):
         for other, each in result.differences(name).items():
-            numbers = map(_format, (each.pairs, each.mean, each.low, each.high))
+            numbers = map(format_cell, (each.pairs, each.mean, each.low, each.high))
             share = "" if np.isnan(each.share) else f"{each.share:.0%}"
             table.add_row(name, other, *numbers, share, "" if np.isnan(each.p_value) else f"{each.p_value:.2g}")
     return table
 
 
-def _format(value: float | None) -> str:
+def format_cell(value: float | None) -> str:
+    """Return a number as tables show it, empty where there is none."""
     return "" if value is None or np.isnan(value) else f"{value:.4g}"

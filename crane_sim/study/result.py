@@ -1,6 +1,7 @@
 """The result of a study: its table, and what its variants differ in."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,18 @@ def read_result(folder: Path) -> "StudyResult":
     return StudyResult(study, folder, load_pyarrow("pyarrow.parquet").read_table(folder / "table.parquet"))
 
 
+def columns_of(figure: str, columns: Sequence[str]) -> list[str]:
+    """Return the columns of a figure: itself, or one of each joint.
+
+    Raises:
+        SceneError: there is no such figure.
+    """
+    found = [name for name in columns if name == figure or name.startswith(f"{figure}.")]
+    if not found:
+        raise SceneError(unknown_key(figure, columns, "figure"))
+    return found
+
+
 @dataclass(frozen=True, repr=False)
 class StudyResult:
     """A study that has been run: a row for each run, samples in order, the variants of one after the other."""
@@ -49,13 +62,13 @@ class StudyResult:
     def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:
         """Return a figure of all samples (n,) under a variant, NaN for runs that have none or did not reach the end.
 
+        The name of a figure of every joint, as `settling_time`, stands for the greatest of them.
+
         Raises:
             SceneError: there is no such figure or variant.
         """
-        if name not in self.table.column_names:
-            raise SceneError(unknown_key(name, self.table.column_names, "figure"))
-        rows = self._rows_of(variant)
-        values = np.array(self.table[name].to_pylist(), dtype=float)[rows]
+        rows, columns = self._rows_of(variant), columns_of(name, self.table.column_names)
+        values = np.max([np.array(self.table[column].to_pylist(), dtype=float) for column in columns], axis=0)[rows]
         return np.where(np.array(self.table["status"])[rows] == OK, values, np.nan)
 
     def failed(self, variant: str) -> npt.NDArray[np.bool_]:

@@ -7,6 +7,7 @@ are then run beside the scene's own gains on other samples: a study like any oth
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import json
 import math
@@ -19,11 +20,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import yaml
 
-from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.document import get_value, set_value
+from crane_sim.files.errors import SceneError
 from crane_sim.study.cases import cases
 from crane_sim.study.execution import check_cases, run, run_block
-from crane_sim.study.form import Study, Tune, load_study
+from crane_sim.study.form import Study, Tune, load_study, scene_document
+from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK
 from crane_sim.study.store import deciding_versions, hash_of, identity_of, load_pyarrow, write_whole
 from crane_sim.study.workers import Workers, start_workers
@@ -54,6 +58,7 @@ class TuningResult(NamedTuple):
     trials: int  # that were run
     infeasible: int  # of them: a run failed, or had no such figure
     held_out: StudyResult  # baseline and chosen ones, on samples that the search has not seen
+    objectives: tuple[str, ...]
 
 
 def tune(
@@ -66,7 +71,7 @@ def tune(
 
     Args:
         study: the study, its file, or a dict of a file's shape.
-        folder: where trials (trials.log) and the study on held-out samples (held_out/) go.
+        folder: where trials (trials.log) and the study on held-out samples (held_out_TRIALS/) go.
         workers: processes; None: one for each core; 1: this process. They change no number.
         on_progress: called with (trials that are done, all trials).
 
@@ -90,9 +95,11 @@ def tune(
     if not front:
         raise SceneError("study: tune: in every trial a run failed, or had no such figure; widen or move the ranges")
     chosen = choose(front, checked.tune)
-    judged = run(_held_out(training, checked.tune.changes, chosen), place / "held_out", workers)
+    judged = run(_held_out(training, checked.tune.changes, chosen), place / f"held_out_{len(search.trials)}", workers)
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
-    return TuningResult(front, chosen, len(search.trials), infeasible, judged)
+    text = yaml.safe_dump({name: each.gains for name, each in chosen.items()}, sort_keys=False)
+    write_whole(place / "gains.yaml", lambda file: file.write_text(text))
+    return TuningResult(front, chosen, len(search.trials), infeasible, judged, checked.tune.objectives)
 
 
 def _load_optuna() -> Any:
@@ -138,6 +145,8 @@ def _search(
     journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / "trials.log")))
     n, name = len(settings.objectives), study.name or "tune"
     search = optuna.create_study(storage=journal, study_name=name, load_if_exists=True, directions=["minimize"] * n)
+    if not search.trials:
+        search.enqueue_trial(_own_gains(training, settings))
     while (done := _count_finished(search)) < settings.trials:
         on_progress(done, settings.trials)
         # a sampler of each trial's own: a search that goes on proposes what an undisturbed one does
@@ -151,6 +160,16 @@ def _search(
         search.tell(trial, values)
     on_progress(settings.trials, settings.trials)
     return search
+
+
+def _own_gains(training: Study, settings: Tune) -> dict[str, float]:
+    """Return the gains that the scene itself has as numbers within their limits: the search begins with them."""
+    document = copy.deepcopy(scene_document(training))
+    for key, value in (training.changes | settings.changes).items():
+        set_value(document, key, value)
+    own = {key: get_value(document, key)[1] for key in settings.gains}
+    ranges = settings.gains.items()
+    return {key: own[key] for key, gain in ranges if isinstance(own[key], float) and gain.low <= own[key] <= gain.high}
 
 
 def _count_finished(search: Any) -> int:
@@ -191,14 +210,19 @@ def evaluate(
 
 
 def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float] | None:
-    """Return the objectives of a run, None where it failed or has no such figure."""
+    """Return the objectives of a run, None where it failed or has no such figure.
+
+    Raises:
+        SceneError: there is no such figure.
+    """
     if row["status"] != OK:
         return None
-    for objective in objectives:
-        if objective not in row:
-            raise SceneError(f"study: tune.objectives: {unknown_key(objective, row, 'figure')}")
-    values = [row[objective] for objective in objectives]
-    return None if None in values else values
+    try:
+        columns = [columns_of(objective, list(row)) for objective in objectives]
+    except SceneError as error:
+        raise SceneError(f"study: tune.objectives: {error}") from None
+    values = [[row[column] for column in own] for own in columns]
+    return None if any(None in own for own in values) else [float(max(own)) for own in values]
 
 
 def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:
@@ -225,3 +249,36 @@ def _held_out(training: Study, changes: dict[str, Any], chosen: dict[str, Candid
     tuned = {name: base | changes | candidate.gains for name, candidate in chosen.items()}
     seed = _seed_of(training.seed, -1)
     return training.model_copy(update={"variants": variants | tuned, "seed": seed})
+
+
+def summarise(result: TuningResult) -> dict[str, Any]:
+    """Return the chosen gains, and how they do on held-out samples beside the baseline."""
+    baseline, *_ = variants = list(result.held_out.study.variant_changes)
+    held_out = {
+        name: {variant: _mean_of(result.held_out, name, variant) for variant in variants} for name in result.objectives
+    }
+    for name, rows in held_out.items():
+        for variant, each in result.held_out.differences(name).items():
+            rows[variant] |= {"difference": each.mean, "low": each.low, "high": each.high}
+            rows[variant]["verdict"] = verdict_on(each.low, each.high)
+    return {
+        "study": result.held_out.study.name,
+        "trials": result.trials,
+        "infeasible": result.infeasible,
+        "chosen": {name: {"gains": each.gains, "means": each.values} for name, each in result.chosen.items()},
+        "baseline": baseline,
+        "samples": len(result.held_out.table) // len(variants),
+        "held_out": held_out,
+    }
+
+
+def _mean_of(result: StudyResult, figure: str, variant: str) -> dict[str, Any]:
+    """Return in how many runs a variant has a figure, and the mean of these."""
+    values = result.figure(figure, variant)
+    values = values[~np.isnan(values)]
+    return {"runs": len(values), "mean": float(np.mean(values)) if len(values) else None}
+
+
+def verdict_on(low: float, high: float) -> str:
+    """Return what the interval of a difference says of a figure that shall be small."""
+    return "improved" if high < 0.0 else "worse" if low > 0.0 else "no difference shown"

@@ -1,0 +1,72 @@
+"""The command `crane tune`: gains searched over the samples of a study."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from crane_sim.cli.report import json_value
+from crane_sim.cli.scene_options import as_json_option
+from crane_sim.cli.sweep import format_cell, show_progress
+
+if TYPE_CHECKING:
+    from crane_sim.study.tuning import TuningResult
+
+
+@click.command()
+@click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the search (default: runs/NAME).")
+@click.option("--trials", type=click.IntRange(min=1), help="Trials of the search (default: the file's).")
+@click.option("--workers", type=click.IntRange(min=1), help="Processes (default: one for each core).")
+@as_json_option
+def tune(study: Path, output: Path | None, trials: int | None, workers: int | None, as_json: bool) -> None:
+    """Tune gains of a law: search them over the samples of a study, and judge the best ones on other samples.
+
+    Interrupted at any moment, the same command goes on; more trials go on with the search that is there.
+    """
+    from crane_sim.study import tuning
+    from crane_sim.study.form import load_study
+
+    checked = load_study(study)
+    if trials is not None and checked.tune is not None:
+        checked = checked.model_copy(update={"tune": checked.tune.model_copy(update={"trials": trials})})
+    folder = output or Path("runs") / (checked.name or study.stem)
+    with show_progress("trials", hidden=as_json or not sys.stderr.isatty()) as update:
+        result = tuning.tune(checked, folder, workers, update)
+    if as_json:
+        print(json.dumps(json_value(tuning.summarise(result))))
+    else:
+        print_result(result, folder, Console())
+
+
+def print_result(result: TuningResult, folder: Path, console: Console) -> None:
+    """Print the gains that were chosen, and how each does on the held-out samples beside the baseline."""
+    from crane_sim.study.tuning import summarise
+
+    found = summarise(result)
+    counts = f"{found['trials']} trials, {found['infeasible']} of them no candidates; {len(result.front)} compromises"
+    console.print(counts, highlight=False)
+    gains = Table("gain", *found["chosen"], title="gains", title_justify="left")
+    for key in next(iter(result.chosen.values())).gains:
+        gains.add_row(key, *(format_cell(each["gains"][key]) for each in found["chosen"].values()))
+    console.print(gains)
+    for objective, rows in found["held_out"].items():
+        title = f"{objective} on {found['samples']} held-out samples, and the difference from {found['baseline']}"
+        console.print(_judgement(title, rows))
+    console.print(f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report", highlight=False)
+
+
+def _judgement(title: str, rows: dict[str, Any]) -> Table:
+    """Return the table of one objective: its mean, and the mean difference with its 95 % interval."""
+    columns = ("gains", "runs", "mean", "difference", "from", "to", "")
+    table = Table(*columns, title=title, title_justify="left")
+    for variant, row in rows.items():
+        numbers = (row.get(key) for key in ("mean", "difference", "low", "high"))
+        table.add_row(variant, str(row["runs"]), *map(format_cell, numbers), row.get("verdict", ""))
+    return table

@@ -1,0 +1,146 @@
+"""Tuning of gains: the search, its resumption, and what is held out."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from command_line import crane
+from test_study_runs import without_times
+
+import crane_sim
+from crane_sim.files.errors import SceneError
+from crane_sim.study import tuning
+from crane_sim.study.execution import check_cases
+from crane_sim.study.form import load_study
+from crane_sim.study.workers import start_workers
+
+KP, KD = "control.kp.0", "control.kd.0"
+STUDY: dict[str, Any] = {
+    "name": "gains",
+    "scene": "overhead_energy",
+    "design": "sobol",
+    "samples": 4,
+    "duration": 8.0,
+    "parameters": {"reference.q.0": {"distribution": "uniform", "low": 1.0, "high": 3.0}},
+    "tune": {
+        "changes": {"control.kp": [12.0], "control.kd": [22.0]},
+        "gains": {KP: {"low": 5.0, "high": 100.0, "log": True}, KD: {"low": 5.0, "high": 100.0, "log": True}},
+        "objectives": ["residual_swing_deg", "peak_effort"],
+        "trials": 14,
+        "keep": 1,
+    },
+}
+
+
+def with_tune(**changes: Any) -> dict[str, Any]:
+    """Return the study with changes of its group `tune`."""
+    return STUDY | {"tune": STUDY["tune"] | changes}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuning.TuningResult:
+    """Return a search that nothing has interrupted."""
+    return tuning.tune(STUDY, tmp_path_factory.mktemp("tune") / "whole", workers=1)
+
+
+def test_a_search_that_goes_on_is_the_undisturbed_one(whole: tuning.TuningResult, tmp_path: Path) -> None:
+    """Five trials, the last one not finished by its process, then the others: as all at once, with two workers or one."""
+    tuning.tune(with_tune(trials=5), tmp_path, workers=2)
+    journal = tmp_path / "trials.log"
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text("".join(lines[:-1]))  # without the end of the fifth
+    again = tuning.tune(STUDY, tmp_path, workers=2)
+    assert again.chosen == whole.chosen and again.front == whole.front
+    assert without_times(again.held_out.table) == without_times(whole.held_out.table)
+
+
+def test_the_values_of_a_trial_are_means_of_runs(whole: tuning.TuningResult) -> None:
+    """A candidate's values are the means of the figures of `simulate` with its gains over the training samples."""
+    best = whole.front[0]
+    changes = {"control.kp": [best.gains[KP]], "control.kd": [best.gains[KD]]}
+    runs = []
+    for case in check_cases(load_study({k: v for k, v in STUDY.items() if k != "tune"})):
+        runs.append(crane_sim.simulate("overhead_energy", overrides=case.changes | changes).summary)
+    swing = sum(run["residual_swing_deg"] for run in runs) / len(runs)
+    effort = sum(run["peak_effort"]["trolley"] for run in runs) / len(runs)
+    # sums of four numbers, in whatever order
+    assert best.values == pytest.approx((swing, effort), rel=1e-14)
+
+
+def test_no_trial_beats_one_of_the_front(whole: tuning.TuningResult) -> None:
+    """The front is in the order of its first objective, and so in the opposite one of the second."""
+    swing, effort = zip(*(each.values for each in whole.front), strict=True)
+    assert len(whole.front) > 1 and list(swing) == sorted(swing) and list(effort) == sorted(effort, reverse=True)
+    assert whole.chosen["least_residual_swing_deg"] == whole.front[0]
+    assert whole.chosen["least_peak_effort"] == whole.front[-1]
+
+
+def test_judged_on_samples_that_the_search_has_not_seen(whole: tuning.TuningResult) -> None:
+    """Held-out samples share no value with those of the search; the scene's own gains are the first variant."""
+    seen = {case.parameters["reference.q.0"] for case in check_cases(load_study(STUDY | {"tune": None}))}
+    judged = set(whole.held_out.table["parameter.reference.q.0"].to_pylist())
+    assert len(judged) == 4 and not seen & judged
+    first, *others = whole.held_out.study.variant_changes
+    assert first == tuning.BASELINE and others == list(whole.chosen)
+    saved = yaml.safe_load((whole.held_out.folder.parent / "gains.yaml").read_text())
+    assert saved == {name: each.gains for name, each in whole.chosen.items()}
+
+
+def test_gains_that_lose_the_crane_are_no_candidates() -> None:
+    """A trial ends with the first sample that fails or has no such figure; how far it came is its violation."""
+    study = load_study(STUDY | {"tune": None, "changes": {"trolley.limits": [-9.0, 2.0]}})
+    with start_workers(1, None) as pool:
+        weak = {"control.kp": [10.0], "control.kd": [20.0], "control.apparent_mass": 2.5}
+        values, violation = tuning.evaluate(study, weak, ("settling_time",), pool)
+        reached = [case.parameters["reference.q.0"] < 2.0 for case in check_cases(study)]
+    assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 4
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"gains": {"control.kq": {"low": 1.0, "high": 2.0}}}, "kq"),
+        ({"gains": {KP: {"low": 3.0, "high": 2.0}}}, "low = 3 must be less than high = 2"),
+        ({"gains": {KP: {"low": 0.0, "high": 2.0, "log": True}}}, "log needs a number greater than 0"),
+        ({"gains": {KP: {"low": -2.0, "high": 2.0}}}, "-2"),
+        ({"gains": {"reference.q.0": {"low": 1.0, "high": 2.0}}}, "is among the parameters, too"),
+        ({"objectives": ["residual_swing"]}, "did you mean 'residual_swing_deg'"),
+        ({"objectives": ["settling_time"], "gains": {KP: {"low": 1e-3, "high": 2e-3}}}, "widen or move the ranges"),
+    ],
+)
+def test_searches_that_are_not_possible(changes: dict[str, Any], line: str, tmp_path: Path) -> None:
+    """One line names the key and what is possible."""
+    with pytest.raises(SceneError) as error:
+        tuning.tune(with_tune(trials=1, **changes), tmp_path, workers=1)
+    assert line in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_folder_of_another_search_stays_as_it_is(whole: tuning.TuningResult) -> None:
+    """Other ranges in the same folder are refused; more trials are not."""
+    folder = whole.held_out.folder.parent
+    before = (folder / "trials.log").read_bytes()
+    with pytest.raises(SceneError, match="holds another search"):
+        tuning.tune(with_tune(gains={KP: {"low": 1.0, "high": 2.0}}), folder, workers=1)
+    assert (folder / "trials.log").read_bytes() == before
+
+
+def test_the_command_prints_gains_and_judgement(whole: tuning.TuningResult, tmp_path: Path) -> None:
+    """`crane tune` goes on with the search in its folder; `crane sweep` refuses the file in one line."""
+    file = tmp_path / "gains.yaml"
+    file.write_text(yaml.safe_dump(STUDY))
+    shown = crane("tune", str(file), "-o", str(whole.held_out.folder.parent), "--workers", "1", "--json")
+    found = json.loads(shown.stdout)
+    assert found["trials"] == 14 and found["chosen"].keys() == whole.chosen.keys()
+    row = found["held_out"]["peak_effort"]["least_peak_effort"]
+    assert row["verdict"] == "improved" and row["low"] <= row["difference"] <= row["high"] < 0.0
+    refused = crane("sweep", str(file), "-o", str(tmp_path / "sweep"))
+    assert refused.returncode == 2 and "crane tune" in refused.stderr and not (tmp_path / "sweep").exists()
+
+
+def test_intervals_decide() -> None:
+    """An interval of a difference on one side of zero is an improvement, or not; one that has zero in it shows none."""
+    assert tuning.verdict_on(-2.0, -1.0) == "improved" and tuning.verdict_on(1.0, 2.0) == "worse"
+    assert tuning.verdict_on(-1.0, 1.0) == "no difference shown"
