@@ -14,6 +14,7 @@ from rich.table import Table
 from crane_sim.cli.report import json_value
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.cli.sweep import format_cell, show_progress
+from crane_sim.files.errors import SceneError
 
 if TYPE_CHECKING:
     from crane_sim.study.tuning import TuningResult
@@ -24,8 +25,11 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the search (default: runs/NAME).")
 @click.option("--trials", type=click.IntRange(min=1), help="Trials of the search (default: the file's).")
 @click.option("--workers", type=click.IntRange(min=1), help="Processes (default: one for each core).")
+@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.json", help="Also add the result to this file.")
 @as_json_option
-def tune(study: Path, output: Path | None, trials: int | None, workers: int | None, as_json: bool) -> None:
+def tune(
+    study: Path, output: Path | None, trials: int | None, workers: int | None, save: Path | None, as_json: bool
+) -> None:
     """Tune gains of a law: search them over the samples of a study, and judge the best ones on other samples.
 
     Interrupted at any moment, the same command goes on; more trials go on with the search that is there.
@@ -39,10 +43,28 @@ def tune(study: Path, output: Path | None, trials: int | None, workers: int | No
     folder = output or Path("runs") / (checked.name or study.stem)
     with show_progress("trials", hidden=as_json or not sys.stderr.isatty()) as update:
         result = tuning.tune(checked, folder, workers, update)
+    if save is not None:
+        add_to_file(result, save)
     if as_json:
         print(json.dumps(json_value(tuning.summarise(result))))
     else:
         print_result(result, folder, Console())
+
+
+def add_to_file(result: TuningResult, file: Path) -> None:
+    """Write the summary of a search into a JSON file of such summaries, by the name of its study.
+
+    Raises:
+        SceneError: the file cannot be read or written.
+    """
+    from crane_sim.study.tuning import summarise
+
+    try:
+        known = json.loads(file.read_text()) if file.exists() else {}
+        known[result.held_out.study.name] = json_value(summarise(result))
+        file.write_text(json.dumps(dict(sorted(known.items())), indent=1) + "\n")
+    except (OSError, ValueError) as error:
+        raise SceneError(f"--save {file}: {error}") from None
 
 
 def print_result(result: TuningResult, folder: Path, console: Console) -> None:

@@ -59,6 +59,7 @@ class TuningResult(NamedTuple):
     infeasible: int  # of them: a run failed, or had no such figure
     held_out: StudyResult  # baseline and chosen ones, on samples that the search has not seen
     objectives: tuple[str, ...]
+    changes: dict[str, Any]  # of the scene by dotted key in every trial, before the gains
 
 
 def tune(
@@ -95,11 +96,13 @@ def tune(
     if not front:
         raise SceneError("study: tune: in every trial a run failed, or had no such figure; widen or move the ranges")
     chosen = choose(front, checked.tune)
-    judged = run(_held_out(training, checked.tune.changes, chosen), place / f"held_out_{len(search.trials)}", workers)
+    judged = run(_held_out(training, checked.tune.changes, chosen), place / f"held_out_{checked.tune.trials}", workers)
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
     text = yaml.safe_dump({name: each.gains for name, each in chosen.items()}, sort_keys=False)
     write_whole(place / "gains.yaml", lambda file: file.write_text(text))
-    return TuningResult(front, chosen, len(search.trials), infeasible, judged, checked.tune.objectives)
+    return TuningResult(
+        front, chosen, _count_finished(search), infeasible, judged, checked.tune.objectives, checked.tune.changes
+    )
 
 
 def _load_optuna() -> Any:
@@ -142,15 +145,20 @@ def _search(
     """Return the search after its trials; those that are in the folder are not run again."""
     settings = study.tune
     assert settings is not None
-    journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(folder / "trials.log")))
+    file = folder / "trials.log"
+    _drop_unfinished_line(file)
+    journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
     n, name = len(settings.objectives), study.name or "tune"
     search = optuna.create_study(storage=journal, study_name=name, load_if_exists=True, directions=["minimize"] * n)
-    if not search.trials:
+    if not any(trial.state.is_finished() or trial.state.name == "WAITING" for trial in search.trials):
         search.enqueue_trial(_own_gains(training, settings))
     while (done := _count_finished(search)) < settings.trials:
         on_progress(done, settings.trials)
-        # a sampler of each trial's own: a search that goes on proposes what an undisturbed one does
-        search.sampler = optuna.samplers.TPESampler(seed=_seed_of(study.seed, done), multivariate=True)
+        # a sampler of each trial's own, that does not look at trials in flight: a search that goes on proposes what an
+        # undisturbed one does
+        search.sampler = optuna.samplers.TPESampler(
+            seed=_seed_of(study.seed, done), multivariate=True, constant_liar=False
+        )
         trial = search.ask()
         gains = {
             key: trial.suggest_float(key, gain.low, gain.high, log=gain.log) for key, gain in settings.gains.items()
@@ -160,6 +168,12 @@ def _search(
         search.tell(trial, values)
     on_progress(settings.trials, settings.trials)
     return search
+
+
+def _drop_unfinished_line(file: Path) -> None:
+    """Cut off what a power cut left of a journal's last line, which would make the file unreadable."""
+    if file.exists() and not (lines := file.read_bytes()).endswith(b"\n"):
+        write_whole(file, lambda path: path.write_bytes(lines[: lines.rfind(b"\n") + 1]))
 
 
 def _own_gains(training: Study, settings: Tune) -> dict[str, float]:
@@ -265,6 +279,8 @@ def summarise(result: TuningResult) -> dict[str, Any]:
         "study": result.held_out.study.name,
         "trials": result.trials,
         "infeasible": result.infeasible,
+        "objectives": result.objectives,
+        "changes": result.changes,
         "chosen": {name: {"gains": each.gains, "means": each.values} for name, each in result.chosen.items()},
         "baseline": baseline,
         "samples": len(result.held_out.table) // len(variants),
