@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from crane_sim.cli.report import json_value
 from crane_sim.cli.scene_options import as_json_option
@@ -74,7 +74,7 @@ def print_result(result: TuningResult, folder: Path, console: Console) -> None:
     found = summarise(result)
     counts = f"{found['trials']} trials, {found['infeasible']} of them no candidates; {len(result.front)} compromises"
     console.print(counts, highlight=False)
-    gains = Table("gain", *found["chosen"], title="gains", title_justify="left")
+    gains = Table(Column("gain", no_wrap=True), *found["chosen"], title="gains", title_justify="left")
     for key in next(iter(result.chosen.values())).gains:
         gains.add_row(key, *(format_cell(each["gains"][key]) for each in found["chosen"].values()))
     console.print(gains)
@@ -86,7 +86,7 @@ def print_result(result: TuningResult, folder: Path, console: Console) -> None:
 
 def _judgement(title: str, rows: dict[str, Any]) -> Table:
     """Return the table of one objective: its mean, and the mean difference with its 95 % interval."""
-    columns = ("gains", "runs", "mean", "difference", "from", "to", "")
+    columns = (Column("gains", no_wrap=True), "runs", "mean", "difference", "from", "to", "")
     table = Table(*columns, title=title, title_justify="left")
     for variant, row in rows.items():
         numbers = (row.get(key) for key in ("mean", "difference", "low", "high"))

@@ -13,8 +13,11 @@ from crane_sim.cli.league import save_comparison
 from crane_sim.evaluation.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM, Group, Trial
 from crane_sim.evaluation.league.cells import Cell, Figures, evaluate, evaluate_all, median_figures
 from crane_sim.evaluation.league.scenes import trial_scene
+from crane_sim.files.catalogue import config_folder
+from crane_sim.files.document import get_value
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
+from crane_sim.study.form import load_study
 
 ANGULAR, CARTESIAN = FEEDBACK[:2]
 FIGURES = Figures(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, 0.0)
@@ -65,10 +68,22 @@ def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
 def test_settings_are_those_of_the_catalogue() -> None:
     """A law takes the gains of its own scene, at the period of the trial."""
     trial = next(group for group in GROUPS if group.name == "knuckle boom").trials[0]
-    plain, weighing, lqr = (trial_scene(trial, entrant, 0)["control"] for entrant in OF_KNUCKLE)
+    plain, weighing, lqr = (trial_scene(trial, entrant, 0)["control"] for entrant in OF_KNUCKLE[:3])
     assert plain["kp"] == [30, 10, 10, 1] and "adaptation" not in plain
     assert weighing["adaptation"] == {"rate": 2} and weighing["kp"] == [30, 10, 10, 2]
     assert lqr["r"] == [0.1, 0.1, 0.1, 1.0] and "kp" not in lqr
+
+
+def test_tuned_laws_have_the_gains_of_their_search() -> None:
+    """Each entrant named tuned has gains that a search of the catalogue found, within the limits of its study."""
+    entrants = [(group, entrant) for group in GROUPS for entrant in group.entrants if entrant.tuned]
+    assert len(entrants) == 6
+    for group, entrant in entrants:
+        settings = {"control": trial_scene(group.trials[0], entrant, 0)["control"]}
+        study = load_study(config_folder() / "tuning" / f"{entrant.tuned}.yaml")
+        assert study.tune is not None
+        for key, gain in study.tune.gains.items():
+            assert gain.low <= get_value(settings, key)[1] <= gain.high, (entrant.tuned, key)
 
 
 @pytest.mark.long

@@ -45,6 +45,7 @@ class Entrant(NamedTuple):
     home: str = ""  # scene of its settings; "": the trial's scene, if it has this law
     settings: dict[str, Any] = {}  # in addition
     nominal: dict[str, Any] = {}  # changes of the law's nominal scene, by dotted key
+    tuned: str = ""  # the search of `crane tune` whose best compromise it takes
 
 
 class Group(NamedTuple):
@@ -131,10 +132,16 @@ OPEN_LOOP = (
 )
 FEEDBACK = tuple(Entrant(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
 ENERGY, LQR = Entrant("energy", "energy"), Entrant("lqr", "lqr")
+TUNED_LQR = Entrant("lqr, tuned", "lqr", tuned="overhead_lqr")
+OF_TROLLEY = (ENERGY, LQR, Entrant("energy, tuned", "energy", tuned="overhead_energy"), TUNED_LQR)
+OF_HOIST = (ENERGY, LQR, Entrant("energy, tuned", "energy", tuned="overhead_hoist_energy"))
+TUNED_HARMONIC = Entrant("harmonic, tuned", "harmonic", tuned="harmonic")
 OF_KNUCKLE = (
     ENERGY,
     Entrant("energy, weighing", "energy", home="knuckle_unknown_load"),
     Entrant("lqr", "lqr", home="knuckle_lqr"),
+    Entrant("energy, tuned", "energy", tuned="knuckle_energy"),
+    Entrant("lqr, tuned", "lqr", home="knuckle_lqr", tuned="knuckle_lqr"),
 )
 STEP = {
     "duration": 30.0,
@@ -179,11 +186,11 @@ HOIST = setpoint_trials(
     "overhead_hoist_energy", {"control.period": 0.01}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, "cable.node_masses"
 )
 GROUPS = (
-    Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK), PENDULUM),
+    Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK, TUNED_HARMONIC), PENDULUM),
     Group("knuckle boom, tracking", "path", FEEDBACK, BOOM),
     Group("knuckle boom", "target", OF_KNUCKLE, tuple(KNUCKLE)),
-    Group("overhead, trolley", "target", (ENERGY, LQR), TROLLEY),
-    Group("overhead, trolley and hoist", "target", (ENERGY, LQR), tuple(HOIST)),
+    Group("overhead, trolley", "target", OF_TROLLEY, TROLLEY),
+    Group("overhead, trolley and hoist", "target", OF_HOIST, tuple(HOIST)),
 )
 
 

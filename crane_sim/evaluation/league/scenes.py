@@ -1,12 +1,15 @@
 """The scene of a cell: the catalogue's with a trial's changes, and the law's nominal scene."""
 
 import copy
+import json
 from collections.abc import Mapping
 from typing import Any
 
 from crane_sim.evaluation.league.cases import Entrant, FromScene, Trial
+from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import read, set_value
 
+BEST = "compromise_1"  # of what a search has chosen
 COMMON = ("period", "vision")  # keys of a control group that other laws keep: period and measurement
 ABSENT: dict[str, Any] = {"forces": []}  # values that stand for an absent group; of other groups: None
 
@@ -36,7 +39,21 @@ def _settings(own: Mapping[str, Any], entrant: Entrant) -> dict[str, Any]:
     settings = read(entrant.home)["control"] if entrant.home else own if own["law"] == entrant.law else {}
     law_settings = {key: value for key, value in settings.items() if key not in COMMON}
     common = {key: own[key] for key in COMMON if key in own}
-    return copy.deepcopy(common | law_settings | {"law": entrant.law} | entrant.settings)
+    group = {"control": copy.deepcopy(common | law_settings | {"law": entrant.law} | entrant.settings)}
+    for key, value in tuned_changes(entrant.tuned).items() if entrant.tuned else ():
+        set_value(group, key, value)
+    return group["control"]
+
+
+def tuned_changes(name: str) -> dict[str, Any]:
+    """Return the changes of a scene, by dotted key, that a search of `crane tune` found to be the best compromise."""
+    found = read_tuned_gains()[name]
+    return found["changes"] | found["chosen"][BEST]["gains"]
+
+
+def read_tuned_gains() -> dict[str, Any]:
+    """Return the summaries of the catalogue's searches, by name."""
+    return json.loads((config_folder() / "tuned_gains.json").read_text())
 
 
 def _trial_value(key: str, value: Any) -> Any:

@@ -1,9 +1,10 @@
 """The league as lines of tables, for a terminal and for a page of documentation."""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.evaluation.league.cells import Cell
+from crane_sim.evaluation.league.scenes import BEST, read_tuned_gains
 from crane_sim.evaluation.reproduce.table import Shown, format_value
 
 NONE = "-"
@@ -21,7 +22,9 @@ them, the darkest thirty times as much or more. Grey: does not apply. Red: not c
 HOW = """
 Laws believe in the catalogue's scene on a base at rest, without wind; what a trial adds to it is not known to them.
 Each takes the gains that the catalogue gives it, or its own where the catalogue gives none; none was tuned for this
-table: it shows how these gains do, not how good a law can be made. Seas and the camera's noise are medians over ten
+table. Those named **tuned** take the gains of a search by `crane tune`, over the distances, masses and ropes that its
+study in `config/tuning` names, none of them a trial of this table: the best compromise of settling or tracking error,
+residual swing and peak effort ([below](#tuned-gains)). Seas and the camera's noise are medians over ten
 seeds that nothing in the catalogue uses.
 
 - **Errors** are distances of the payload, in the axes of the base, from where it should be at that time: on the path,
@@ -38,6 +41,11 @@ seeds that nothing in the catalogue uses.
   of a payload below an ideally driven point changes nothing.
 - The knuckle boom appears twice: as a small crane that carries the suspension point of the tracking laws, and as the
   knuckle paper's that is brought to a target. Its paper's laws know no path, and these no target.
+"""
+TUNED_HEAD = """## Tuned gains
+
+`./crane tune config/tuning/NAME.yaml --save config/tuned_gains.json` found them; the means below are over samples that
+the search has not seen, the differences those of pairs with their 95 % intervals.
 """
 
 
@@ -88,6 +96,7 @@ def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
     for title, reasons in (("Not controlled", "failed"), ("Does not apply", "refused")):
         rows = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
         sections.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
+    sections.append(_tuned_section(read_tuned_gains()))
     return "\n".join(sections)
 
 
@@ -96,3 +105,24 @@ def _markdown(rows: Sequence[Line]) -> str:
     head = [name[:-2] + f", {name[-1]}" if name.endswith(("_m", "_s")) else name for name in head]
     text = [f"| {' | '.join(name.replace('_', ' ') for name in head)} |", "|" + "---|" * len(head)]
     return "\n".join(text + [f"| {' | '.join(map(format_value, row))} |" for row in rows]) + "\n"
+
+
+def _tuned_section(searches: dict[str, Any]) -> str:
+    """Return what the searches found, and how the gains do on samples that no search has seen."""
+    lines = [TUNED_HEAD]
+    for name, found in searches.items():
+        best = found["chosen"][BEST]["gains"]
+        gains = ", ".join(f"`{key}` {format_value(value)}" for key, value in best.items())
+        lines.append(f"- **{name}**, {found['trials']} trials, {found['samples']} held-out samples: {gains}.")
+    lines.append(
+        "\n| search | objective | own gains | tuned | difference | from | to | |\n|---|---|---|---|---|---|---|---|"
+    )
+    for name, found in searches.items():
+        for objective, rows in found["held_out"].items():
+            own, tuned = rows[found["baseline"]], rows[BEST]
+            numbers = own["mean"], tuned["mean"], tuned["difference"], tuned["low"], tuned["high"]
+            cells = (NONE if value is None else format_value(value) for value in numbers)
+            missing = found["samples"] - own["runs"]
+            objective += f", {missing} of {found['samples']} without with own gains" if missing else ""
+            lines.append(f"| {name} | {objective} | {' | '.join(cells)} | {tuned['verdict']} |")
+    return "\n".join(lines) + "\n"
