@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -76,6 +76,8 @@ def print_result(result: StudyResult, console: Console) -> None:
     console.print(table)
     if len(found["failures"]) > 1:
         console.print(_differences(result))
+    for name, by_variant in found["sensitivities"].items():
+        console.print(_sensitivities(name, by_variant, result.study.design))
     console.print(found["table"], highlight=False, soft_wrap=True)
 
 
@@ -92,6 +94,19 @@ def _differences(result: StudyResult) -> Table:
             numbers = map(format_cell, (each.pairs, each.mean, each.low, each.high))
             share = "" if np.isnan(each.share) else f"{each.share:.0%}"
             table.add_row(name, other, *numbers, share, "" if np.isnan(each.p_value) else f"{each.p_value:.2g}")
+    return table
+
+
+def _sensitivities(figure: str, by_variant: dict[str, list[dict[str, Any]]], design: str) -> Table:
+    """Return the table of how a figure depends on the parameters."""
+    from crane_sim.study.sensitivity import HEADS
+
+    title = f"sensitivity of {figure} ({design.capitalize()})"
+    table = Table("variant", "parameter", *HEADS[design], title=title, title_justify="left")
+    for variant, rows in by_variant.items():
+        for row in rows:
+            numbers = row["strength"], row["interval"], row["interaction"]
+            table.add_row(variant, row["parameter"], *map(format_cell, numbers))
     return table
 
 

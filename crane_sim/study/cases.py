@@ -4,17 +4,16 @@ import hashlib
 import itertools
 from collections.abc import Iterator
 from functools import cached_property
-from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import qmc
 
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.scenes.schema.uncertain import value_at
-from crane_sim.study.form import Study, Values, scene_document
+from crane_sim.study.designs import draw_probabilities, sample_count
+from crane_sim.study.form import MORRIS, SALTELLI, Study, Values, scene_document
 
 
 class Case(NamedTuple):
@@ -54,20 +53,11 @@ class CaseList:
     @property
     def samples(self) -> int:
         """Number of samples of the parameters."""
-        sizes = (len(each.values) for each in self.study.parameters.values() if isinstance(each, Values))
-        return prod(sizes) if self.study.samples is None else self.study.samples
+        return sample_count(self.study)
 
     @cached_property
     def _probabilities(self) -> npt.NDArray[np.float64]:
-        """Probabilities (samples, parameters) in (0, 1) at which the values are quantiles."""
-        n, d, seed = self.samples, len(self.study.parameters), self.study.seed
-        if self.study.design == "monte_carlo":
-            p = np.random.default_rng(seed).random((n, d))
-        elif self.study.design == "latin_hypercube":
-            p = qmc.LatinHypercube(d, rng=seed).random(n)
-        else:
-            p = qmc.Sobol(d, rng=seed).random(n)
-        return np.clip(p, 2.0**-53, 1.0 - 2.0**-53)
+        return draw_probabilities(self.study)
 
     def __getitem__(self, number: int) -> Case:
         """Return the case of this number.
@@ -106,7 +96,11 @@ class CaseList:
 
     def _changes(self, sample: int, variant: str, parameters: dict[str, Any]) -> dict[str, Any]:
         duration = {} if self.study.duration is None else {"duration": self.study.duration}
-        seed = {"seed": scene_seed(self.study.seed, sample)}
+        one_seed = self.study.design in (
+            MORRIS,
+            SALTELLI,
+        )  # else what noise changes would count as a parameter's effect
+        seed = {"seed": scene_seed(self.study.seed, 0 if one_seed else sample)}
         return duration | seed | self.study.changes | self.variants[variant] | parameters
 
 

@@ -14,7 +14,8 @@ from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import row_of
-from crane_sim.study.store import Store, deciding_versions, load_pyarrow
+from crane_sim.study.store import Store, load_pyarrow
+from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
 
 AHEAD = 2  # blocks for each worker that are submitted: memory does not grow with the study

@@ -111,13 +111,18 @@ class Tune(_Group):
     keep: Count = 3  # -, of the best compromises, judged beside the best one of each objective
 
 
+MORRIS, SALTELLI = "morris", "saltelli"
+"""Designs of sensitivity: their samples belong together, and have one seed."""
+
+
 class Study(_Group):
     """A study: every sample of the parameters is run with every variant."""
 
     name: Name = ""  # left out: the file's
     scene: str | dict[str, Any]  # a name of the catalogue, a file, or a scene in place
-    design: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = "grid"
-    samples: Count | None = None  # -, of every design but the grid, which has as many as its values make
+    design: Literal["grid", "latin_hypercube", "sobol", "monte_carlo", "morris", "saltelli"] = "grid"
+    samples: Count | None = None  # -, of every design but the grid, which has as many as its values make; of morris:
+    # paths of one more samples than parameters, of saltelli: base samples, each with two more than parameters
     seed: Seed = 0  # of the samples, and of the scenes' own random numbers
     duration: Positive | None = None  # s; left out: the scene's
     changes: dict[str, Any] = {}  # of the scene in every run, by dotted key
@@ -189,13 +194,13 @@ def _check_design(study: Study) -> None:
         if grid and not isinstance(parameter, Values):
             raise SceneError(
                 f"study: parameters.{key}: is a distribution, and design = grid needs values; "
-                "or design: latin_hypercube, sobol or monte_carlo"
+                "or another design: latin_hypercube, sobol, monte_carlo, morris, saltelli"
             )
         for name, changes in study.variant_changes.items():
             if key in changes:
                 line = f"study: variants.{name}.{key} = {shorten(changes[key])}"
                 raise SceneError(f"{line}: is among the parameters, too")
-    if study.design == "sobol" and samples is not None and samples & (samples - 1):
+    if study.design in ("sobol", SALTELLI) and samples is not None and samples & (samples - 1):
         near = 1 << (samples.bit_length() - 1)
         raise SceneError(
             f"study: samples = {samples}: a Sobol sequence is balanced at powers of two only: {near}, {2 * near}"

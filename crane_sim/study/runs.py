@@ -10,11 +10,11 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
-from crane_sim.recording.provenance import of_this_process
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.status import SimulationError
 from crane_sim.study.cases import Case
+from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
 """Statuses of a row: the run reached its end; it ended before; its scene is not possible."""
@@ -41,7 +41,7 @@ def row_of(case: Case, document: Mapping[str, Any]) -> dict[str, Any]:
 @cache
 def _versions() -> str:
     """Return the versions and the processor of this process in JSON."""
-    return json.dumps(of_this_process())
+    return json.dumps(versions())
 
 
 def simulate_case(case: Case, document: Mapping[str, Any]) -> tuple[Rollout | None, str, str | None]:

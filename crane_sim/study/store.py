@@ -13,15 +13,14 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.provenance import of_this_process
 from crane_sim.study.form import Study, scene_document
 from crane_sim.study.runs import FIRST_COLUMNS
+from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time
 MAX_BLOCK = 64  # cases: at most as many are run again after an interruption, for each worker
@@ -39,12 +38,6 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
     except ModuleNotFoundError:
         line = "pyarrow is not installed: tables of studies need it (pip install 'crane_sim[study]')"
         raise SceneError(line) from None
-
-
-@cache
-def deciding_versions() -> dict[str, str]:
-    """Return the versions of what computes numbers; the processor may differ, as cores of a cluster do."""
-    return {key: value for key, value in of_this_process().items() if key not in ("cpu", "system")}
 
 
 def identity_of(study: Study) -> dict[str, Any]:

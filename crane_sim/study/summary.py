@@ -5,7 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.study.form import MORRIS, SALTELLI
 from crane_sim.study.result import StudyResult
+from crane_sim.study.sensitivity import sensitivities
 
 SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort", "tracking_mse")
 """Figures of a run that people look at first, those of joints with all of their joints; the table has all."""
@@ -31,8 +33,22 @@ def summarise(result: StudyResult) -> dict[str, Any]:
         "failures": {variant: int(result.failed(variant).sum()) for variant in variants},
         "failure_differences": {other: each._asdict() for other, each in result.failure_differences().items()},
         "figures": figures,
+        "sensitivities": find_sensitivities(result),
         "table": str(result.folder / "table.parquet"),
     }
+
+
+def find_sensitivities(result: StudyResult) -> dict[str, dict[str, list[dict[str, Any]]]]:
+    """Return by figure and variant how a figure that all runs have depends on the parameters, in designs for it."""
+    if result.study.design not in (MORRIS, SALTELLI):
+        return {}
+    found: dict[str, dict[str, list[dict[str, Any]]]] = {}
+    for name in shown_figures(result):
+        for variant in result.study.variant_changes:
+            if not np.isnan(result.figure(name, variant)).any():
+                rows = sensitivities(result, name, variant)
+                found.setdefault(name, {})[variant] = [row._asdict() for row in rows]
+    return found
 
 
 def spread_of(values: npt.NDArray[np.float64]) -> dict[str, float | int | None]:

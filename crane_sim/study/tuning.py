@@ -29,7 +29,8 @@ from crane_sim.study.execution import check_cases, run, run_block
 from crane_sim.study.form import Study, Tune, load_study, scene_document
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK
-from crane_sim.study.store import deciding_versions, hash_of, identity_of, load_pyarrow, write_whole
+from crane_sim.study.store import hash_of, identity_of, load_pyarrow, write_whole
+from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, start_workers
 
 if TYPE_CHECKING:

@@ -15,10 +15,12 @@ import numpy.typing as npt
 from crane_sim.files.errors import SceneError
 from crane_sim.study.result import StudyResult, read_result
 from crane_sim.study.runs import PARAMETER
+from crane_sim.study.sensitivity import HEADS
 from crane_sim.study.summary import first_errors, shown_figures, summarise
 
 COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")
 MOST_POINTS = 2000  # of a scatter plot: more would be one blot
+SENSITIVITY = ("strength", "interval", "interaction")
 WORST = 5  # runs by each figure
 _WIDTH = 5.6  # in, of a drawing
 
@@ -48,7 +50,14 @@ def study_page(result: StudyResult) -> str:
 <p id="about">{found["runs"]} runs of {escape(Path(str(scene)).stem)}: {escape(drawn)}; seed {study.seed}</p></div>
 <span id="status" class="{"bad" if failed else ""}">{failed or "no"} run{"s" * (failed != 1)} failed</span></header>"""
     names = shown_figures(result)
-    parts = [head, _failures(result), _figures(found), *_differences(result, names), *_distributions(result, names)]
+    parts = [
+        head,
+        _failures(result),
+        _figures(found),
+        *_differences(result, names),
+        _sensitivities(found, study.design),
+        *_distributions(result, names),
+    ]
     parts += [*_scatters(result, names), _worst(result, names), _study(result)]
     title = f"<meta charset=utf-8><meta name=viewport content='width=device-width'><title>{escape(study.name)}</title>"
     return (
@@ -105,6 +114,20 @@ def _differences(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
     ]
     head = ("variant", f"only {first} fails", "only the variant fails", "both", "p (McNemar)")
     yield _section("Which of them fail", _table(head, fails) if fails else "")
+
+
+def _sensitivities(found: dict[str, Any], design: str) -> str:
+    """Return the section of how figures depend on the parameters, of designs of sensitivity."""
+    if not found["sensitivities"]:
+        return ""
+    rows = [
+        (escape(name), escape(variant), escape(row["parameter"]), *(_format(row[key]) for key in SENSITIVITY))
+        for name, by_variant in found["sensitivities"].items()
+        for variant, own in by_variant.items()
+        for row in own
+    ]
+    head = ("figure", "variant", "parameter", *HEADS[design])
+    return _section(f"Sensitivity to the parameters ({design.capitalize()})", _table(head, rows))
 
 
 def _draw(draw: Any, height: float) -> str:

@@ -1,0 +1,25 @@
+"""Versions of what computes the numbers of a study."""
+
+import hashlib
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+from crane_sim.recording.provenance import of_this_process
+
+MODULES = ("energy_balance", "extremes", "metrics", "rollout", "settling")
+"""Modules of `crane_sim.simulation` that compute the figures of a run."""
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return versions of packages, system and processor, and the hash of the source of the figures."""
+    source = b"".join(
+        Path(str(import_module(f"crane_sim.simulation.{name}").__file__)).read_bytes() for name in MODULES
+    )
+    return of_this_process() | {"metrics_sha256": hashlib.sha256(source).hexdigest()}
+
+
+def deciding_versions() -> dict[str, str]:
+    """Return the versions that a study's processes have to share; the processor may differ, as in a cluster."""
+    return {key: value for key, value in versions().items() if key not in ("cpu", "system")}
