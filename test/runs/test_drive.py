@@ -108,13 +108,14 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
         wait_for(lambda: not any(map(np.isnan, stick.held.values())), "commands of the node that hung")
 
     with graph(tmp_path, monkeypatch) as (domain, _), Joystick(domain, "bridge") as stick:
-        operator = ScriptedOperator(script)
+        # a joystick that a busy machine holds up for half a second is not lost
+        operator = ScriptedOperator(script, device_timeout=2.0)
         options: dict[str, Any] = {"record": record, "mcap": bag, "on_activated": nodes.__setitem__}
         summary = run(scene, operator, domain, **options)
         operator.check()
     assert "error" not in summary and summary["commands"]["rejected"] == 0, summary
     assert summary["operator"]["device"] == "/joy" and summary["operator"]["stops"] == 1
-    assert summary["operator"]["losses"] >= 1  # one on purpose; a busy machine and the hung node may count more
+    assert summary["operator"]["losses"] >= 1  # one on purpose; the hung node may count more
     recorded = read_recording(record)
     commands, outcome = recorded.commands, replay(recorded)
     assert len(commands) == summary["steps"] == outcome.steps and np.isnan(commands).any()
