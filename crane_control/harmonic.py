@@ -24,7 +24,7 @@ from crane_control.estimation.oscillator import (
     Y,
     begin_filter,
     correct,
-    initial_state,
+    initial_filter_state,
     predict,
 )
 from crane_control.tracking.tracker import Estimate, Tracker, compute_ramp, estimate, pendulum_omega_sq
@@ -136,7 +136,12 @@ def make_observer(settings: Observer, tracker: Tracker, lag: float) -> HarmonicO
     noise = np.array([1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0])
     initial_variance = np.array([deviation**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
     ekf = Filter(
-        (deviation**2, settings.noise_rate**2), theta, initial_variance, noise, (0.01 * own, 9.0 * own), initial_state()
+        (deviation**2, settings.noise_rate**2),
+        theta,
+        initial_variance,
+        noise,
+        (0.01 * own, 9.0 * own),
+        initial_filter_state(),
     )
     return HarmonicObserver(
         lag if settings.lead is None else settings.lead, tracker.gains.ramp, tracker.camera is None, ekf

@@ -40,10 +40,10 @@ class Filter(NamedTuple):
 
     def with_initial_state(self) -> "Filter":
         """Return the filter before its first measurement."""
-        return self._replace(state=initial_state())
+        return self._replace(state=initial_filter_state())
 
 
-def initial_state() -> FilterState:
+def initial_filter_state() -> FilterState:
     """Return the state before the first measurement."""
     return FilterState(np.zeros((2, N)), np.zeros((2, N, N)), np.zeros((2, N, N)), np.array([-1.0]), np.zeros(2))
 

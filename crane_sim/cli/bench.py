@@ -76,14 +76,14 @@ def _make_folder(folder: str) -> Path:
 
 def _write(data: dict[str, Any], folder: Path) -> None:
     """Write data, figure and page."""
-    from crane_sim.evaluation.bench.figure import draw
+    from crane_sim.evaluation.bench.figure import draw_benchmark
 
     written = ["performance.json", "performance.md"]
     try:
         write_store(data, folder)
         for suite, name in FIGURES.items():
             measured = data.get(suite, {}).get("scenes")
-            if measured and save_figure(draw, measured, folder / name, dpi=110):
+            if measured and save_figure(draw_benchmark, measured, folder / name, dpi=110):
                 written.append(name)
         drawn = any((folder / name).is_file() for name in FIGURES.values())
         (folder / "performance.md").write_text(write_page(data, drawn=drawn))

@@ -13,7 +13,7 @@ import yaml
 from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.compare import compare_runs
-from crane_sim.cli.help_lines import HELP, Group
+from crane_sim.cli.help_lines import HELP, CommandGroup
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from crane_sim.simulation.rollout import Rollout
 
 
-@click.group(cls=Group, context_settings=HELP)
+@click.group(cls=CommandGroup, context_settings=HELP)
 @click.version_option(None, "-V", "--version", package_name="crane_sim", message="crane_sim %(version)s")
 def app() -> None:
     """A crane simulator of ROS 2 nodes: accurate, fast, and bit for bit repeatable.
@@ -37,10 +37,10 @@ def app() -> None:
     """
 
 
-@app.command()
+@app.command("run")
 @scene_options
 @run_options
-def run(scene: str, as_json: bool, **scene_changes: Any) -> None:
+def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
     """Run a scene as OS processes over Fast DDS: plant, controller, recorder."""
     from crane_sim import orchestration
 
@@ -195,7 +195,7 @@ def describe(scene: str | None, python: bool, ros2_control: bool, folder: str | 
     if scene is not None:
         _describe_ros2_control(load_scene_with_options(scene), folder)
     elif folder is not None:
-        (api_page if python else scene_format).save_page(folder)
+        (api_page.save_api_page if python else scene_format.save_scene_format)(folder)
     else:
         print(api_page.api_page() if python else scene_format.scene_format(), end="")
 

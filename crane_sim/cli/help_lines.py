@@ -11,7 +11,7 @@ HELP = {"help_option_names": ["-h", "--help"]}
 _MAX_HELP_LENGTH = 1000  # characters: more than any first sentence has
 
 
-class Group(click.Group):
+class CommandGroup(click.Group):
     """A group of commands whose help has the first sentence of each, on as many lines as it takes."""
 
     def resolve_command(

@@ -10,7 +10,7 @@ from rich.console import Console
 from crane_sim.evaluation.bench.store import round_floats
 from crane_sim.evaluation.league.cases import GROUPS, Group
 from crane_sim.evaluation.league.cells import Cell, evaluate_all
-from crane_sim.evaluation.league.figure import draw
+from crane_sim.evaluation.league.figure import draw_league
 from crane_sim.evaluation.league.table import format_comparison, tables_by_crane
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.reproduce.table import print_tables
@@ -51,7 +51,7 @@ def save_comparison(cells: Sequence[Cell], folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "league.json").write_text(json.dumps(document(cells), indent=1, ensure_ascii=False) + "\n")
-        drawn = save_figure(draw, cells, folder / "league.png", dpi=100)
+        drawn = save_figure(draw_league, cells, folder / "league.png", dpi=100)
         (folder / "league.md").write_text(format_comparison(cells, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None

@@ -9,7 +9,7 @@ import click
 from rich.console import Console
 from rich.table import Table
 
-from crane_sim.cli.help_lines import HELP, Group
+from crane_sim.cli.help_lines import HELP, CommandGroup
 from crane_sim.cli.run_options import check_folder
 from crane_sim.evaluation.soak.figures import Figure
 
@@ -18,7 +18,7 @@ _Command = Callable[..., None]
 _Measure = Callable[[], tuple[Sequence[Figure], dict[str, Any]]]
 
 
-@click.group(cls=Group, context_settings=HELP)
+@click.group(cls=CommandGroup, context_settings=HELP)
 def soak() -> None:
     """Run a soak test and print its figures; exit code 1 where a promise was not kept."""
 

@@ -19,7 +19,7 @@ from crane_sim.numerics.jit import entry_point, lean_kernel, lean_routine
 _BISECTIONS = 40  # halve the range of speeds to 1e-12 of it
 
 
-class Motion(NamedTuple):
+class ReferenceMotion(NamedTuple):
     """The motion of a joint's reference."""
 
     position: float  # m or rad
@@ -30,7 +30,7 @@ class Motion(NamedTuple):
 @lean_kernel
 def motion_in_phase(s, x, v, a, jerk):
     """Return the motion after s seconds of constant jerk."""
-    return Motion(x + phase_distance(s, v, a, jerk), v + s * (a + 0.5 * s * jerk), a + s * jerk)
+    return ReferenceMotion(x + phase_distance(s, v, a, jerk), v + s * (a + 0.5 * s * jerk), a + s * jerk)
 
 
 @lean_routine
@@ -47,7 +47,7 @@ def motion_after(motion, command, bounds, s):
     if s < ramp.fall:
         return motion_in_phase(s, x, v, ramp.peak, -ramp.jerk)
     x, s = x + phase_distance(ramp.fall, v, ramp.peak, -ramp.jerk), s - ramp.fall
-    return Motion(x + s * command, command, 0.0)
+    return ReferenceMotion(x + s * command, command, 0.0)
 
 
 @lean_routine

@@ -16,7 +16,7 @@ from math import inf
 from typing import NamedTuple
 
 from crane_sim.hardware.reference_profiles import Bounds
-from crane_sim.hardware.soft_limits import Motion, follow, permitted_speed
+from crane_sim.hardware.soft_limits import ReferenceMotion, follow, permitted_speed
 from crane_sim.operator.inputs import Demand
 
 AHEAD = 0.1
@@ -114,7 +114,7 @@ class SoftLimits:
 
     def reset(self) -> None:
         """Let the references rest: brakes have stopped the crane."""
-        self._references = [Motion(0.0, 0.0, 0.0)] * len(self._joints)
+        self._references = [ReferenceMotion(0.0, 0.0, 0.0)] * len(self._joints)
 
     def take(self, speeds: Sequence[float], q: Sequence[float], v: Sequence[float]) -> tuple[float, ...]:
         """Return the permitted speeds (nu,) at the joints' positions and velocities (nu,)."""
@@ -135,14 +135,16 @@ class SoftLimits:
         joints = zip(self._joints, self._references, v, strict=True)
         return [joint.name for joint, reference, actual in joints if abs(actual - reference.velocity) > _follows(joint)]
 
-    def _permitted_speed(self, joint: DrivenJoint, reference: Motion, speed: float, q: float, v: float) -> float:
+    def _permitted_speed(
+        self, joint: DrivenJoint, reference: ReferenceMotion, speed: float, q: float, v: float
+    ) -> float:
         """Return the permitted speed of a joint: its motion is the faster one of what it does and what it follows."""
         speed = min(max(speed, -joint.bounds.speed), joint.bounds.speed)
         if speed == 0.0 or (joint.low == -inf and joint.high == inf):
             return speed
         fastest = max(v, reference.velocity) if speed > 0.0 else min(v, reference.velocity)
         lagging = joint.lag * v
-        motion = Motion(q + lagging, fastest, reference.acceleration)
+        motion = ReferenceMotion(q + lagging, fastest, reference.acceleration)
         return permitted_speed(motion, speed, joint.bounds, joint.low, joint.high, AHEAD)
 
 

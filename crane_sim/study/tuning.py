@@ -164,7 +164,7 @@ def _search(
         gains = {
             key: trial.suggest_float(key, gain.low, gain.high, log=gain.log) for key, gain in settings.gains.items()
         }
-        values, violation = evaluate(training, settings.changes | gains, settings.objectives, pool)
+        values, violation = evaluate_gains(training, settings.changes | gains, settings.objectives, pool)
         trial.set_constraint(NOT_REACHED, violation)
         search.tell(trial, values)
     on_progress(settings.trials, settings.trials)
@@ -196,7 +196,7 @@ def _seed_of(seed: int, trial: int) -> int:
     return int.from_bytes(hashlib.sha256(f"tune/{seed}/{trial}".encode()).digest()[:4], "big")
 
 
-def evaluate(
+def evaluate_gains(
     training: Study, changes: dict[str, Any], objectives: Sequence[str], pool: Workers
 ) -> tuple[tuple[float, ...], float]:
     """Return (the means of the objectives over the samples, 0), or (infinities, the share of samples not reached).

@@ -16,15 +16,22 @@ from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
 from crane_sim.evaluation.bench.page import write_page
 from crane_sim.evaluation.bench.results import Target, best, points_of, targets
 from crane_sim.evaluation.bench.store import merge_suite, read_store, round_floats, write_store
-from crane_sim.evaluation.bench.sweep import Point, cheapest, measure_points, run_trial, select_candidates, sweep_method
+from crane_sim.evaluation.bench.sweep import (
+    WorkPrecisionPoint,
+    cheapest,
+    measure_points,
+    run_trial,
+    select_candidates,
+    sweep_method,
+)
 from crane_sim.files.errors import SceneError
 
 REFERENCE = reference_of(CASES[0])._replace(payload=np.zeros(3), error_bound=0.0)
 
 
-def point(engine: str, error: float, time: float) -> Point:
+def point(engine: str, error: float, time: float) -> WorkPrecisionPoint:
     """Return a point with this engine, error [m] and time [µs/s]; its other fields are arbitrary."""
-    return Point(engine, "rk4", 0.01, error, None, time, time, 3, 4, 1)
+    return WorkPrecisionPoint(engine, "rk4", 0.01, error, None, time, time, 3, 4, 1)
 
 
 def run(error: float, setting: float = 0.1) -> Run:
@@ -92,7 +99,7 @@ def test_verdicts_name_the_missed_targets() -> None:
     )  # the factor of S4 is 10
 
 
-def scenes_data(date: str, engine: str, case: str, *points: Point) -> dict[str, Any]:
+def scenes_data(date: str, engine: str, case: str, *points: WorkPrecisionPoint) -> dict[str, Any]:
     """Return the data of `scenes.measure` with one case and one engine."""
     scene = {"points": [list(p) for p in points], "refused": {}, "compiling_s": {}}
     head = {"date": date, "machine": {}, "engines": {engine: "1"}, "missing": {}, "cannot": {engine: {}}}

@@ -9,11 +9,11 @@ import pytest
 from process_helpers import run_to_completion
 
 from crane_sim.evaluation.reproduce import measure_items
-from crane_sim.evaluation.reproduce.hardcases import Case
+from crane_sim.evaluation.reproduce.hardcases import HardCase
 from crane_sim.evaluation.reproduce.overhead import erratum_row
 from crane_sim.evaluation.reproduce.overhead_erratum import erratum
 from crane_sim.evaluation.reproduce.page import save_pages
-from crane_sim.evaluation.reproduce.table import Row, format_value
+from crane_sim.evaluation.reproduce.table import ClaimRow, format_value
 
 CRANE = Path(sys.executable).with_name("crane")
 FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
@@ -72,7 +72,7 @@ def test_json_is_one_object_with_the_measured_rows() -> None:
 
 def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
     """Rows become a Markdown page with one line each, hard cases with a figure beside it."""
-    cases = [Case("a", "nodes, m", "dop853", 1e-12, 1e-9, None, 10, 0.1, "holds")]
+    cases = [HardCase("a", "nodes, m", "dop853", 1e-12, 1e-9, None, 10, 0.1, "holds")]
     save_pages({"hardcases": cases, "overhead": measure_items("overhead")["overhead"]}, str(tmp_path))
     page = (tmp_path / "hardcases.md").read_text()
     assert "| a | nodes, m | dop853 | 1e-12 | 1e-09 | - | 10 | 0.1 | holds |" in page and "(hardcases.png)" in page
@@ -82,8 +82,8 @@ def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
 
 def test_varying_digits_are_marked(tmp_path: Path) -> None:
     """A wall time has a star and one digit, a rounding error a bound; all else has all its digits."""
-    case = Case("a", "nodes, m", "dop853", 1.234e-13, 1e-9, None, 12345, 0.0123, "holds")
-    rows = [Row("exact", 0, 1.5e-16, 1.5e-16, "holds"), Row("not", 0.5, 0.25, 0.5, "holds")]
+    case = HardCase("a", "nodes, m", "dop853", 1.234e-13, 1e-9, None, 12345, 0.0123, "holds")
+    rows = [ClaimRow("exact", 0, 1.5e-16, 1.5e-16, "holds"), ClaimRow("not", 0.5, 0.25, 0.5, "holds")]
     save_pages({"hardcases": [case], "overhead": rows}, str(tmp_path))
     page, matrices = ((tmp_path / f"{item}.md").read_text() for item in ("hardcases", "overhead"))
     assert "| evaluations | time \\* | verdict |" in page and "\n\\* differs from run to run" in page

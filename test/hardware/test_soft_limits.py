@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crane_sim.hardware.reference_profiles import Bounds
-from crane_sim.hardware.soft_limits import Motion, follow, permitted_speed
+from crane_sim.hardware.soft_limits import ReferenceMotion, follow, permitted_speed
 from crane_sim.operator.desk import AHEAD, DrivenJoint, SoftLimits
 
 PERIOD = 0.01  # s
@@ -16,7 +16,9 @@ RAMPS = [Bounds(0.9, 0.2, 0.8), Bounds(0.9, 0.2, inf), Bounds(3.0, 0.4, 0.4), Bo
 pytestmark = pytest.mark.interpreted
 
 
-def reference_by_quadrature(motion: Motion, command: float, bounds: Bounds, s: float, n: int = 20_000) -> Motion:
+def reference_by_quadrature(
+    motion: ReferenceMotion, command: float, bounds: Bounds, s: float, n: int = 20_000
+) -> ReferenceMotion:
     """Return the motion after s seconds in which the jerk is decided anew at every one of n short steps."""
     x, v, a = motion
     dt = s / n
@@ -25,7 +27,7 @@ def reference_by_quadrature(motion: Motion, command: float, bounds: Bounds, s: f
         jerk = bounds.jerk * np.sign(command - to_fade)
         a_new = min(max(a + jerk * dt, -bounds.acceleration), bounds.acceleration)
         x, v, a = x + v * dt + 0.5 * a * dt * dt, v + 0.5 * (a + a_new) * dt, a_new
-    return Motion(x, v, a)
+    return ReferenceMotion(x, v, a)
 
 
 @pytest.mark.parametrize("s", [0.2, 1.0, 2.5, 6.0])
@@ -34,7 +36,7 @@ def reference_by_quadrature(motion: Motion, command: float, bounds: Bounds, s: f
 )
 def test_the_reference_in_closed_form(s: float, v: float, a: float, command: float) -> None:
     """The reference after a while is that of a bang-bang jerk; the steps of the second derivation err by their size."""
-    bounds, start = RAMPS[0], Motion(1.0, v, a)
+    bounds, start = RAMPS[0], ReferenceMotion(1.0, v, a)
     there, again = follow(start, command, bounds, s), reference_by_quadrature(start, command, bounds, s)
     assert there == pytest.approx(again, abs=2e-3)  # chatter of the acceleration: jerk × step × a few
 
@@ -42,7 +44,7 @@ def test_the_reference_in_closed_form(s: float, v: float, a: float, command: flo
 @pytest.mark.parametrize("bounds", RAMPS)
 def test_a_joint_stops_at_its_end(bounds: Bounds) -> None:
     """A lever that stays forward leads the reference to the end of its travel, not beyond, and to rest."""
-    motion = Motion(0.0, 0.0, 0.0)
+    motion = ReferenceMotion(0.0, 0.0, 0.0)
     for _ in range(4000):
         speed = permitted_speed(motion, bounds.speed, bounds, -inf, 5.0, AHEAD)
         motion = follow(motion, speed, bounds, PERIOD)
@@ -54,7 +56,11 @@ def test_no_lever_leads_beyond() -> None:
     """Levers that jump at random never lead the reference out of its travel, and far from its ends they are exact."""
     random = np.random.default_rng(5)
     joint = DrivenJoint("trolley", "m", Bounds(0.9, 0.4, 1.6), -3.0, 3.0)
-    limits, motion, commands = SoftLimits([joint], PERIOD), Motion(0.0, 0.0, 0.0), random.uniform(-0.9, 0.9, 200)
+    limits, motion, commands = (
+        SoftLimits([joint], PERIOD),
+        ReferenceMotion(0.0, 0.0, 0.0),
+        random.uniform(-0.9, 0.9, 200),
+    )
     free = 0
     for k in range(6000):
         command = float(commands[k // 30] + 0.6 * (-1.0) ** (k // 1500))
@@ -71,7 +77,7 @@ def test_no_lever_leads_beyond() -> None:
 
 def test_a_joint_beyond_its_end_may_return() -> None:
     """Outside of the travel a speed outwards is zero, and one inwards is exact."""
-    bounds, beyond = RAMPS[0], Motion(5.5, 0.0, 0.0)
+    bounds, beyond = RAMPS[0], ReferenceMotion(5.5, 0.0, 0.0)
     assert permitted_speed(beyond, 0.4, bounds, -inf, 5.0, AHEAD) == 0.0
     assert permitted_speed(beyond, -0.4, bounds, -inf, 5.0, AHEAD) == -0.4
 
@@ -79,7 +85,7 @@ def test_a_joint_beyond_its_end_may_return() -> None:
 def test_a_lag_counts() -> None:
     """A joint that follows its reference with a lag T comes to rest v T behind it, within the travel."""
     joint = DrivenJoint("rope", "m", Bounds(0.5, 0.5, inf), 1.0, 7.0, lag=0.3)
-    limits, reference, q, v = SoftLimits([joint], PERIOD), Motion(5.0, 0.0, 0.0), 5.0, 0.0
+    limits, reference, q, v = SoftLimits([joint], PERIOD), ReferenceMotion(5.0, 0.0, 0.0), 5.0, 0.0
     for _ in range(2000):
         (speed,) = limits.take([0.5], [q], [v])
         for _ in range(10):  # v' = (reference's speed - v) / lag, by short steps

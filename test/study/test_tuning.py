@@ -94,7 +94,7 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
     study = load_study(STUDY | {"tune": None, "changes": {"trolley.limits": [-9.0, 2.0]}})
     with start_workers(1, None) as pool:
         weak = {"control.kp": [10.0], "control.kd": [20.0], "control.apparent_mass": 2.5}
-        values, violation = tuning.evaluate(study, weak, ("settling_time",), pool)
+        values, violation = tuning.evaluate_gains(study, weak, ("settling_time",), pool)
         reached = [case.parameters["reference.q.0"] < 2.0 for case in check_cases(study)]
     assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 4
 

@@ -11,13 +11,13 @@ from typing import Any
 
 from crane_sim.evaluation.bench import crane_sim_engine
 from crane_sim.evaluation.bench.body_cases import CASES, STEPS, BodyCase, body_scene, make_reference
-from crane_sim.evaluation.bench.cases import LEVELS, Reference
+from crane_sim.evaluation.bench.cases import LEVELS, ReferenceSolution
 from crane_sim.evaluation.bench.engine import EngineUnavailable
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import exudyn_bodies, mujoco_bodies
 from crane_sim.evaluation.bench.peers.mechanism import Mechanism, mechanism_of
 from crane_sim.evaluation.bench.results import best, points_of
-from crane_sim.evaluation.bench.sweep import Point, Trial, measure_points, sweep_method
+from crane_sim.evaluation.bench.sweep import Trial, WorkPrecisionPoint, measure_points, sweep_method
 
 METHODS = ("rk4", "rk8")
 """Ours, with steps that end at the inputs' kinks: error control does not look for those, and so gains nothing here."""
@@ -60,7 +60,7 @@ def measure_case(case: BodyCase, methods: Sequence[str], names: Sequence[str]) -
     return head | bounds | {"points": [list(point) for point in points]}
 
 
-def _sweep(engine: ModuleType, mechanism: Mechanism, reference: Reference) -> list[Trial]:
+def _sweep(engine: ModuleType, mechanism: Mechanism, reference: ReferenceSolution) -> list[Trial]:
     return [trial for method in engine.METHODS for trial in sweep_method(engine.runs(mechanism, method), reference)]
 
 
@@ -80,9 +80,11 @@ def format_lines(results: dict[str, Any]) -> list[str]:
     return [*lines, *CANNOT]
 
 
-def _describe_levels(cheapest: Sequence[Point | None], ours: Sequence[Point | None]) -> list[str]:
+def _describe_levels(
+    cheapest: Sequence[WorkPrecisionPoint | None], ours: Sequence[WorkPrecisionPoint | None]
+) -> list[str]:
     """Return a line for each run that is the cheapest at some error, with the largest and smallest of these."""
-    rows = dict[Point | None, list[int]]()
+    rows = dict[WorkPrecisionPoint | None, list[int]]()
     for i, point in enumerate(cheapest):
         rows.setdefault(point, []).append(i)
     lines = list[str]()
@@ -92,7 +94,7 @@ def _describe_levels(cheapest: Sequence[Point | None], ours: Sequence[Point | No
     return lines
 
 
-def _describe(point: Point | None, ours: Sequence[Point | None]) -> str:
+def _describe(point: WorkPrecisionPoint | None, ours: Sequence[WorkPrecisionPoint | None]) -> str:
     if point is None:
         return "is not reached"
     times = [own.us_per_s for own in ours if own is not None]
@@ -101,6 +103,6 @@ def _describe(point: Point | None, ours: Sequence[Point | None]) -> str:
     return f"{point.us_per_s:8.1f} µs per simulated second, {ratios} x ours; {run}"
 
 
-def _errors(point: Point) -> str:
+def _errors(point: WorkPrecisionPoint) -> str:
     angle = f", {point.attitude_error:.0e} rad" if point.attitude_error is not None else ""
     return f"{point.error:.0e} m{angle}"

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.evaluation.bench.cases import Reference
+from crane_sim.evaluation.bench.cases import ReferenceSolution
 from crane_sim.evaluation.bench.crane_sim_engine import CraneSimEngine
 from crane_sim.evaluation.bench.engine import sweep_values
 from crane_sim.evaluation.bench.sweep import angle_between
@@ -44,9 +44,9 @@ def body_scene(case: BodyCase) -> Scene:
     return load_scene(case.scene, case.changes)
 
 
-def make_reference(simulator: CraneSimEngine) -> tuple[Reference, float]:
+def make_reference(simulator: CraneSimEngine) -> tuple[ReferenceSolution, float]:
     """Return (the reference, the bound of its attitude's error [rad])."""
     best, other = (simulator.make_run(method)(1) for method in FINE)
     bound = float(np.linalg.norm(best.payload - other.payload))
     assert best.attitude is not None and other.attitude is not None
-    return Reference(best.payload, bound, None, best.attitude), angle_between(best.attitude, other.attitude)
+    return ReferenceSolution(best.payload, bound, None, best.attitude), angle_between(best.attitude, other.attitude)

@@ -44,7 +44,7 @@ CASES = (
 )
 
 
-class Reference(NamedTuple):
+class ReferenceSolution(NamedTuple):
     """The reference of a case."""
 
     payload: npt.NDArray[np.float64]  # (3,) m, at the end
@@ -58,8 +58,8 @@ def case_scene(case: Case) -> Scene:
     return load_scene(case.scene)
 
 
-def reference_of(case: Case) -> Reference:
+def reference_of(case: Case) -> ReferenceSolution:
     """Return the reference of a case, from extended precision (`test/reference`)."""
     data = hardcase_references()[case.scene]
     tension = data["tension"][-1][-1] if "tension" in data else None
-    return Reference(np.array(data["nodes"][-1][-1]), data["trusted"], tension)
+    return ReferenceSolution(np.array(data["nodes"][-1][-1]), data["trusted"], tension)

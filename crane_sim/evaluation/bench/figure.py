@@ -5,7 +5,7 @@ from typing import Any
 
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.results import points_of
-from crane_sim.evaluation.bench.sweep import Point
+from crane_sim.evaluation.bench.sweep import WorkPrecisionPoint
 from crane_sim.evaluation.plotting import BLUE, GREEN, GREY, RED
 
 COLUMNS = 3
@@ -23,7 +23,7 @@ MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "ro
 MIN_ERROR, MAX_ERROR = 1e-12, 3.0  # m, range of the axis of errors
 
 
-def draw(figure: Any, scenes: dict[str, Any]) -> None:
+def draw_benchmark(figure: Any, scenes: dict[str, Any]) -> None:
     """Draw the Pareto front of every engine, and of every method of this simulator."""
     columns, rows = min(COLUMNS, len(scenes)), ceil(len(scenes) / COLUMNS)
     figure.set_size_inches(4.6 * columns, 3.5 * rows + 0.9)
@@ -58,7 +58,7 @@ def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
     axes.grid(alpha=0.25)
 
 
-def _pareto_front(points: list[Point]) -> tuple[list[float], list[float]]:
+def _pareto_front(points: list[WorkPrecisionPoint]) -> tuple[list[float], list[float]]:
     """Return (times, errors) of the non-dominated points."""
     times, errors, lowest_error = [], [], float("inf")
     for point in sorted(points, key=lambda point: point.us_per_s):

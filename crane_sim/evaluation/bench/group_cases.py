@@ -18,7 +18,7 @@ class Baseline(NamedTuple):
     changes: Changes = {}
 
 
-class Case(NamedTuple):
+class GroupCase(NamedTuple):
     """One group: its change of the baseline, and changes that both scenes need to be comparable."""
 
     baseline: Baseline
@@ -92,78 +92,82 @@ _BENDING, _JIB = {"lateral": _MODE, "vertical": _MODE}, {"mass": 1.05e4, "centre
 _PAYLOAD_CHANGE = [{"at": 1.0, "set": {"payload": {"mass": 5.0}}}]
 
 SINGLE = (
-    Case(KNUCKLE, "axial inertia of the rods", {"boom.axial_inertia": 0.02, "jib.axial_inertia": 0.02}),
-    Case(KNUCKLE, "springs of boom and jib", {"springs": _SPRINGS}),
-    Case(KNUCKLE, "spring of the rope", {"springs.rope": {"stiffness": 200.0, "rest": 2.0}}),
-    Case(KNUCKLE, "swing friction, linear", {"swing_friction": _SWING_FRICTION | {"model": "linear"}}),
-    Case(KNUCKLE, "swing friction, quadratic", {"swing_friction": _SWING_FRICTION}),
-    Case(KNUCKLE, "air drag", {"payload_drag": {"coefficient": 0.05}}),
-    Case(KNUCKLE, "winch, rate-driven", {"rope": {"drive": "rate", "time_constant": 0.1}}),
-    Case(KNUCKLE, "winch, locked", {"rope": {"drive": "locked"}, "reference": None}),
-    Case(KNUCKLE, "energy meter", {}, {"control": _LAW}),
-    Case(KNUCKLE, "inputs, sine", {"inputs": {"slew": {"kind": "sine", "amplitude": 1.0, "frequency": 1.0}}}),
-    Case(KNUCKLE, "law in the equations", {"control": _LAW | {"period": "continuous"}}),
-    Case(ROD, "friction of the trolley", {"friction": {"trolley": _TROLLEY_FRICTION}}, _INITIAL_SPEED),
-    Case(ROD, "limits of the trolley", {"trolley.limits": [-100.0, 100.0]}),
-    Case(
+    GroupCase(KNUCKLE, "axial inertia of the rods", {"boom.axial_inertia": 0.02, "jib.axial_inertia": 0.02}),
+    GroupCase(KNUCKLE, "springs of boom and jib", {"springs": _SPRINGS}),
+    GroupCase(KNUCKLE, "spring of the rope", {"springs.rope": {"stiffness": 200.0, "rest": 2.0}}),
+    GroupCase(KNUCKLE, "swing friction, linear", {"swing_friction": _SWING_FRICTION | {"model": "linear"}}),
+    GroupCase(KNUCKLE, "swing friction, quadratic", {"swing_friction": _SWING_FRICTION}),
+    GroupCase(KNUCKLE, "air drag", {"payload_drag": {"coefficient": 0.05}}),
+    GroupCase(KNUCKLE, "winch, rate-driven", {"rope": {"drive": "rate", "time_constant": 0.1}}),
+    GroupCase(KNUCKLE, "winch, locked", {"rope": {"drive": "locked"}, "reference": None}),
+    GroupCase(KNUCKLE, "energy meter", {}, {"control": _LAW}),
+    GroupCase(KNUCKLE, "inputs, sine", {"inputs": {"slew": {"kind": "sine", "amplitude": 1.0, "frequency": 1.0}}}),
+    GroupCase(KNUCKLE, "law in the equations", {"control": _LAW | {"period": "continuous"}}),
+    GroupCase(ROD, "friction of the trolley", {"friction": {"trolley": _TROLLEY_FRICTION}}, _INITIAL_SPEED),
+    GroupCase(ROD, "limits of the trolley", {"trolley.limits": [-100.0, 100.0]}),
+    GroupCase(
         ROD,
         "trolley, prescribed",
         {"trolley": {"drive": "prescribed", "motion": _SMOOTH_MOTION | {"from": 0.0, "to": 2.0}}},
     ),
-    Case(
+    GroupCase(
         ROD,
         "hoist, prescribed",
         {"hoist": {"drive": "prescribed", "profile": _SMOOTH_MOTION | {"from": 2.0, "to": 1.0}}},
     ),
-    Case(ROD, "hoist, force-driven", {"hoist": {"drive": "force", "inertia": 5.0}}),
-    Case(ROD, "hoist, massless", {"hoist": {"drive": "force"}}),
-    Case(ROD, "elastic link", {"cable.model": "elastic", "cable.stiffness": 1e6}),
-    Case(ROD, "3 dimensions", {"dimensions": 3, "bridge": {"mass": 5.0}, "initial": {"directions": _DIRECTION}}),
-    Case(CHAIN, "bending joints", {"joints": {"stiffness": 20.0, "damping": 0.5}}),
-    Case(CHAIN, "links that turn as rods", {"cable.inertia": 0.01}),
-    Case(CHAIN, "force on a node", {"forces": [{"node": 5, "axis": "x", "force": {"kind": "constant", "value": 1.0}}]}),
-    Case(CHAIN, "hoist, force-driven", {"hoist": {"drive": "force", "inertia": 5.0}}),
-    Case(CHAIN, "friction of the trolley", {"friction": {"trolley": _TROLLEY_FRICTION}}, _INITIAL_SPEED),
-    Case(CHAIN, "slack ends the run", {"cable.slack": "stop"}),
-    Case(CHAIN, "payload that changes", {"events": _PAYLOAD_CHANGE}),
-    Case(CHAIN, "elastic links", {"cable.model": "elastic", "cable.stiffness": 1e6}),
-    Case(CHAIN, "3 dimensions", {"dimensions": 3, "bridge": {"mass": 5.0}, "initial": {"directions": 10 * _DIRECTION}}),
-    Case(CHAIN, "straight cable instead", {"cable.model": "straight"}),
-    Case(ELASTIC, "damping", {"cable.damping": 100.0}),
-    Case(ELASTIC, "tension-only", {"cable.tension_only": True}),
-    Case(SPATIAL, "friction of the bridge", {"friction": {"bridge": _TROLLEY_FRICTION}}, {"initial.vy": 0.5}),
-    Case(KNUCKLE, "wind on the payload", {"wind": _WIND, "payload.windage": _SMALL_WINDAGE}),
-    Case(KNUCKLE, "wind with gusts on it", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _SMALL_WINDAGE}),
-    Case(KNUCKLE, "wind on boom and jib", {"wind": _WIND, **_BOOM_AND_JIB_WINDAGE}),
-    Case(KNUCKLE, "friction of the joints", {"friction": dict.fromkeys(_JOINTS, _DRY)}, _SPEEDS),
-    Case(KNUCKLE, "LuGre friction", {"lugre": dict.fromkeys(_JOINTS, _BRISTLES)}, _SPEEDS),
-    Case(KNUCKLE, "motors", {"actuators": dict.fromkeys(_JOINTS[:3], _MOTOR)}),
-    Case(KNUCKLE, "limits of boom and jib", {"boom.limits": _WIDE, "jib.limits": _WIDE}),
-    Case(TOWER, "hook block and sling", _LINK),
-    Case(TOWER, "payload with a body", _BODY),
-    Case(TOWER, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
-    Case(TOWER, "moving base", {"base_motion": {"heave": {"amplitude": 0.5, "frequency": 0.7}}}),
-    Case(TOWER, "force on the payload", _PUSH),
-    Case(TOWER, "slack ends the run", {"rope.slack": "stop"}),
-    Case(TOWER, "limits of the trolley", {"trolley.limits": [3.0, 60.0]}),
-    Case(TOWER, "jib that bends", {"flexibility": _BENDING | {"jib": _JIB}}),
-    Case(MOBILE, "hook block and sling", _LINK),
-    Case(MOBILE, "payload with a body", _BODY),
-    Case(MOBILE, "boom that bends", {"flexibility": _BENDING}),
-    Case(BRIDGE, "hook block and sling", _LINK),
-    Case(BRIDGE, "payload with a body", _BODY),
-    Case(BRIDGE, "torsion of the rope", {"rope.torsion": {"stiffness": 60.0, "damping": 5.0}}, _BODY),
-    Case(BRIDGE, "drive with play", {"backlash": {"bridge": [_DRIVE]}}),
-    Case(BRIDGE, "friction of the joints", {"friction": dict.fromkeys(_RAILS, _RUBS)}, _TRAVELS),
-    Case(BRIDGE, "LuGre friction", {"lugre": dict.fromkeys(_RAILS, _BENDS)}, _TRAVELS),
-    Case(BRIDGE, "motors", {"actuators": dict.fromkeys(_RAILS, _MOTOR)}),
-    Case(BRIDGE, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": {"mass": 9000.0}}}]}),
-    Case(GANTRY, "four falls", {"falls": _FALLS}),
-    Case(GANTRY, "damping of the fall", {"falls.relaxation": 0.02}),
-    Case(GANTRY, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
-    Case(GANTRY, "contact with a deck below", {"contact": _DECK}),
-    Case(GANTRY, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": _CONTAINER}}]}),
-    Case(GANTRY, "hoist, force-driven", {"hoist": {"drive": "force", "mass": 2e4}}),
+    GroupCase(ROD, "hoist, force-driven", {"hoist": {"drive": "force", "inertia": 5.0}}),
+    GroupCase(ROD, "hoist, massless", {"hoist": {"drive": "force"}}),
+    GroupCase(ROD, "elastic link", {"cable.model": "elastic", "cable.stiffness": 1e6}),
+    GroupCase(ROD, "3 dimensions", {"dimensions": 3, "bridge": {"mass": 5.0}, "initial": {"directions": _DIRECTION}}),
+    GroupCase(CHAIN, "bending joints", {"joints": {"stiffness": 20.0, "damping": 0.5}}),
+    GroupCase(CHAIN, "links that turn as rods", {"cable.inertia": 0.01}),
+    GroupCase(
+        CHAIN, "force on a node", {"forces": [{"node": 5, "axis": "x", "force": {"kind": "constant", "value": 1.0}}]}
+    ),
+    GroupCase(CHAIN, "hoist, force-driven", {"hoist": {"drive": "force", "inertia": 5.0}}),
+    GroupCase(CHAIN, "friction of the trolley", {"friction": {"trolley": _TROLLEY_FRICTION}}, _INITIAL_SPEED),
+    GroupCase(CHAIN, "slack ends the run", {"cable.slack": "stop"}),
+    GroupCase(CHAIN, "payload that changes", {"events": _PAYLOAD_CHANGE}),
+    GroupCase(CHAIN, "elastic links", {"cable.model": "elastic", "cable.stiffness": 1e6}),
+    GroupCase(
+        CHAIN, "3 dimensions", {"dimensions": 3, "bridge": {"mass": 5.0}, "initial": {"directions": 10 * _DIRECTION}}
+    ),
+    GroupCase(CHAIN, "straight cable instead", {"cable.model": "straight"}),
+    GroupCase(ELASTIC, "damping", {"cable.damping": 100.0}),
+    GroupCase(ELASTIC, "tension-only", {"cable.tension_only": True}),
+    GroupCase(SPATIAL, "friction of the bridge", {"friction": {"bridge": _TROLLEY_FRICTION}}, {"initial.vy": 0.5}),
+    GroupCase(KNUCKLE, "wind on the payload", {"wind": _WIND, "payload.windage": _SMALL_WINDAGE}),
+    GroupCase(KNUCKLE, "wind with gusts on it", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _SMALL_WINDAGE}),
+    GroupCase(KNUCKLE, "wind on boom and jib", {"wind": _WIND, **_BOOM_AND_JIB_WINDAGE}),
+    GroupCase(KNUCKLE, "friction of the joints", {"friction": dict.fromkeys(_JOINTS, _DRY)}, _SPEEDS),
+    GroupCase(KNUCKLE, "LuGre friction", {"lugre": dict.fromkeys(_JOINTS, _BRISTLES)}, _SPEEDS),
+    GroupCase(KNUCKLE, "motors", {"actuators": dict.fromkeys(_JOINTS[:3], _MOTOR)}),
+    GroupCase(KNUCKLE, "limits of boom and jib", {"boom.limits": _WIDE, "jib.limits": _WIDE}),
+    GroupCase(TOWER, "hook block and sling", _LINK),
+    GroupCase(TOWER, "payload with a body", _BODY),
+    GroupCase(TOWER, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
+    GroupCase(TOWER, "moving base", {"base_motion": {"heave": {"amplitude": 0.5, "frequency": 0.7}}}),
+    GroupCase(TOWER, "force on the payload", _PUSH),
+    GroupCase(TOWER, "slack ends the run", {"rope.slack": "stop"}),
+    GroupCase(TOWER, "limits of the trolley", {"trolley.limits": [3.0, 60.0]}),
+    GroupCase(TOWER, "jib that bends", {"flexibility": _BENDING | {"jib": _JIB}}),
+    GroupCase(MOBILE, "hook block and sling", _LINK),
+    GroupCase(MOBILE, "payload with a body", _BODY),
+    GroupCase(MOBILE, "boom that bends", {"flexibility": _BENDING}),
+    GroupCase(BRIDGE, "hook block and sling", _LINK),
+    GroupCase(BRIDGE, "payload with a body", _BODY),
+    GroupCase(BRIDGE, "torsion of the rope", {"rope.torsion": {"stiffness": 60.0, "damping": 5.0}}, _BODY),
+    GroupCase(BRIDGE, "drive with play", {"backlash": {"bridge": [_DRIVE]}}),
+    GroupCase(BRIDGE, "friction of the joints", {"friction": dict.fromkeys(_RAILS, _RUBS)}, _TRAVELS),
+    GroupCase(BRIDGE, "LuGre friction", {"lugre": dict.fromkeys(_RAILS, _BENDS)}, _TRAVELS),
+    GroupCase(BRIDGE, "motors", {"actuators": dict.fromkeys(_RAILS, _MOTOR)}),
+    GroupCase(BRIDGE, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": {"mass": 9000.0}}}]}),
+    GroupCase(GANTRY, "four falls", {"falls": _FALLS}),
+    GroupCase(GANTRY, "damping of the fall", {"falls.relaxation": 0.02}),
+    GroupCase(GANTRY, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
+    GroupCase(GANTRY, "contact with a deck below", {"contact": _DECK}),
+    GroupCase(GANTRY, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": _CONTAINER}}]}),
+    GroupCase(GANTRY, "hoist, force-driven", {"hoist": {"drive": "force", "mass": 2e4}}),
 )
 
 
@@ -181,11 +185,11 @@ def merge_changes(parts: Iterable[Changes]) -> Changes:
     return merged
 
 
-def join_groups(baseline: Baseline, *groups: str) -> Case:
+def join_groups(baseline: Baseline, *groups: str) -> GroupCase:
     """Return the case of several groups of SINGLE at once, whose changes are merged."""
     rows = {case.group: case for case in SINGLE if case.baseline is baseline}
     changes, common = ([getattr(rows[group], name) for group in groups] for name in ("changes", "common"))
-    return Case(baseline, "all of these at once", merge_changes(changes), merge_changes(common), groups)
+    return GroupCase(baseline, "all of these at once", merge_changes(changes), merge_changes(common), groups)
 
 
 CASES = (

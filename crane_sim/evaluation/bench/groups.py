@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.evaluation.bench.group_cases import CASES, Case, Changes
+from crane_sim.evaluation.bench.group_cases import CASES, Changes, GroupCase
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.integrators import Status, apply_pending_events, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import RK8
@@ -90,7 +90,7 @@ def make_timed_crane(scene: Scene) -> TimedCrane:
     return TimedCrane(scene.model, integration.x, (0.0,) * len(scene.actuated) if scene.sampled else scene.source)
 
 
-def scene_pair(case: Case) -> tuple[Scene, Scene]:
+def scene_pair(case: GroupCase) -> tuple[Scene, Scene]:
     """Return the scenes without and with the group of a case."""
     baseline_changes: Changes = {**case.baseline.changes, **case.common}
     # `common` must not undo the group: the energy meter's baseline has a control law, the case itself has none
@@ -98,7 +98,7 @@ def scene_pair(case: Case) -> tuple[Scene, Scene]:
     return load_scene(case.baseline.scene, baseline_changes), load_scene(case.baseline.scene, group_changes)
 
 
-def measure_cost(case: Case, rounds: int, repetitions: int) -> dict[str, Any]:
+def measure_cost(case: GroupCase, rounds: int, repetitions: int) -> dict[str, Any]:
     """Return the cost [ns] of a case's group, and the number of states it adds.
 
     Args:
@@ -130,7 +130,7 @@ def _compare(unit: str, without: Sequence[float], with_group: Sequence[float]) -
     }
 
 
-def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[Case] = CASES) -> dict[str, Any]:
+def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCase] = CASES) -> dict[str, Any]:
     """Return the cost of every case's group, ns per evaluation and per step; arguments: see `measure_cost`."""
     return {
         "rounds": rounds,

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from crane_sim.evaluation.bench.cases import LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.peers import GENERAL
-from crane_sim.evaluation.bench.sweep import Point, cheapest
+from crane_sim.evaluation.bench.sweep import WorkPrecisionPoint, cheapest
 
 HAND_C, GENERATED = "hand C", "CasADi C"
 MAX_OF_HAND_C, MIN_OF_GENERAL, MIN_OF_S4 = 1.5, 15.0, 10.0
@@ -36,15 +36,15 @@ class Target(NamedTuple):
         return f"misses {', '.join(missed)}" if missed else "holds"
 
 
-def points_of(scene: dict[str, Any]) -> list[Point]:
+def points_of(scene: dict[str, Any]) -> list[WorkPrecisionPoint]:
     """Return the points of a measured scene."""
-    points = (Point(*row) for row in scene["points"])
+    points = (WorkPrecisionPoint(*row) for row in scene["points"])
     return [point._replace(error=float("inf") if point.error is None else point.error) for point in points]
 
 
-def best(points: Iterable[Point]) -> dict[str, list[Point | None]]:
+def best(points: Iterable[WorkPrecisionPoint]) -> dict[str, list[WorkPrecisionPoint | None]]:
     """Return for each engine its cheapest point at each of LEVELS."""
-    by_engine: dict[str, list[Point]] = {}
+    by_engine: dict[str, list[WorkPrecisionPoint]] = {}
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)
     return {engine: [cheapest(ours, level) for level in LEVELS] for engine, ours in by_engine.items()}

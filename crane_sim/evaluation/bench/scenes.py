@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.evaluation.bench import crane_sim_engine
-from crane_sim.evaluation.bench.cases import CASES, Case, Reference, case_scene, reference_of
+from crane_sim.evaluation.bench.cases import CASES, Case, ReferenceSolution, case_scene, reference_of
 from crane_sim.evaluation.bench.engine import Engine, EngineUnavailable, Run
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import engines
@@ -89,7 +89,7 @@ def _scene(
     return head | {"compiling_s": simulator.compile_times, "refused": refused, "points": rows}
 
 
-def _peer(engine: Engine, simulator: crane_sim_engine.CraneSimEngine, reference: Reference) -> list[Trial]:
+def _peer(engine: Engine, simulator: crane_sim_engine.CraneSimEngine, reference: ReferenceSolution) -> list[Trial]:
     """Return the trials of a peer.
 
     Raises:

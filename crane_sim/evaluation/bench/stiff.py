@@ -37,7 +37,7 @@ TOLERANCES = (
 """Relative and absolute tolerances of the trials of each method."""
 
 
-class Trial(NamedTuple):
+class StiffTrial(NamedTuple):
     """A run with one setting."""
 
     tolerances: tuple[float, float]
@@ -64,7 +64,7 @@ def time_run(run: Callable[[], Any]) -> tuple[Any, float]:
     return run(), time.process_time() - began
 
 
-class Case:
+class StiffCase:
     """The scene and reference solutions of its final state."""
 
     def __init__(self, scene: Scene) -> None:
@@ -79,14 +79,14 @@ class Case:
         """Return how far a final state's positions are from the reference's [m]."""
         return float(np.max(np.abs(x[: self.n] - self.reference[: self.n])))
 
-    def rodas(self, tolerances: tuple[float, float]) -> Trial:
+    def rodas(self, tolerances: tuple[float, float]) -> StiffTrial:
         """Run the Rosenbrock method."""
         method = Rodas(*tolerances)
         integration, _ = time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))
         seconds = min(time_run(lambda: integrate(method, self.p, self.x, self.u, self.end))[1] for _ in range(ROUNDS))
-        return Trial(tolerances, self.error(integration.x), seconds / self.end, integration.evaluations)
+        return StiffTrial(tolerances, self.error(integration.x), seconds / self.end, integration.evaluations)
 
-    def lsoda(self, tolerances: tuple[float, float]) -> Trial:
+    def lsoda(self, tolerances: tuple[float, float]) -> StiffTrial:
         """Run scipy's LSODA."""
         rtol, atol = tolerances
         solution, seconds = time_run(
@@ -94,10 +94,10 @@ class Case:
                 lambda t, x: derivative(self.p, t, x, self.u), (0.0, self.end), self.x, "LSODA", rtol=rtol, atol=atol
             )
         )
-        return Trial(tolerances, self.error(solution.y[:, -1]), seconds / self.end, solution.nfev)
+        return StiffTrial(tolerances, self.error(solution.y[:, -1]), seconds / self.end, solution.nfev)
 
 
-def cheapest_trial(run: Callable[[tuple[float, float]], Trial], error: float) -> Trial | None:
+def cheapest_trial(run: Callable[[tuple[float, float]], StiffTrial], error: float) -> StiffTrial | None:
     """Return the fastest of the trials that reach the error, None when none does."""
     return min((trial for trial in map(run, TOLERANCES) if trial.error <= error), key=lambda t: t.seconds, default=None)
 
@@ -106,7 +106,7 @@ def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict
     """Return the cheapest runs of both that reach an error [m], for each damping of the links [N s/m]."""
     results: dict[str, Any] = {"error_m": error, "scipy": scipy.__version__, "machine": machine(), "dampings": {}}
     for damping in dampings:
-        case = Case(load_scene(SCENE, {"cable.damping": damping}))
+        case = StiffCase(load_scene(SCENE, {"cable.damping": damping}))
         trials = {"rodas": cheapest_trial(case.rodas, error), "LSODA": cheapest_trial(case.lsoda, error)}
         rows = {name: trial._asdict() if trial else None for name, trial in trials.items()}
         results["dampings"][f"{damping:g}"] = rows | {"doubt_m": case.reference_difference}

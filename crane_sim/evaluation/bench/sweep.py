@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.cases import LEVELS, Reference
+from crane_sim.evaluation.bench.cases import LEVELS, ReferenceSolution
 from crane_sim.evaluation.bench.engine import Run
 
 Array = npt.NDArray[np.float64]
@@ -20,7 +20,7 @@ CLOSE = 1.3  # times the cheapest one's time at an error: runs that may well be 
 BEST = 1e-11  # m, an error below which finer settings are not tried
 
 
-class Point(NamedTuple):
+class WorkPrecisionPoint(NamedTuple):
     """One run, measured."""
 
     engine: str
@@ -48,7 +48,7 @@ class Trial(NamedTuple):
     attitude_error: float | None = None  # rad
 
 
-def run_trial(run: Run, reference: Reference) -> Trial:
+def run_trial(run: Run, reference: ReferenceSolution) -> Trial:
     """Execute a run for its error, and a short one again for its time."""
     began = time.perf_counter()
     outcome = run.execute(1)
@@ -74,7 +74,7 @@ def angle_between(a: Array, b: Array) -> float:
     return float(2.0 * np.arcsin(min(np.linalg.norm(a - b) / np.sqrt(8.0), 1.0)))
 
 
-def sweep_method(runs: Iterable[Run], reference: Reference) -> list[Trial]:
+def sweep_method(runs: Iterable[Run], reference: ReferenceSolution) -> list[Trial]:
     """Return the trials of one method, coarsest first, until they are exact or too slow."""
     trials: list[Trial] = []
     for run in runs:
@@ -104,7 +104,9 @@ def time_run(run: Run, seconds: float) -> float:
     return (time.perf_counter() - began) / repetitions
 
 
-def measure_points(trials: dict[str, list[Trial]], duration: float, on_progress: Callable[[str], Any]) -> list[Point]:
+def measure_points(
+    trials: dict[str, list[Trial]], duration: float, on_progress: Callable[[str], Any]
+) -> list[WorkPrecisionPoint]:
     """Return the points of all trials, by engine; the promising ones are timed in rounds, engines interleaved.
 
     Args:
@@ -129,13 +131,13 @@ def _rounds(trials: Sequence[Trial], indices: set[int]) -> int:
     return min(ROUNDS, max(3, int(PATIENCE / round_time))) if indices else 0
 
 
-def _point(trial: Trial, seconds: Sequence[float], duration: float) -> Point:
+def _point(trial: Trial, seconds: Sequence[float], duration: float) -> WorkPrecisionPoint:
     run, scale = trial.run, 1e6 / duration
     times = min(seconds) * scale, statistics.median(seconds) * scale, len(seconds)
     counts = trial.evaluations, trial.steps, trial.attitude_error
-    return Point(run.engine, run.method, run.setting, trial.error, trial.tension_error, *times, *counts)
+    return WorkPrecisionPoint(run.engine, run.method, run.setting, trial.error, trial.tension_error, *times, *counts)
 
 
-def cheapest(points: Iterable[Point], level: float) -> Point | None:
+def cheapest(points: Iterable[WorkPrecisionPoint], level: float) -> WorkPrecisionPoint | None:
     """Return the fastest point with an error of at most `level` [m]; None when there is none."""
     return min((p for p in points if p.error <= level), key=lambda p: p.us_per_s, default=None)

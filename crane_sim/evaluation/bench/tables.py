@@ -5,7 +5,7 @@ from typing import Any
 from crane_sim.evaluation.bench.cases import CASES, LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.results import Target, best, points_of, targets
-from crane_sim.evaluation.bench.sweep import Point
+from crane_sim.evaluation.bench.sweep import WorkPrecisionPoint
 
 _COLUMNS = [f"{level:.0e} m" for level in LEVELS]
 Scenes = dict[str, Any]
@@ -72,14 +72,14 @@ def other_table(data: Scenes) -> str:
     return title + _markdown(["scene", "", "engine", "why"], rows) if rows else ""
 
 
-def _cost(point: Point | None) -> str:
+def _cost(point: WorkPrecisionPoint | None) -> str:
     if point is None:
         return "—"
     counted = f", {point.evaluations} evals" if point.evaluations is not None else ""
     return f"**{point.us_per_s:.3g}** {point.method} {point.setting:.2g}{counted}"
 
 
-def _format_tension_error(point: Point) -> str:
+def _format_tension_error(point: WorkPrecisionPoint) -> str:
     return "?" if point.tension_error is None else f"{point.tension_error:.1e}"
 
 

@@ -35,7 +35,7 @@ def api_page() -> str:
     return "\n".join([HEAD, *(line for name, value in order for line in _section(name, value))]).rstrip() + "\n"
 
 
-def save_page(folder: str | Path) -> None:
+def save_api_page(folder: str | Path) -> None:
     """Write the page into a folder that exists."""
     Path(folder, "api.md").write_text(api_page())
 

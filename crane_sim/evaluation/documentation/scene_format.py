@@ -101,7 +101,7 @@ def scene_format() -> str:
     return re.sub(r"\n{3,}", "\n\n", "\n".join([*lines, *_laws()])).rstrip() + "\n"
 
 
-def save_page(folder: str) -> None:
+def save_scene_format(folder: str) -> None:
     """Write the page into a folder.
 
     Raises:

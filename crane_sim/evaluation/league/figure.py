@@ -32,7 +32,7 @@ PANELS = (
 )
 
 
-def draw(figure: Any, cells: Sequence[Cell]) -> None:
+def draw_league(figure: Any, cells: Sequence[Cell]) -> None:
     """Draw the heat maps."""
     rows = list(dict.fromkeys((cell.crane, cell.law) for cell in cells))
     figure.set_size_inches(16.0, 0.58 * len(rows) + 4.0)

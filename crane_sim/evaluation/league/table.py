@@ -49,7 +49,7 @@ the search has not seen, the differences those of pairs with their 95 % interval
 """
 
 
-class Line(NamedTuple):
+class CellLine(NamedTuple):
     """A cell, as a line of a table."""
 
     law: str
@@ -67,25 +67,25 @@ class Line(NamedTuple):
     saturated: Shown
 
 
-def tables_by_crane(cells: Iterable[Cell]) -> dict[str, list[Line]]:
+def tables_by_crane(cells: Iterable[Cell]) -> dict[str, list[CellLine]]:
     """Return the lines of each crane; cells of laws that do not apply have none."""
-    by_crane: dict[str, list[Line]] = {}
+    by_crane: dict[str, list[CellLine]] = {}
     for cell in cells:
         if not cell.refused:
             by_crane.setdefault(cell.crane, []).append(_line(cell))
     return by_crane
 
 
-def _line(cell: Cell) -> Line:
+def _line(cell: Cell) -> CellLine:
     name = cell.law, f"{cell.trial}: not controlled" if cell.failed else cell.trial, cell.runs
     figures = cell.figures
     if figures is None:
-        return Line._make((*name, *[NONE] * (len(Line._fields) - len(name))))
+        return CellLine._make((*name, *[NONE] * (len(CellLine._fields) - len(name))))
     peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in figures.effort.items()}
     efforts = ", ".join(f"{joint} {format_value(peak)}" for joint, peak in peaks.items())
     settling = NONE if figures.settling is None else figures.settling
     numbers = figures._asdict() | {"settling": settling, "effort": efforts}
-    return Line._make((*name, *numbers.values()))
+    return CellLine._make((*name, *numbers.values()))
 
 
 def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
@@ -100,8 +100,10 @@ def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
     return "\n".join(sections)
 
 
-def _markdown(rows: Sequence[Line]) -> str:
-    head = [name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in Line._fields]
+def _markdown(rows: Sequence[CellLine]) -> str:
+    head = [
+        name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in CellLine._fields
+    ]
     head = [name[:-2] + f", {name[-1]}" if name.endswith(("_m", "_s")) else name for name in head]
     text = [f"| {' | '.join(name.replace('_', ' ') for name in head)} |", "|" + "---|" * len(head)]
     return "\n".join(text + [f"| {' | '.join(map(format_value, row))} |" for row in rows]) + "\n"

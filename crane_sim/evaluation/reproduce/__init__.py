@@ -9,19 +9,19 @@ from crane_sim.evaluation.reproduce.table import print_json, print_tables
 from crane_sim.files.errors import SceneError, unknown_key
 
 ITEMS: dict[str, Callable[[], list[Any]]] = {
-    "overhead": overhead.rows,
-    "hardcases": hardcases.rows,
-    "knuckle": knuckle.rows,
-    "offshore": offshore.rows,
-    "observer": observer.rows,
+    "overhead": overhead.measure_overhead_claims,
+    "hardcases": hardcases.measure_hard_cases,
+    "knuckle": knuckle.measure_knuckle_claims,
+    "offshore": offshore.measure_offshore_tables,
+    "observer": observer.compare_observers,
 }
 """Every item and the function that measures its rows."""
 NAMES: dict[str, Callable[[], list[str]]] = {
-    "overhead": overhead.names,
-    "hardcases": hardcases.names,
+    "overhead": overhead.name_overhead_rows,
+    "hardcases": hardcases.name_hard_cases,
     "knuckle": knuckle.claims,
-    "offshore": offshore.names,
-    "observer": observer.names,
+    "offshore": offshore.name_offshore_rows,
+    "observer": observer.name_observer_rows,
 }
 """Every item and the function that returns the names of its rows, in order, without measuring them."""
 

@@ -28,7 +28,7 @@ HEAVY_PAYLOAD, LONG_RUN = "N = 30, ratio 1e8", "overhead_long, a million steps"
 MIN_STEPS = 1_000_000  # of the long case
 
 
-class Case(NamedTuple):
+class HardCase(NamedTuple):
     """One hard case, measured."""
 
     case: str
@@ -54,7 +54,7 @@ def hardcase_references() -> dict[str, Any]:
     return read_references("hardcases")
 
 
-def measure_case(scene: str, reference: dict[str, Any]) -> Case:
+def measure_case(scene: str, reference: dict[str, Any]) -> HardCase:
     """Run one case, twice so that nothing is compiled in the second."""
     loaded, t = load_scene(scene), np.array(reference["t"])
     simulate(loaded, sample_times=t)
@@ -64,7 +64,7 @@ def measure_case(scene: str, reference: dict[str, Any]) -> Case:
     holds = error <= bound and (time_error is None or time_error <= MIN_BOUND)
     method, stats = type(loaded.method).__name__.lower(), run.stats
     verdict = "holds" if holds else "does not hold"
-    return Case(
+    return HardCase(
         scene, "nodes, m", method, error, bound, time_error, stats["rhs_evaluations"], stats["wall_time"], verdict
     )
 
@@ -84,18 +84,18 @@ def event_time_error(run: Rollout, reference: dict[str, Any]) -> float | None:
     return float(np.max(np.abs(measured - expected))) if len(measured) == len(expected) else np.inf
 
 
-def names() -> list[str]:
+def name_hard_cases() -> list[str]:
     """Return the names of all cases, without running any."""
     return [*hardcase_references(), HEAVY_PAYLOAD, LONG_RUN]
 
 
-def rows() -> list[Case]:
+def measure_hard_cases() -> list[HardCase]:
     """Return all hard cases."""
     cases = [measure_case(scene, reference) for scene, reference in hardcase_references().items()]
     return [*cases, heavy_accelerations(), long_energy()]
 
 
-def heavy_accelerations() -> Case:
+def heavy_accelerations() -> HardCase:
     """Return the relative error of thirty links' accelerations, payload 1e8 times a node's mass, against 60 digits."""
     data = read_references("accelerations")
     scene, first = load_scene(data["scene"]), data["states"][0]
@@ -107,12 +107,12 @@ def heavy_accelerations() -> Case:
         error = max(error, float(np.max(np.abs(measured - expected)) / np.max(np.abs(expected))))
     verdict = "holds" if error <= MAX_ACCELERATION_ERROR else "does not hold"
     wall, count = time.perf_counter() - started, len(data["states"])
-    return Case(
+    return HardCase(
         HEAVY_PAYLOAD, "accelerations, relative", "-", error, MAX_ACCELERATION_ERROR, None, count, wall, verdict
     )
 
 
-def long_energy() -> Case:
+def long_energy() -> HardCase:
     """Return the drift of a double pendulum's energy in at least a million steps, over its potential's range."""
     scene = load_scene("overhead_long", {"duration": 10_000.0})
     run = simulate(scene)
@@ -120,4 +120,4 @@ def long_energy() -> Case:
     verdict = "holds" if drift <= MAX_ENERGY_DRIFT and run.stats["steps"] >= MIN_STEPS else "does not hold"
     method, stats = type(scene.method).__name__.lower(), run.stats
     counted = stats["rhs_evaluations"], stats["wall_time"]
-    return Case(LONG_RUN, "energy, relative", method, drift, MAX_ENERGY_DRIFT, None, *counted, verdict)
+    return HardCase(LONG_RUN, "energy, relative", method, drift, MAX_ENERGY_DRIFT, None, *counted, verdict)

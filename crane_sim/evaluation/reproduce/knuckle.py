@@ -74,7 +74,7 @@ def claims() -> list[str]:
     return [*section, *(claim for _ in VARIANTS for claim in OTHERWISE)]
 
 
-def rows() -> list[ClaimResult]:
+def measure_knuckle_claims() -> list[ClaimResult]:
     """Return the paper's sentences for the scenes' manoeuvre, then those about the load for the other ones."""
     return [*section_4(run_both_laws()), *(row for name in VARIANTS for row in variant_rows(name))]
 

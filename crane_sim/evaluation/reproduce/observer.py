@@ -41,12 +41,12 @@ class SeedComparison(NamedTuple):
     asked: str
 
 
-def names() -> list[str]:
+def name_observer_rows() -> list[str]:
     """Return disturbance and measurement of each row, without running any."""
     return [f"{name}, {state}" for state in MEASUREMENTS for name in disturbances(0)]
 
 
-def rows(seeds: tuple[int, ...] = SEEDS) -> list[SeedComparison]:
+def compare_observers(seeds: tuple[int, ...] = SEEDS) -> list[SeedComparison]:
     """Return the comparison over these seeds."""
     return [compare(name, state, seeds) for state in MEASUREMENTS for name in disturbances(0)]
 

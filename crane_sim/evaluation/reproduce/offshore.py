@@ -117,7 +117,7 @@ class Measured(NamedTuple):
     verdict: str
 
 
-def names() -> list[str]:
+def name_offshore_rows() -> list[str]:
     """Return the claims of all rows, without running any."""
     tables = [claim for pair in PAIRS for experiment in pair for claim in claims(experiment)]
     return [*tables, *SENTENCES, *(claim for experiment in OTHERWISE for claim in claims(experiment))]
@@ -129,7 +129,7 @@ def claims(experiment: Experiment) -> tuple[str, str]:
     return f"{head}: MSE, m2", f"{head}: MAE, m"
 
 
-def rows(seeds: int = SEEDS) -> list[Measured]:
+def measure_offshore_tables(seeds: int = SEEDS) -> list[Measured]:
     """Return the tables with this many seeds where there are any, then the text's sentences and other assumptions."""
     tables = [row for pair in PAIRS for experiment in pair for row in measure_errors(experiment, seeds)]
     return [*tables, *sentences(), *(row for experiment in OTHERWISE for row in measure_errors(experiment, seeds))]

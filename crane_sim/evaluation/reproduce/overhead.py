@@ -9,23 +9,23 @@ from crane_sim.evaluation.reproduce import overhead_force_errata, overhead_matri
 from crane_sim.evaluation.reproduce.lagrange import chain, closed, entries, properties
 from crane_sim.evaluation.reproduce.lagrange.linearisation import collocate
 from crane_sim.evaluation.reproduce.overhead_erratum import ROUNDING, Erratum, example, relative_difference
-from crane_sim.evaluation.reproduce.table import Row, make_claim
+from crane_sim.evaluation.reproduce.table import ClaimRow, make_claim
 
 SIZES = (1, 2, 3, 5, 10)
 
 
-def names() -> list[str]:
+def name_overhead_rows() -> list[str]:
     """Return the claims of all rows; they are matrices, and quickly measured."""
-    return [row.claim for row in rows()]
+    return [row.claim for row in measure_overhead_claims()]
 
 
-def rows() -> list[Row]:
+def measure_overhead_claims() -> list[ClaimRow]:
     """Return all rows: properties, printed forms, ranks and conditions, linearisation, misprints."""
     misprints = map(erratum_row, (*overhead_matrix_errata.errata(), *overhead_force_errata.errata()))
     return [*_matrix_properties(), *_printed_forms(), *_conditions(), *_linearisation(), *misprints]
 
 
-def _matrix_properties() -> Iterator[Row]:
+def _matrix_properties() -> Iterator[ClaimRow]:
     """Yield symmetry, definiteness and skew-symmetry: the worst over N = 1 .. 10."""
     cases = [example(n) for n in SIZES]
     masses = [chain.mass_matrix(crane, q) for crane, q, _ in cases]
@@ -43,7 +43,7 @@ def _matrix_properties() -> Iterator[Row]:
     yield make_claim("below (2), all m_i > 0: rank M", "2N + 1", "2N + 1" if ranks else "less", ranks)
 
 
-def _printed_forms() -> Iterator[Row]:
+def _printed_forms() -> Iterator[ClaimRow]:
     """Yield the forms that are right as printed."""
     worst = max(
         relative_difference(entries.mass_matrix(p, q), chain.mass_matrix(p, q)) for p, q, _ in map(example, SIZES)
@@ -62,7 +62,7 @@ def _printed_forms() -> Iterator[Row]:
     yield make_claim("(194): equations of motion, N = 1", 0.0, one, one < ROUNDING, one)
 
 
-def _conditions() -> Iterator[Row]:
+def _conditions() -> Iterator[ClaimRow]:
     """Yield condition numbers of M with heavier and heavier payloads: ten links of 1 m, nodes of 1 kg, no hoist."""
     angles = np.random.default_rng(0).uniform(-0.5, 0.5, 10)
     q, free = np.concatenate([[0.0], np.diff(angles, prepend=0.0), np.ones(10)]), chain.free_coordinates(10)
@@ -76,7 +76,7 @@ def _conditions() -> Iterator[Row]:
         previous = conditions
 
 
-def _linearisation() -> Iterator[Row]:
+def _linearisation() -> Iterator[ClaimRow]:
     """Yield the accelerations by the inputs of (176)-(177), of a crane with five links and a hoist."""
     crane, q, v = example(5)
     v[7:] = 0.0  # l_2 .. l_5 are fixed
@@ -92,7 +92,7 @@ def _linearisation() -> Iterator[Row]:
     yield make_claim("(179): angles that follow", 0.0, difference, difference < ROUNDING, difference)
 
 
-def erratum_row(erratum: Erratum) -> Row:
+def erratum_row(erratum: Erratum) -> ClaimRow:
     """Return the row of a misprint, with its correction if that is what first principles give."""
     where, correction, printed, corrected, truth, tolerance = erratum
     difference = relative_difference(printed, truth)
@@ -101,6 +101,6 @@ def erratum_row(erratum: Erratum) -> Row:
     else:
         verdict = "holds" if difference <= tolerance else f"erratum: {correction}"
     if isinf(difference):
-        return Row(where, f"shape {printed.shape}", f"shape {truth.shape}", None, verdict)
+        return ClaimRow(where, f"shape {printed.shape}", f"shape {truth.shape}", None, verdict)
     entry = np.argmax(np.abs(printed - truth))
-    return Row(where, float(printed.flat[entry]), float(truth.flat[entry]), difference, verdict)
+    return ClaimRow(where, float(printed.flat[entry]), float(truth.flat[entry]), difference, verdict)

@@ -15,7 +15,7 @@ Tables = Mapping[str, Sequence[Any]]
 _WIDE = 200  # columns of a pipe, so that each row is one line
 
 
-class Row(NamedTuple):
+class ClaimRow(NamedTuple):
     """One claim of a paper beside what is measured here."""
 
     claim: str  # with its equation number
@@ -25,9 +25,9 @@ class Row(NamedTuple):
     verdict: str
 
 
-def make_claim(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> Row:
+def make_claim(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> ClaimRow:
     """Return the row of a claim that holds or does not."""
-    return Row(claim, printed, ours, difference, "holds" if holds else "does not hold")
+    return ClaimRow(claim, printed, ours, difference, "holds" if holds else "does not hold")
 
 
 def print_tables(tables: Tables) -> None:

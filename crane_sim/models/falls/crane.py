@@ -120,7 +120,7 @@ class Pull(NamedTuple):
     damping: float  # W, that dampers take
 
 
-class Solved(NamedTuple):
+class FallsSolution(NamedTuple):
     """Motion and forces at one instant."""
 
     pose: NamedTuple  # of the support
@@ -268,7 +268,7 @@ def solve_dynamics(p, t, x, tau):
     inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
     free, length = load_acceleration(p, body, t, base, load, pull), bias_acc + inv_mass * pull.paid
     centre, alpha, pressures = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    return Solved(pose, qdd, length, centre, alpha, load, pull, tip_force, tau, command, base, pressures)
+    return FallsSolution(pose, qdd, length, centre, alpha, load, pull, tip_force, tau, command, base, pressures)
 
 
 @lean_kernel

@@ -99,7 +99,7 @@ class PlanarCrane(NamedTuple):
     windage: Windage | None = None  # of the payload
 
 
-class Solved(NamedTuple):
+class PlanarSolution(NamedTuple):
     """Accelerations and forces at one instant, in addition to the work array."""
 
     trolley: float  # m/s²
@@ -179,7 +179,7 @@ def forward_dynamics(p, t, x, tau, w):
         paid = hoist_bias_acc + hoist_inv_mass * w[TENSION, 0]
     else:
         paid = massless_hoist_acceleration(w, inv_mass, rhs_along)
-    return Solved(bias_acc + inv_mass * pull, paid, pull, field.power + wind_power)
+    return PlanarSolution(bias_acc + inv_mass * pull, paid, pull, field.power + wind_power)
 
 
 @system.rhs_into.register(PlanarCrane)

@@ -95,7 +95,7 @@ class Work(NamedTuple):
     ratio: Any  # (N,) of the elimination
 
 
-class Solved(NamedTuple):
+class SpatialSolution(NamedTuple):
     """Accelerations and forces at one instant, in addition to the work arrays."""
 
     top: UpperEnd
@@ -187,7 +187,7 @@ def forward_dynamics(p, t, x, tau, work):
     solve_tensions(links, top, acc, tension, ratio)
     x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
     axes = acc[0, 0] + inv_mass_x * x_pull, acc[0, 1] + inv_mass_y * y_pull
-    return Solved(top, (x_pull + load.x, y_pull + load.y), axes, power)
+    return SpatialSolution(top, (x_pull + load.x, y_pull + load.y), axes, power)
 
 
 @system.rhs_into.register(SpatialCrane)

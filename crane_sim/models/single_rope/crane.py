@@ -105,7 +105,7 @@ class Crane(NamedTuple):
     friction: Contacts | None = None
 
 
-class Motion(NamedTuple):
+class CraneMotion(NamedTuple):
     """Rope, accelerations and forces at one instant, from the state and the efforts."""
 
     pose: NamedTuple
@@ -196,7 +196,7 @@ def solve_motion(p, t, x, tau):
     inverse = 1.0 / p.load.mass
     inertial = ((force[0] - nx) * inverse, (force[1] - ny) * inverse, (force[2] - nz) * inverse)
     payload_acceleration = frame_acceleration(inertial, position, velocity, w, w_dot)
-    return Motion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau)
+    return CraneMotion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau)
 
 
 @system.rhs.register(Crane)

@@ -131,7 +131,7 @@ def _(friction, best, x, rate, loads):
 
 
 @kernel
-def at_rest(x, joint, rope_state):
+def stop_joint(x, joint, rope_state):
     """Return state x with a joint at rest whose friction has ended its motion, and held."""
     xs, xc = x[0], x[1]
     if x[-1][joint] != 0.0 and joint < WINCH:

@@ -8,9 +8,9 @@ from crane_sim.models.single_rope.joint_friction import (
     Contacts,
     after_guard,
     any_held,
-    at_rest,
     friction_guards,
     loads_of,
+    stop_joint,
     with_contact,
 )
 from crane_sim.models.stops import Stops, describe_stop, length_guard, switching_of
@@ -87,7 +87,7 @@ def _(friction, p, t, x, u, number):
     kind, joint, _ = decode(number)
     if kind != Guard.FRICTION:
         return x, number, False
-    still = at_rest(x, joint, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
+    still = stop_joint(x, joint, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
     loads = loads_of(p, solve_motion(p, t, still, system.effort(u, p, t, still)))
     return (*with_contact(still, joint, after_guard(friction, joint, x[-1][joint], loads)), True)
 

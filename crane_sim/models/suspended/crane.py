@@ -120,7 +120,7 @@ class Work(NamedTuple):
     ratio: Any  # (N,) of the elimination
 
 
-class Solved(NamedTuple):
+class SuspendedSolution(NamedTuple):
     """Support, load and base at one instant, in addition to the work arrays."""
 
     pose: NamedTuple  # of the support
@@ -344,7 +344,7 @@ def solve_dynamics(p, t, x, tau, work):
     for i in range(3):
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
-    return Solved(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment, twist)
+    return SuspendedSolution(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment, twist)
 
 
 @system.rhs_into.register(SuspendedCrane)

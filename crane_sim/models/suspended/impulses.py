@@ -115,7 +115,7 @@ def lower_end(p, x):
 
 
 @kernel
-def at_rest(support, x, nq):
+def posture_at_rest(support, x, nq):
     """Return the posture of the support in state x without velocities, and sine and cosine of its yaw.
 
     Its joints are free: dry friction, whose forces are finite, holds none against an impulse.
@@ -169,7 +169,7 @@ def add_jumps(p, load, x, y, state, joined):
     acc[n, 0], acc[n, 1], acc[n, 2] = joined.jump
     last, upper = vector_at(links.units, n - 1, 0), vector_at(links.units, 0, 0)
     links.inv_masses[n - 1] = end_mobility(load, state, last)
-    (pose, (s, c)), nothing = at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    (pose, (s, c)), nothing = posture_at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     winch, _ = hoist_response(p.hoist, 0.0, nothing, x, nq + ns)
     turned = to_turned_axes(upper, s, c)
     top = SupportEnd(tip_mobility(p.support, pose, turned), winch, 0.0, 0.0)

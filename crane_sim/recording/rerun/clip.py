@@ -13,7 +13,7 @@ from PIL import Image
 
 from crane_sim.files.errors import SceneError
 from crane_sim.process_signals import set_parent_death_signal
-from crane_sim.recording.rerun.screenshot import Camera, Shown, camera
+from crane_sim.recording.rerun.screenshot import Shown, ViewCamera, camera
 from crane_sim.recording.rerun.viewer import PictureError
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def _instants(cut: Cut, end_of_run: float) -> list[float]:
 
 
 def _frames(
-    viewer: Camera, instants: list[float], width: int, on_progress: Callable[[int, int], None]
+    viewer: ViewCamera, instants: list[float], width: int, on_progress: Callable[[int, int], None]
 ) -> Iterator[Image.Image]:
     for done, instant in enumerate(instants, 1):
         frame = Image.open(io.BytesIO(viewer.at(instant))).convert("RGB")

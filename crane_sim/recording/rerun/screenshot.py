@@ -28,7 +28,7 @@ class Shown(NamedTuple):
     view: str = ""  # title of the only view to draw, such as Crane; empty: the whole window
 
 
-class Camera:
+class ViewCamera:
     """A viewer without a window that has loaded a recording.
 
     Attributes:
@@ -70,7 +70,7 @@ class Camera:
 
 
 @contextlib.contextmanager
-def camera(recording: Path, shown: Shown | None = None) -> Iterator[Camera]:
+def camera(recording: Path, shown: Shown | None = None) -> Iterator[ViewCamera]:
     """Run a viewer that has loaded a recording for the length of the block.
 
     Raises:
@@ -80,7 +80,7 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[Camera]:
     if not recording.is_file():
         raise SceneError(f"{recording}: no such file")
     with headless_viewer() as viewer:
-        yield Camera(viewer, recording, shown or Shown())
+        yield ViewCamera(viewer, recording, shown or Shown())
 
 
 def picture(recording: Path, output: Path, at: float | None = None, shown: Shown | None = None) -> list[str]:

@@ -24,7 +24,7 @@ class Initial(Group):
     rigging: RiggingStart | None = None  # further links, and the payload's attitude
 
 
-class Reference(ReferenceGroup):
+class BridgeReference(ReferenceGroup):
     """Target of the actuated joints."""
 
     q: tuple[Real, Real, Positive] | None = None  # m, where trolley, bridge and rope should end
@@ -76,5 +76,5 @@ class BridgeFile(BridgeGroups, SuspendedFile):
 
     crane: Literal["bridge"]  # which form the file has
     initial: Initial  # the state at t = 0
-    reference: Reference | None = None  # where the crane should go
+    reference: BridgeReference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

@@ -25,7 +25,7 @@ class Initial(LoadStart):
         return self.trolley, self.bridge, self.length
 
 
-class Reference(ReferenceGroup):
+class GantryReference(ReferenceGroup):
     """Target of the actuated joints."""
 
     q: tuple[Real, Real, Positive] | None = None  # m, where trolley, bridge and hoist should end
@@ -44,5 +44,5 @@ class GantryFile(BridgeGroups, HoistedFile):
 
     crane: Literal["gantry"]  # which form the file has
     initial: Initial  # the state at t = 0
-    reference: Reference | None = None  # where the crane should go
+    reference: GantryReference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

@@ -47,7 +47,7 @@ class Initial(Group):
     rigging: RiggingStart | None = None  # further links, and the payload's attitude
 
 
-class Reference(ReferenceGroup):
+class KnuckleReference(ReferenceGroup):
     """Target of the actuated joints."""
 
     q: tuple[Angle, Angle, Angle, Positive] | None = None  # rad, where slew, boom, jib and rope or falls [m]
@@ -71,7 +71,7 @@ class KnuckleGroups(SupportedFile):
     jib: Rod  # the rod at the boom's end
     tower: Tower  # what slews besides boom and jib
     springs: Springs = Springs()  # springs on joints
-    reference: Reference | None = None  # where the crane should go
+    reference: KnuckleReference | None = None  # where the crane should go
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:

@@ -31,7 +31,7 @@ class Initial(Group):
     rigging: RiggingStart | None = None  # further links, and the payload's attitude
 
 
-class Reference(ReferenceGroup):
+class MobileReference(ReferenceGroup):
     """Target of the actuated joints."""
 
     q: tuple[Angle, Angle, Positive, Positive] | None = None  # rad, where slew, boom, telescope [m] and rope or
@@ -55,7 +55,7 @@ class MobileGroups(SupportedFile):
     boom: BaseSection  # the boom's base section
     telescope: TelescopedSection  # the section that is telescoped out
     flexibility: BoomFlexibility | None = None  # how the boom bends; left out: it is rigid
-    reference: Reference | None = None  # where the crane should go
+    reference: MobileReference | None = None  # where the crane should go
 
     @property
     def support_limits(self) -> tuple[TravelLimits, ...]:

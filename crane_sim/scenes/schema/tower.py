@@ -30,7 +30,7 @@ class Initial(Group):
     rigging: RiggingStart | None = None  # further links, and the payload's attitude
 
 
-class Reference(ReferenceGroup):
+class TowerReference(ReferenceGroup):
     """Target of the actuated joints."""
 
     q: tuple[Angle, Real, Positive] | None = None  # rad, where slew, trolley [m] and rope or falls [m]
@@ -52,7 +52,7 @@ class TowerGroups(SupportedFile):
     slew: Annotated[Any, tagged_union_validator("drive", {"force": Slew, "locked": LockedSlew})]  # jib and counter-jib
     trolley: JibTrolley  # on the jib
     flexibility: JibFlexibility | None = None  # how the jib bends; left out: it is rigid
-    reference: Reference | None = None  # where the crane should go
+    reference: TowerReference | None = None  # where the crane should go
 
     @property
     def support_limits(self) -> tuple[TravelLimits, ...]:
