@@ -58,6 +58,7 @@ def headings(text: str) -> list[str]:
 def trials_in(text: str) -> list[str]:
     """Return crane, law and trial of each cell of the league's page: rows, and laws that do not apply."""
     crane, cells = "", list[str]()
+    text, _, _ = text.partition("## Tuned gains")
     refused = text[text.index("## Does not apply") :]
     for line in text.splitlines():
         if line.startswith("## "):
