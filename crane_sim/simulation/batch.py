@@ -29,7 +29,8 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.laws import with_initial_state
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
-from crane_sim.simulation.rollout import checked_times
+from crane_sim.simulation.figures import figure_columns
+from crane_sim.simulation.rollout import Rollout, checked_times, simulate
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.batch import BatchArrays, Driven, Sampled, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
@@ -160,6 +161,8 @@ class Batch:
     setup_time: float  # s, to check the scenes and to compile what moves them
     wall_time: float  # s, to move them
     notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
+    figures: Mapping[str, npt.NDArray[Any]] | None = None  # (n,) each, of the summaries of `simulate`, if asked for
+    events: tuple[tuple[Any, ...], ...] | None = None  # (n,), likewise
 
     def __repr__(self) -> str:
         """Return the number of cranes, and of failed ones, in one line."""
@@ -173,6 +176,7 @@ def simulate_batch(
     duration: float | None = None,
     sample_times: Sequence[float] | Array | None = None,
     threads: int | None = None,
+    figures: bool = False,
 ) -> Batch:
     """Run a scene for many values of its parameters.
 
@@ -183,6 +187,7 @@ def simulate_batch(
         duration: s, the scene's own when None.
         sample_times: instants [s], within the run, increasing, of q, v and payload in addition to the end.
         threads: the processor's cores when None.
+        figures: whether the result has the figures and events of `simulate`, for which every crane runs once more.
 
     Raises:
         SceneError: the scene of a crane is not possible, or the cranes are not of one kind: model, method, law, period.
@@ -195,7 +200,23 @@ def simulate_batch(
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
     checked = time.perf_counter() - began
     batch = run_cranes(scenes, times, threads or len(os.sched_getaffinity(0)), moves_in_lanes(scenes))
-    return replace(batch, setup_time=checked + batch.setup_time)
+    batch = replace(batch, setup_time=checked + batch.setup_time)
+    return add_figures(batch, scenes) if figures else batch
+
+
+def add_figures(batch: Batch, scenes: Sequence[Scene]) -> Batch:
+    """Return the batch with the figures and events of its cranes, up to the failure of those that failed."""
+    runs = [_run(scene) for scene in scenes]
+    columns = figure_columns([run.summary for run in runs])
+    return replace(batch, figures=columns, events=tuple(tuple(run.events) for run in runs))
+
+
+def _run(scene: Scene) -> Rollout:
+    try:
+        return simulate(scene)
+    except SimulationError as error:
+        assert error.run is not None, "the errors of `simulate` have their run"
+        return error.run
 
 
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-import numpy as np
-
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.figures import cell_of, flatten
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.status import SimulationError
 from crane_sim.study.cases import Case
@@ -18,7 +17,6 @@ from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
 """Statuses of a row: the run reached its end; it ended before; its scene is not possible."""
-_NOT_FIGURES = ("scene", "mode", "seed", "law", "error")
 PARAMETER, FIRST_COLUMNS = "parameter.", ("case", "sample", "variant", "law", "seed", "status", "error")
 
 
@@ -31,10 +29,9 @@ def row_of(case: Case, document: Mapping[str, Any]) -> dict[str, Any]:
     run, status, error = simulate_case(case, document)
     head = {"case": case.number, "sample": case.sample, "variant": case.variant, "law": None}
     row = head | {"seed": case.changes["seed"], "status": status, "error": error}
-    row |= {PARAMETER + key: _cell(value) for key, value in case.parameters.items()}
+    row |= {PARAMETER + key: cell_of(value) for key, value in case.parameters.items()}
     if run is not None:
-        figures = {key: value for key, value in run.summary.items() if key not in _NOT_FIGURES}
-        row |= {"law": run.scene.law_name, "events": len(run.events)} | flatten(figures)
+        row |= {"law": run.scene.law_name, "events": len(run.events)} | flatten(run.summary)
     return row | {"versions": _versions(), "wall_time": time.perf_counter() - began}
 
 
@@ -54,23 +51,3 @@ def simulate_case(case: Case, document: Mapping[str, Any]) -> tuple[Rollout | No
         return error.run, FAILED, str(error)
     except LawError as error:
         return None, FAILED, str(error)
-
-
-def flatten(figures: Mapping[str, Any], path: str = "") -> dict[str, Any]:
-    """Return the entries of nested groups by dotted key; numbers, flags and text as they are, lists as JSON."""
-    row: dict[str, Any] = {}
-    for key, value in figures.items():
-        if isinstance(value, Mapping):
-            row |= flatten(value, f"{path}{key}.")
-        else:
-            row[f"{path}{key}"] = _cell(value)
-    return row
-
-
-def _cell(value: Any) -> Any:
-    """Return a value as a cell of a table holds it."""
-    value = value.item() if isinstance(value, np.generic) else value
-    if value is None or isinstance(value, bool | float | str):
-        return value
-    # whole numbers of figures are counts; as parameters they are numbers like any other
-    return value if isinstance(value, int) else json.dumps(value)

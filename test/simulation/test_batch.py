@@ -45,6 +45,20 @@ def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
     assert np.all(batch.t == TIMES[-1])
 
 
+@pytest.mark.interpreted
+def test_figures_and_events_are_those_of_single_runs() -> None:
+    """A batch that is asked for them has every figure of `simulate`, NaN for missing ones, and events."""
+    document = load_scene("overhead_coulomb", {"duration": 0.4, "trolley.limits": [-9.0, 9.0]}).to_dict()
+    limits = [[-9.0, 9.0], [-9.0, 0.005]]
+    batch = simulate_batch(document, {"trolley.limits": limits}, figures=True)
+    whole = simulate(load_scene(document)).summary
+    assert batch.figures is not None and batch.events is not None
+    assert batch.figures["state_sha256"][0] == whole["state_sha256"]
+    assert batch.figures["peak_swing_deg"][0] == whole["peak_swing_deg"]
+    assert batch.figures["steps"].tolist() == [40, round(batch.t[1] / 0.01)] and batch.t[1] < 0.4
+    assert [type(events) for events in batch.events] == [tuple, tuple] and len(batch.events[0]) > 0
+
+
 FORCES = [{"kind": "constant", "value": value} for value in (*range(N - 1), 1e200)]
 FAILURES: dict[str, tuple[str, dict[str, Any], str, list[Any], int]] = {
     "overflow in a lane": ("overhead_swing", FIXED, "inputs.trolley", FORCES, N - 1),

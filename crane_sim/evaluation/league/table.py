@@ -45,9 +45,9 @@ seeds that nothing in the catalogue uses.
 TUNED_HEAD = """## Tuned gains
 
 `./crane tune config/tuning/NAME.yaml --save config/tuned_gains.json` found them; the means below are over samples that
-the search has not seen, the differences those of pairs with their 95 % intervals. In the searches of the knuckle boom and
-of trolley and hoist the laws know the payload's mass; above, the trials of another mass show what becomes of these
-gains when they do not.
+the search has not seen, the differences those of pairs with their 95 % intervals. In the searches of the knuckle boom
+and of trolley and hoist the laws know the payload's mass; above, the trials of another mass show what becomes of
+these gains when they do not.
 """
 
 

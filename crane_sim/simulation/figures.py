@@ -1,0 +1,43 @@
+"""Figures of a run's summary as one level of names and plain values, as tables hold them."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+_NOT_FIGURES = ("scene", "mode", "seed", "law", "error")
+
+
+def flatten(summary: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """Return the figures of a summary by dotted key: numbers, flags and text as they are, lists as JSON."""
+    row: dict[str, Any] = {}
+    for key, value in summary.items():
+        if isinstance(value, Mapping):
+            row |= flatten(value, f"{path}{key}.")
+        elif path or key not in _NOT_FIGURES:
+            row[f"{path}{key}"] = cell_of(value)
+    return row
+
+
+def cell_of(value: Any) -> Any:
+    """Return a value as a cell of a table holds it."""
+    value = value.item() if isinstance(value, np.generic) else value
+    if value is None or isinstance(value, bool | float | str):
+        return value
+    # whole numbers of figures are counts; as parameters they are numbers like any other
+    return value if isinstance(value, int) else json.dumps(value)
+
+
+def figure_columns(summaries: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the figures of n summaries as arrays (n,) by dotted key; numbers that are missing are NaN."""
+    rows = [flatten(summary) for summary in summaries]
+    columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
+    return {key: _column(values) for key, values in columns.items()}
+
+
+def _column(values: list[Any]) -> npt.NDArray[Any]:
+    if any(isinstance(value, str) for value in values):
+        return np.array(values, dtype=object)
+    return np.array([np.nan if value is None else value for value in values])
