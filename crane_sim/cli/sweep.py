@@ -28,18 +28,26 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the table (default: runs/NAME).")
 @click.option("--workers", type=click.IntRange(min=1), help="Processes (default: one for each core).")
 @click.option("--scheduler", metavar="ADDRESS", help="Workers of a Dask scheduler (tcp://…); local: a cluster here.")
+@click.option("--copy-to", metavar="URL", help="Also copy the finished study there (fsspec: s3://…, file:///…).")
 @as_json_option
-def sweep(study: Path, output: Path | None, workers: int | None, scheduler: str | None, as_json: bool) -> None:
+def sweep(
+    study: Path, output: Path | None, workers: int | None, scheduler: str | None, copy_to: str | None, as_json: bool
+) -> None:
     """Run a study: many runs of a scene, that differ in parameters, laws or seeds, as one Parquet table.
 
     Interrupted at any moment, the same command runs what is missing.
     """
     from crane_sim import study as studies
+    from crane_sim.study import object_store
 
     checked = studies.load_study(study)
+    if copy_to is not None:
+        object_store.check_store(copy_to)
     folder = output or Path("runs") / (checked.name or study.stem)
     with show_progress("runs", hidden=as_json or not sys.stderr.isatty()) as update:
         result = studies.run(checked, folder, workers, scheduler, update)
+    if copy_to is not None:
+        object_store.copy_study(folder, copy_to)
     if as_json:
         from crane_sim.study.summary import summarise
 

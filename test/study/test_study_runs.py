@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from command_line import crane
 
 import crane_sim
@@ -196,3 +197,15 @@ def test_the_command_prints_a_summary(whole: studies.StudyResult, tmp_path: Path
     assert printed["figures"]["residual_swing_deg"]["weak - energy"]["mean"] == pytest.approx(swing.mean(), rel=1e-12)
     refused = crane("sweep", str(tmp_path / "nowhere.yaml"))
     assert refused.returncode == 2 and "there is no such file" in refused.stderr and refused.stderr.count("\n") == 1
+
+
+def test_a_finished_study_is_copied_to_a_store(whole: studies.StudyResult, tmp_path: Path) -> None:
+    """`--copy-to` puts table, study and the rest of the folder where fsspec finds it; an unknown store is refused."""
+    file, place = tmp_path / "masses.yaml", tmp_path / "store"
+    file.write_text(yaml.safe_dump(STUDY))
+    folder = str(whole.folder)
+    shown = crane("sweep", str(file), "-o", folder, "--workers", "1", "--json", "--copy-to", f"file://{place}/masses")
+    assert shown.returncode == 0, shown.stderr
+    assert studies.read_result(place / "masses").table == whole.table
+    refused = crane("sweep", str(file), "-o", str(tmp_path / "new"), "--copy-to", "nowhere://bucket/masses")
+    assert refused.returncode == 2 and "nowhere" in refused.stderr and not (tmp_path / "new").exists()

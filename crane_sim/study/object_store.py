@@ -1,0 +1,42 @@
+"""Copies of a finished study on a disk or in an object store, by fsspec."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from crane_sim.files.errors import SceneError
+
+
+def check_store(url: str) -> None:
+    """Raise SceneError where there is no such kind of store, or its package is not installed."""
+    _file_system(url)
+
+
+def copy_study(folder: Path, url: str) -> None:
+    """Copy table, study and recordings of a folder to a URL, such as s3://bucket/masses or file:///data/masses.
+
+    Raises:
+        SceneError: the store does not take them.
+    """
+    store, place = _file_system(url)
+    try:
+        store.makedirs(place, exist_ok=True)
+        for file in sorted(path for path in folder.rglob("*") if path.is_file()):
+            target = f"{place}/{file.relative_to(folder).as_posix()}"
+            store.makedirs(target.rpartition("/")[0], exist_ok=True)
+            store.put_file(str(file), target)
+    except Exception as error:  # stores raise what their packages raise
+        raise SceneError(f"--copy-to {url}: {' '.join(str(error).split()) or type(error).__name__}") from None
+
+
+def _file_system(url: str) -> tuple[Any, str]:
+    """Return the file system of a URL, and the path in it."""
+    try:
+        fsspec = import_module("fsspec")
+    except ModuleNotFoundError:
+        raise SceneError("fsspec is not installed: --copy-to needs it (pip install 'crane_sim[study]')") from None
+    try:
+        store, place = fsspec.core.url_to_fs(url)
+    except (ImportError, ValueError) as error:
+        raise SceneError(f"--copy-to {url}: {' '.join(str(error).split())}") from None
+    return store, place.rstrip("/")
