@@ -15,6 +15,7 @@ from pathlib import Path
 _NUMBA = version("numba")
 _PACKAGES = tuple(Path(__file__).resolve().parents[2] / name for name in ("crane_sim", "crane_control"))
 PLAIN = (
+    "gym",
     "operator",
     "ros",
     "orchestration",

@@ -26,6 +26,15 @@ def tree_column(columns: Any, i: int) -> Any:
     return _rebuilt(columns, [tree_column(part, i) for part in columns])
 
 
+def put_column(columns: Any, i: int, tree: Any) -> None:
+    """Write the tree of crane i into entry i of every array of a tree of columns."""
+    if isinstance(columns, tuple):
+        for part, entry in zip(columns, tree, strict=True):
+            put_column(part, i, entry)
+    elif columns is not None:
+        columns[i] = tree
+
+
 def lane(like: Any, buffer: Any, j: int) -> Any:
     """Return lane j of a buffer (floats, LANES) as a state of the same type as `like`."""
     return _fill(like, iter(buffer[:, j].tolist()))
@@ -62,6 +71,15 @@ def _entry_type(kind: Any) -> Any:
     return types.BaseTuple.from_types([_entry_type(part) for part in kind], kind.instance_class if named else None)
 
 
+def _locate(context: Any, builder: Any, kind: Any, value: Any, i: Any) -> tuple[Any, Any, list[Any], list[Any]]:
+    """Return (array, address of its entry i, shape of an entry, strides of an entry) of a column."""
+    column: Any = context.make_array(kind)(context, builder, value)
+    (_, *shape), (_, *strides) = (cgutils.unpack_tuple(builder, sizes) for sizes in (column.shape, column.strides))
+    for size in shape:
+        i = builder.mul(i, size)
+    return column, builder.gep(column.data, [i], inbounds=True), shape, strides
+
+
 def _entry(context: Any, builder: Any, kind: Any, value: Any, i: Any) -> Any:
     """Return entry i of a tree of columns; entries that are arrays are views, kept alive by their columns."""
     if _is_tuple(kind):
@@ -69,16 +87,40 @@ def _entry(context: Any, builder: Any, kind: Any, value: Any, i: Any) -> Any:
         return context.make_tuple(builder, _entry_type(kind), parts)
     if not isinstance(kind, types.Array):
         return value
-    column: Any = context.make_array(kind)(context, builder, value)
-    (_, *shape), (_, *strides) = (cgutils.unpack_tuple(builder, sizes) for sizes in (column.shape, column.strides))
-    for size in shape:
-        i = builder.mul(i, size)
-    address = builder.gep(column.data, [i], inbounds=True)
+    column, address, shape, strides = _locate(context, builder, kind, value, i)
     if kind.ndim == 1:
         return context.unpack_value(builder, kind.dtype, address)
     view = context.make_array(_entry_type(kind))(context, builder)
     populate_array(view, data=address, shape=shape, strides=strides, itemsize=column.itemsize, meminfo=None)
     return view._getvalue()
+
+
+def _put_entry(context: Any, builder: Any, kind: Any, value: Any, i: Any, entry_kind: Any, entry: Any) -> None:
+    """Write an entry of type `entry_kind` into entry i of a tree of columns; arrays may be views of their columns."""
+    if _is_tuple(kind):
+        for j, (part, own) in enumerate(zip(kind, entry_kind, strict=True)):
+            parts = builder.extract_value(value, j), i, own, builder.extract_value(entry, j)
+            _put_entry(context, builder, part, *parts)
+        return
+    if not isinstance(kind, types.Array):
+        return
+    _, address, shape, _ = _locate(context, builder, kind, value, i)
+    if kind.ndim == 1:
+        context.pack_value(builder, kind.dtype, context.cast(builder, entry, entry_kind, kind.dtype), address)
+        return
+    source, count = context.make_array(entry_kind)(context, builder, entry), context.get_constant(types.intp, 1)
+    for size in shape:
+        count = builder.mul(count, size)
+    cgutils.raw_memmove(builder, address, source.data, count, source.itemsize)
+
+
+@intrinsic
+def _put(typing_context, columns, i, tree):
+    def generate(context, builder, signature, args):
+        _put_entry(context, builder, columns, args[0], args[1], tree, args[2])
+        return context.get_dummy_value()
+
+    return types.none(columns, types.intp, tree), generate
 
 
 @intrinsic
@@ -145,6 +187,7 @@ def _use_wide_vectors(typing_context):
 
 
 overload(tree_column, inline="always")(lambda columns, i: lambda columns, i: _pick(columns, i))
+overload(put_column, inline="always")(lambda columns, i, tree: lambda columns, i, tree: _put(columns, i, tree))
 overload(lane, inline="always")(lambda like, buffer, j: lambda like, buffer, j: _lane(like, buffer, j))
 overload(put_lane, inline="always")(lambda buffer, j, x: lambda buffer, j, x: _put_lane(buffer, j, x))
 overload(use_wide_vectors, inline="always")(lambda: lambda: _use_wide_vectors())

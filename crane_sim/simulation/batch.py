@@ -116,7 +116,7 @@ def columns(trees: Sequence[Any], path: str = "") -> Any:
     if first is None:
         return None
     if not isinstance(first, tuple):
-        return np.array(trees)
+        return np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
     names = getattr(first, "_fields", range(len(first)))
     parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
     return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)

@@ -51,7 +51,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     if scene.reference is None or not scene.actuated:
         raise SceneError(f"reference: LQR needs a target of commanded joints; actuated are {scene.actuated}")
     scene, target = average_scene(scene), scene.reference
-    q, u = _hanging_positions(scene, target), np.zeros(len(scene.actuated))
+    q, u = hanging_positions(scene, target), np.zeros(len(scene.actuated))
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     for _ in range(ITERATIONS):
         qdd = acceleration(scene, q, np.zeros(len(q)), u)
@@ -70,7 +70,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     raise SceneError(f"reference.q = {list(target)}: no efforts hold the crane at rest there")
 
 
-def _hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
+def hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
     """Return the joint positions (nq,) at the reference with the cable straight down, or those that the form has."""
     if (rest := scene.file.rest_positions(reference)) is not None:
         return np.array(rest, dtype=float)

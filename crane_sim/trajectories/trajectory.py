@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.jit import entry_point, lean_generic, lean_kernel
+from crane_sim.numerics.lanes import tree_column
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
 
@@ -89,6 +90,20 @@ def sample_trajectory(trajectory, t):
     return out
 
 
+@entry_point
+def sample_trajectories(trajectories, t):
+    """Return position, velocity and acceleration (n, 3, k) of n trajectories, each at its time t (n,) [s].
+
+    Args:
+        trajectories: columns of them.
+        t: times.
+    """
+    out = np.empty((len(t), 3, len(reference_at(tree_column(trajectories, 0), 0.0)[0])))
+    for i in range(len(t)):
+        out[i] = sample_trajectory(tree_column(trajectories, i), t[i : i + 1])[0]
+    return out
+
+
 __all__ = [
     "Array",
     "Coordinate",
@@ -97,5 +112,6 @@ __all__ = [
     "higher_derivatives_at",
     "compile_trajectory",
     "reference_at",
+    "sample_trajectories",
     "sample_trajectory",
 ]

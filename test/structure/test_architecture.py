@@ -57,6 +57,7 @@ LAYERS = (
     "crane_sim.recording.rerun",
     "crane_sim.__init__",
     "crane_sim.study",
+    "crane_sim.gym",
     "crane_sim.operator",
     "crane_sim.ros.common",
     "crane_sim.ros.plant",
@@ -163,11 +164,12 @@ def test_the_simulator_imports_no_law() -> None:
         (ROS, ("crane_sim.ros.", "crane_control.nodes.")),
         (("rerun",), ("crane_sim.recording.rerun.",)),
         (("numba",), ("crane_sim.numerics.",)),
+        (("gymnasium",), ("crane_sim.gym.",)),
     ],
-    ids=["ros", "rerun", "numba"],
+    ids=["ros", "rerun", "numba", "gymnasium"],
 )
 def test_packages_stay_in_their_folders(packages: tuple[str, ...], folders: tuple[str, ...]) -> None:
-    """ROS, Rerun and numba are imported in their folders and nowhere else."""
+    """ROS, Rerun, numba and Gymnasium are imported in their folders and nowhere else."""
     imported = importers(*packages)
     assert imported and all(name.startswith(folders) for name in imported)
 

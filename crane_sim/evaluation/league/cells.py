@@ -14,12 +14,12 @@ from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.process_signals import end_with_parent
-from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.metrics import DIFFERENCE_STEP, in_base, tip_accelerations, world_points
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.goals import express_in_base, path_positions, target_position
+from crane_sim.simulation.metrics import DIFFERENCE_STEP, tip_accelerations
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
-from crane_sim.trajectories.trajectory import Array, sample_trajectory
 
 LEVEL = 90.0  # deg: a larger swing is not under control
 
@@ -110,27 +110,6 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
         effort=run.summary["peak_effort"],
         saturated=run.summary["saturated_steps"] / scene.steps,
     )
-
-
-def path_positions(scene: Scene, t: Array) -> Array:
-    """Return the path of the payload (K, n) [m] at times t (K,), in the axes of the base."""
-    assert scene.path is not None, "trials with a path are scenes with one"
-    return sample_trajectory(scene.path, np.ascontiguousarray(t))[:, 0]
-
-
-def target_position(scene: Scene) -> Array:
-    """Return the payload's position (1, 3) [m] at the target of the actuated joints, in the axes of the base."""
-    assert scene.reference is not None, "trials without a path are scenes with a target"
-    q = np.zeros(len(scene.joint_names))
-    q[[scene.joint_names.index(name) for name in scene.actuated]] = scene.reference
-    nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
-    return express_in_base(scene.model, np.zeros(1), nodes[-1:])
-
-
-def express_in_base(model: Any, t: Array, points: Array) -> Array:
-    """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base."""
-    base = getattr(model, "base", None)
-    return points if base is None else in_base(base, t, points)
 
 
 def median_figures(runs: Sequence[Figures]) -> Figures:

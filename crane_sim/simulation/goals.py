@@ -1,0 +1,43 @@
+"""Where the payload should be, in the axes of the base: on the scene's path, or at rest at the target."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.linearisation import equilibrium, hanging_positions
+from crane_sim.simulation.metrics import in_base, world_points
+from crane_sim.trajectories.trajectory import sample_trajectory
+
+Array = npt.NDArray[np.float64]
+
+
+def follows_path(scene: Scene) -> bool:
+    """Return whether the scene has a path of the payload."""
+    return scene.path is not None and not scene.path.of_joints
+
+
+def path_positions(scene: Scene, t: Array) -> Array:
+    """Return the path of the payload (K, n) [m] at times t (K,), in the axes of the base."""
+    assert scene.path is not None, "the caller has a scene with a path"
+    return sample_trajectory(scene.path, np.ascontiguousarray(t))[:, 0]
+
+
+def target_position(scene: Scene) -> Array:
+    """Return the payload's position (1, 3) [m] at rest at the target of the actuated joints, in the axes of the base.
+
+    Raises:
+        SceneError: the cable is elastic, and nothing holds the crane at rest there.
+    """
+    assert scene.reference is not None, "the caller has a scene with a target"
+    elastic = any(name.startswith("node_") for name in scene.joint_names)  # its length at rest is part of the solution
+    q = equilibrium(scene)[0] if elastic else hanging_positions(scene, scene.reference)
+    nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
+    return express_in_base(scene.model, np.zeros(1), nodes[-1:])
+
+
+def express_in_base(model: Any, t: Array, points: Array) -> Array:
+    """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base."""
+    base = getattr(model, "base", None)
+    return points if base is None else in_base(base, t, points)

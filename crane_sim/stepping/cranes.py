@@ -1,0 +1,82 @@
+"""Many cranes, each somewhere in its own run, advanced by one control period in one call.
+
+The steps of each crane are those of `simulation.plant.Plant`, bit for bit.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.integrators import OK
+from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.numerics.lanes import put_column, tree_column
+from crane_sim.stepping.hardware_periods import HardwareState, hardware_step
+from crane_sim.stepping.periods import zero_order_hold_step
+
+
+class Cranes(NamedTuple):
+    """A crane under way; for many of them, each number and each array is a column."""
+
+    method: Any
+    model: Any
+    hardware: Any  # `HardwareState`, None where all is ideal
+    integration: Any
+
+
+class CraneArrays(NamedTuple):
+    """What n cranes show of their states, at the end of the last period that they finished."""
+
+    periods: Any  # (n,) periods passed
+    waiting: Any  # (n,) cranes that are left out
+    failed: Any  # (n,) whether the integration ended before the end of the period
+    seen: Any  # (n, 2 nq), positions and velocities as sensors show them
+    tip: Any  # (n, 3) m, in the world
+    payload: Any  # (n, 3) m
+    rows: Any  # (n, width), of the last period's start, see `stepping.rows`
+
+
+@generic
+def advance_crane(hardware, crane, command, k, period, rows, i):
+    """Return (integration, (q, v), (q, v) as sensors show them) after period k; write the row of its start."""
+    end = (k + 1) * period
+    step_args = (crane.integration, end, rows, i)
+    integration, q, v, _ = zero_order_hold_step(crane.method, crane.model, command, *step_args)
+    return integration, (q, v), (q, v)
+
+
+@advance_crane.register(HardwareState)
+def _(hardware, crane, command, k, period, rows, i):
+    step_args = (command, crane.integration, k, period, rows, i)
+    integration, joints, seen, _ = hardware_step(crane.method, crane.model, hardware, *step_args)
+    return integration, joints, seen
+
+
+@entry_point
+def advance_cranes(cranes, commands, period, out, first, last):
+    """Advance cranes `first` to `last` (excluded) by one period.
+
+    Args:
+        cranes: columns of `Cranes`, whose integrations and hardware change.
+        commands: (n, nu), held over the period.
+        period: s.
+        out: `CraneArrays` to fill; of a crane that fails only `failed` and `rows` change.
+        first, last: which cranes.
+    """
+    nq = out.seen.shape[1] // 2
+    for i in range(first, last):
+        if out.waiting[i]:
+            continue
+        crane, k = tree_column(cranes, i), out.periods[i]
+        p, end = crane.model, (k + 1) * period
+        command = system.efforts_from_row(p, commands[i])
+        integration, joints, seen = advance_crane(crane.hardware, crane, command, k, period, out.rows, i)
+        put_column(cranes.integration, i, integration)
+        out.failed[i] = integration.status != OK and integration.t < end
+        if not out.failed[i]:
+            out.periods[i] = k + 1
+            for j in range(nq):
+                out.seen[i, j], out.seen[i, j + nq] = seen[0][j], seen[1][j]
+            points = np.empty((system.point_count(p), 3))
+            system.points(p, end, system.state(p, end, joints[0], joints[1]), points)
+            out.tip[i], out.payload[i] = points[system.tip_index(p)], points[-1]

@@ -1,0 +1,151 @@
+"""Environments of Gymnasium: the motion and the figures of `simulate`, seeds, failures, spaces, single-line errors."""
+
+import warnings
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from crane_sim import SceneError, load_scene, simulate
+from crane_sim.evaluation.league.cells import measure_figures
+from crane_sim.gym import DEFAULT_SCENES, CraneEnv
+
+pytestmark = pytest.mark.interpreted
+SHORT = {"duration": 0.3}
+
+
+@pytest.mark.parametrize("crane", DEFAULT_SCENES)
+def test_gymnasium_accepts_the_environments(crane: str) -> None:
+    """Every registered environment passes Gymnasium's own check, whose warnings concern physical units only."""
+    env = gymnasium.make(f"crane_sim/{crane.capitalize()}-v0")
+    with warnings.catch_warnings(record=True) as noted:
+        check_env(env.unwrapped, skip_render_check=True)
+    own = [str(warning.message) for warning in noted if warning.category is UserWarning]  # Gymnasium's, not numpy's
+    assert own and all("normalized space" in line or "infinity" in line for line in own)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("overhead_bench", {}),
+        (
+            "overhead_energy",
+            {"base_motion": {"surge": {"amplitude": 0.2, "frequency": 3.0}}, "control.nominal": {"base_motion": None}},
+        ),
+        ("knuckle_setpoint", {}),
+    ],
+)
+def test_a_law_as_policy_is_simulate(name: str, changes: dict[str, Any]) -> None:
+    """A law that commands an environment has the run of `simulate`, bit for bit, and the league's figure as return."""
+    scene = load_scene(name, SHORT | changes)
+    assert scene.law is not None
+    env = CraneEnv(scene, max_effort=1e6)
+    env.reset(seed=scene.seed)
+    total, ended = 0.0, False
+    while not ended:
+        command = scene.law(env.plant.t, *env.plant.seen)
+        _, reward, failed, ended, _ = env.step(np.array(command))
+        total += reward
+        assert not failed
+    run = simulate(scene)
+    assert env.plant.summary()["state_sha256"] == run.summary["state_sha256"]
+    # both are means of the same 31 distances, summed in another order: rounding
+    assert total == pytest.approx(-measure_figures(run, False).mae, rel=1e-13)
+
+
+def episode(env: CraneEnv, seed: int | None) -> Any:
+    """Return the observations of three steps."""
+    seen = [env.reset(seed=seed)[0]]
+    seen += [env.step(np.full(env.action_space.shape or (), 3.0))[0] for _ in range(3)]
+    return np.array(seen)
+
+
+def test_the_seed_is_the_scene_s() -> None:
+    """A seed draws the uncertain parameters and noise that `load_scene` draws; without one episodes differ."""
+    uncertain = {
+        "payload.mass": 10.0,
+        "uncertain": {"payload.mass": {"distribution": "uniform", "low": 2.0, "high": 20.0}},
+    }
+    for changes in (uncertain, {"sensors.all.noise": [0.01, 0.01]}):
+        scene = load_scene("overhead_energy", SHORT | changes)
+        env = CraneEnv(scene, max_effort=10.0)
+        first, drawn = episode(env, 7), [episode(env, None) for _ in range(2)]
+        np.testing.assert_array_equal(first, episode(CraneEnv(load_scene(scene, {"seed": 7}), max_effort=10.0), 7))
+        np.testing.assert_array_equal(first, episode(env, 7))
+        np.testing.assert_array_equal(drawn[0], episode(env, None))
+        assert len({part[-1].tobytes() for part in (first, *drawn)}) == 3
+
+
+def test_a_failure_is_terminal_and_does_not_pay() -> None:
+    """At a travel limit the episode terminates with the reason; what it lacks costs its largest error."""
+    changes = {"reference.q": [0.5], "trolley.limits": [-1.0, 0.6], "duration": 2.0}
+    env = CraneEnv(load_scene("overhead_energy", changes), max_effort=500.0)
+    errors = [env.reset(seed=0)[1]["error"]]
+    rewards, failed, info = list[float](), False, dict[str, Any]()
+    while not failed:
+        observation, reward, failed, over, info = env.step(np.array([500.0]))
+        rewards.append(reward)
+        errors += [] if failed else [info["error"]]
+        assert observation in env.observation_space and not over
+    assert "the trolley reached its travel limit" in info["reason"]
+    lacking = 201 - len(errors)
+    assert lacking > 100
+    # sums of 201 terms in another order: rounding
+    assert sum(rewards) == pytest.approx(-(sum(errors) + lacking * max(errors)) / 201, rel=1e-13)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.array([0.0]))
+
+
+def test_a_path_is_followed() -> None:
+    """With a path of the payload the observation ends with its position and velocity, and the error is from it."""
+    env = CraneEnv(load_scene("offshore_obstacle", {"duration": 0.02}), max_effort=1.0)
+    (observation, info), scene = env.reset(seed=0), env.scene
+    assert env.observation_names[-4:] == ("path x", "path y", "path x velocity", "path y velocity")
+    assert env.observation_units[-4:] == ("m", "m", "m/s", "m/s")
+    assert len(observation) == len(env.observation_names) == 2 * len(scene.joint_names) + 4
+    run = simulate(scene, lambda t, q, v: (0.0, 0.0))
+    assert info["error"] == pytest.approx(np.hypot(*(run.payload[0, :2] - observation[-4:-2])), rel=1e-12)  # rounding
+    total = sum(env.step([0.0, 0.0])[1] for _ in range(scene.steps))
+    assert total == pytest.approx(-measure_figures(run, True).mae, rel=1e-13)  # sums in another order
+
+
+def test_spaces_have_the_scene_s_bounds_and_units() -> None:
+    """Commands are bounded by drives and servos, positions by travel limits; `max_effort` bounds the rest."""
+    env = CraneEnv(crane="bridge")
+    assert (env.action_names, env.action_units) == (("trolley", "bridge", "rope"), ("m/s", "m/s", "m/s"))
+    assert env.action_space == gymnasium.spaces.Box(-(b := np.array([0.4, 0.63, 0.2])), b, dtype=np.float64)
+    space: Any = env.observation_space
+    bounds = dict(zip(env.observation_names, zip(space.low.tolist(), space.high.tolist(), strict=True), strict=True))
+    assert bounds["trolley"] == bounds["target trolley"] == (-9.0, 9.0)
+    assert bounds["bridge"] == bounds["trolley velocity"] == (-np.inf, np.inf)
+    wide: Any = CraneEnv("knuckle_setpoint", max_effort=(1.0, 2.0, 3.0, 4.0)).action_space
+    assert wide.high.tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("scene", "max_effort", "line"),
+    [
+        ("overhead_energy", None, "max_effort: is missing, scene overhead_energy bounds no commands of trolley;"),
+        ("overhead_energy", -1.0, "max_effort = -1.0: must be a number greater than 0, or one for each of trolley"),
+        ("overhead_energy", (1.0, 2.0), "max_effort = (1.0, 2.0): must be a number greater than 0, or one for each"),
+        ("overhead_swing", 1.0, "scene overhead_swing: has neither a target (reference.q) nor a path of the payload"),
+        ("overhead_sway", 1.0, "scene overhead_sway: has no joint that takes commands"),
+    ],
+)
+def test_what_is_no_task_is_refused_in_one_line(scene: str, max_effort: Any, line: str) -> None:
+    """A scene that is no task, or a bound that is none, is refused with one line that names the culprit."""
+    with pytest.raises(SceneError) as refused:
+        CraneEnv(scene, max_effort)
+    assert line in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("action", [[1.0, 2.0], 1.0, [np.nan]])
+def test_an_action_is_one_number_for_each_joint(action: Any) -> None:
+    """Actions of another shape, or that are no numbers, are refused, and the crane stays where it is."""
+    env = CraneEnv()
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="must be a number for each of trolley"):
+        env.step(action)
+    assert env.plant.k == 0
