@@ -113,6 +113,8 @@ def tangent_basis(scene: Scene, q: Array) -> Array:
     identity.
     """
     sizes, blocks, i = _unit_vectors(scene), [], 0
+    if not sizes:
+        return np.eye(len(q))
     while i < len(q):
         blocks.append(null_space(q[None, i : i + sizes[i]]) if i in sizes else np.eye(1))
         i += len(blocks[-1])
