@@ -9,6 +9,7 @@ simulate: one run of a scene; simulate_batch: many, that differ in parameters.
 compare: runs of one crane side by side, metrics and differences.
 read_recording: a recorded run, as arrays with the names of simulate's; run.plot(), run.show(), run.to_dataframe().
 acceleration, energy: the equations of a scene; linearise: its linear ones about rest.
+identify: parameters of a scene from a recording or a ROS bag of a rig, with confidence intervals.
 study.run: many runs as one table (import crane_sim.study).
 SceneError: a scene that is not possible; SimulationError: a run that could not go on.
 
@@ -20,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from crane_sim.files.errors import SceneError
+    from crane_sim.identification.estimation import Identification, identify
     from crane_sim.recording.comparison import Comparison, compare
     from crane_sim.recording.read import read_recording
     from crane_sim.recording.run import RecordedRun
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from crane_sim.simulation.rollout import Rollout, simulate
 
 _HOMES = {
+    "Identification": "crane_sim.identification.estimation",
+    "identify": "crane_sim.identification.estimation",
     "LinearModel": "crane_sim.simulation.linear_model",
     "linearise": "crane_sim.simulation.linear_model",
     "Batch": "crane_sim.simulation.batch",
@@ -51,6 +55,7 @@ _HOMES = {
 __all__ = [
     "Batch",
     "Comparison",
+    "Identification",
     "LinearModel",
     "RecordedRun",
     "Rollout",
@@ -60,6 +65,7 @@ __all__ = [
     "acceleration",
     "compare",
     "energy",
+    "identify",
     "linearise",
     "load_scene",
     "read_recording",

@@ -14,6 +14,7 @@ from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.compare import compare_runs
 from crane_sim.cli.help_lines import HELP, CommandGroup
+from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
@@ -291,7 +292,7 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-for command in (view, shot, clip, replay, compare_runs, sweep, tune):
+for command in (view, shot, clip, replay, compare_runs, sweep, tune, identify_parameters):
     app.add_command(command)
 
 

@@ -20,6 +20,7 @@ PLAIN = (
     "ros",
     "orchestration",
     "recording",
+    "identification",
     "evaluation/reproduce",
     "evaluation/league",
     "evaluation/soak",

@@ -55,6 +55,7 @@ LAYERS = (
     "crane_sim.recording.mcap",
     "crane_sim.recording",
     "crane_sim.recording.rerun",
+    "crane_sim.identification",
     "crane_sim.__init__",
     "crane_sim.study",
     "crane_sim.gym",

@@ -19,9 +19,9 @@ from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
 HAND_WRITTEN = (
-    *("bench_top", "commands", "contact", "drives", "first_controller", "gymnasium", "index", "interfaces", "looking"),
-    *("machines", "operator", "profiling", "reeving", "ros", "ros2_control", "studies", "summary", "two_machines"),
-    *("uncertain", "wind", "your_crane", "your_effect", "your_law", "your_path"),
+    *("bench_top", "commands", "contact", "drives", "first_controller", "gymnasium", "identification", "index"),
+    *("interfaces", "looking", "machines", "operator", "profiling", "reeving", "ros", "ros2_control", "studies"),
+    *("summary", "two_machines", "uncertain", "wind", "your_crane", "your_effect", "your_law", "your_path"),
 )
 """Pages written by hand."""
 

@@ -1,0 +1,109 @@
+"""The command `crane identify`: parameters of a scene from a measured run."""
+
+from __future__ import annotations
+
+import json
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import yaml
+from rich.console import Console
+from rich.table import Table
+
+from crane_sim.cli import report
+from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
+from crane_sim.files.errors import SceneError
+
+if TYPE_CHECKING:
+    from crane_sim.identification import Identification
+
+SEGMENT = 5.0  # s
+
+
+@click.command("identify")
+@click.argument("scene")
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--parameters", required=True, metavar="KEY,KEY", help="Numbers of the scene, by dotted keys.")
+@click.option("--joints", metavar="NAME,NAME", help="Joints whose positions count (default: all measured).")
+@click.option("--segment", type=float, default=SEGMENT, show_default=True, help="Length of the parts of the run [s].")
+@click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Another first guess, or any value.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Folder (default: runs/identify-NAME of the run)."
+)
+@as_json_option
+def identify_parameters(
+    scene: str,
+    run: Path,
+    parameters: str,
+    joints: str | None,
+    segment: float,
+    settings: tuple[str, ...],
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Identify parameters of SCENE, whose values are the first guess, from a measured RUN: FILE.rrd or a ROS bag.
+
+    The folder gets the scene with the estimates, all figures, and a picture of fit against data.
+    """
+    from crane_sim.identification import identify
+
+    loaded = load_scene_with_options(scene, settings=settings)
+    folder = output or Path("runs") / f"identify-{run.stem}"
+    check_output(folder)
+    with report.compiling(hidden=as_json):
+        found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), segment=segment)
+    files = save(found, folder)
+    if as_json:
+        print(json.dumps(report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}))
+    else:
+        print_identification(found, Console())
+        print(*files, sep="\n")
+
+
+def _names(text: str) -> list[str]:
+    return [name for name in map(str.strip, text.split(",")) if name]
+
+
+def check_output(folder: Path) -> None:
+    """Make the folder; SceneError: it cannot be made, or the picture cannot be drawn."""
+    if find_spec("matplotlib") is None:
+        raise SceneError("the picture needs the Python package matplotlib, which is not installed")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError(f"-o {folder}: {error.strerror}") from None
+
+
+def save(found: Identification, folder: Path) -> list[Path]:
+    """Write the scene with the estimates, the figures and the picture into a folder; return the files."""
+    from crane_sim.evaluation.report.identification_figure import save_identification_figure
+
+    scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))
+    scene.write_text(yaml.safe_dump(found.scene.to_dict(), sort_keys=False))
+    estimate.write_text(json.dumps(report.json_value(found.to_dict()), indent=1) + "\n")
+    units = dict(zip(found.guess.joint_names, found.guess.joint_units, strict=True))
+    save_identification_figure(found, units, picture)
+    return [scene, estimate, picture]
+
+
+def print_identification(found: Identification, console: Console) -> None:
+    """Print the estimates beside the scene's values, their correlation, what is left of each joint, and warnings."""
+    columns = ("parameter", "scene", "estimate", "from", "to", "deviation")
+    table = Table(*columns, title="estimates, 95 % intervals", title_justify="left")
+    for each in found.estimates:
+        numbers = (each.start, each.value, each.low, each.high)
+        table.add_row(each.key, *(f"{x:.6g}" for x in numbers), f"{each.deviation:.2g}")
+    console.print(table)
+    if len(found.estimates) > 1:
+        keys = [each.key for each in found.estimates]
+        table = Table("correlation", *keys, title_justify="left")
+        for key, row in zip(keys, found.correlation, strict=True):
+            table.add_row(key, *(f"{x:.2f}" for x in row))
+        console.print(table)
+    left = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
+    samples = f"{len(found.data.t)} samples in {len(found.segments)} segments"
+    console.print(f"data less fit, rms [m, rad]: {left}; {samples}", markup=False, highlight=False, soft_wrap=True)
+    for line in found.warnings:
+        console.print(f"warning: {line}", style="bold red", highlight=False, soft_wrap=True)

@@ -1,0 +1,113 @@
+"""ROS bags of a rig: positions of `joint_states` and values of `joint_commands`, in any namespace."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.files.errors import SceneError, shorten
+
+Array = npt.NDArray[np.float64]
+STATES, COMMANDS = "joint_states", "joint_commands"
+
+
+class Track(NamedTuple):
+    """Values of some joints over time."""
+
+    nanoseconds: npt.NDArray[np.int64]  # (K,), which increase
+    names: tuple[str, ...]  # (m,)
+    values: Array  # (K, m)
+
+
+class Bag(NamedTuple):
+    """What of a bag counts."""
+
+    states: Track  # positions, m or rad
+    commands: Track  # in what the drives are commanded
+
+
+class Message(NamedTuple):
+    """A message and its times."""
+
+    received: int  # ns, by the recorder's clock
+    stamp: int  # ns, 0 where the sender left it out
+    content: Any  # sensor_msgs/JointState
+
+
+def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds: tuple[str, ...]) -> Bag:
+    """Return the positions and the commands in a bag: FILE.mcap, or a folder of rosbag2. Needs the package rosbags.
+
+    Time is that of the stamps; where a topic has none, the time at which messages were received.
+
+    Args:
+        path: the bag.
+        joints: names that are wanted.
+        driven: names (nu,) of those that are actuated.
+        kinds: what each of their drives is commanded (nu,): effort, velocity or position.
+
+    Raises:
+        SceneError: there is no such bag, it is damaged, or topics or joints are missing.
+    """
+    if not path.exists():
+        raise SceneError(f"{path}: there is no such file")
+    if len(set(kinds)) > 1:
+        raise SceneError(f"{path}: drives of several kinds, {', '.join(sorted(set(kinds)))}, cannot be read from a bag")
+    try:
+        topics = {name: _read_topic(path, name) for name in (STATES, COMMANDS)}
+    except ModuleNotFoundError as error:
+        raise SceneError(f"{path}: reading needs the Python package rosbags ({error.name})") from None
+    stamped = all(any(message.stamp for message in messages) for messages in topics.values())
+    states = _track(path, topics[STATES], "position", joints, stamped)
+    field = kinds[0] if kinds else "effort"  # what a drive is commanded is the name of the message's field, too
+    return Bag(states, _track(path, topics[COMMANDS], field, driven, stamped))
+
+
+def _read_topic(path: Path, name: str) -> list[Message]:
+    """Return the messages, one or more, of the one topic whose name ends with this one."""
+    any_reader = import_module("rosbags.highlevel").AnyReader  # by name: optional
+    types = import_module("rosbags.typesys")
+    try:
+        with any_reader([path], default_typestore=types.get_typestore(types.Stores.ROS2_JAZZY)) as reader:
+            wanted = [each for each in reader.connections if each.topic.rpartition("/")[2] == name]
+            topics = sorted({each.topic for each in wanted})
+            raw = reader.messages(wanted) if len(topics) == 1 else ()
+            found = [_message(at, reader.deserialize(data, connection.msgtype)) for connection, at, data in raw]
+    except ModuleNotFoundError:
+        raise
+    except Exception as error:  # of a damaged file: rosbags raises many kinds
+        line = shorten(str(error).splitlines()[0] if str(error) else error)
+        raise SceneError(f"{path}: cannot be read: {line}") from None
+    if not found:
+        why = f"several topics, {', '.join(topics)}; give one" if topics[1:] else f"no messages of a topic {name}"
+        raise SceneError(f"{path}: has {why}")
+    return found
+
+
+def _message(received: int, content: Any) -> Message:
+    return Message(received, content.header.stamp.sec * 10**9 + content.header.stamp.nanosec, content)
+
+
+def _track(path: Path, messages: list[Message], field: str, wanted: tuple[str, ...], stamped: bool) -> Track:
+    """Return the values of wanted joints that are in the messages."""
+    nanoseconds = np.array([each.stamp if stamped else each.received for each in messages])
+    steps = np.diff(nanoseconds)
+    if (back := np.flatnonzero(steps < 0)).size:
+        at = 1e-9 * nanoseconds[back[0]]
+        raise SceneError(f"{path}: times go back after {at:g} s: give one pass, without a reset")
+    fresh = np.concatenate([[True], steps > 0])  # of messages with the same stamp the first one counts
+    present = {name for each in messages for name in each.content.name}
+    names = tuple(name for name in wanted if name in present)
+    rows = [_values(path, each.content, field, names) for each, new in zip(messages, fresh, strict=True) if new]
+    return Track(nanoseconds[fresh], names, np.array(rows).reshape(len(rows), len(names)))
+
+
+def _values(path: Path, content: Any, field: str, names: tuple[str, ...]) -> list[float]:
+    """Return the values of some joints in a message, which may have them in any order; NaN for one it lacks."""
+    values, present = getattr(content, field), list(content.name)
+    if len(values) != len(present):
+        raise SceneError(f"{path}: a message has {len(values)} values of {field} for {', '.join(present)}")
+    return [float(values[present.index(name)]) if name in present else float("nan") for name in names]

@@ -1,0 +1,169 @@
+"""Measured runs: joint positions and the commands that led to them, from a recording or a ROS bag."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.files.errors import SceneError
+from crane_sim.identification.bags import read_bag
+from crane_sim.recording.read import read_recording
+from crane_sim.recording.run import RecordedRun
+
+if TYPE_CHECKING:
+    from crane_sim.scenes.scene import Scene
+    from crane_sim.simulation.rollout import Rollout
+
+Array = npt.NDArray[np.float64]
+
+
+NANOSECOND = 9  # digits to which times of samples are rounded, so that those of one instant are one
+EARLY = 1e-6  # of a sample's spacing: rounding of its time
+
+
+class Measurements(NamedTuple):
+    """Positions and commands of one run, each at its own instants, which increase."""
+
+    t: Array  # (K,) s, of the positions, from the start of the scene's time
+    joints: tuple[str, ...]  # m names of measured joints
+    q: Array  # (K, m) m or rad, NaN where a joint was not measured
+    command_times: Array  # (C,) s, from which each command is held
+    commands: Array  # (C, nu), in the order and the units of the scene's actuated joints
+
+
+Source: TypeAlias = "Measurements | RecordedRun | Rollout | Path | str"  # of a run
+
+
+def measurements_of(source: Source, scene: Scene) -> Measurements:
+    """Return what a recording or a bag, by its path, or a run that is here has of a scene's crane.
+
+    Raises:
+        SceneError: it cannot be read, or is of another crane; one line.
+    """
+    if isinstance(source, Path | str):
+        return read_measurements(source, scene)
+    if isinstance(source, RecordedRun):
+        return from_recording(source, scene)
+    return select(source if isinstance(source, Measurements) else from_rollout(source), scene.actuated, scene, "run")
+
+
+def read_measurements(path: Path | str, scene: Scene) -> Measurements:
+    """Return what a recording FILE.rrd or a bag FILE.mcap of a scene's crane has: its positions and commands only.
+
+    Raises:
+        SceneError: it cannot be read, or is of another crane; one line.
+    """
+    file = Path(path)
+    if file.suffix == ".rrd":
+        return from_recording(read_recording(file), scene)
+    bag = read_bag(file, scene.joint_names, scene.actuated, scene.commands)
+    start = bag.states.nanoseconds[0]
+    t, command_times = (1e-9 * (track.nanoseconds - start) for track in bag)
+    found = Measurements(t, bag.states.names, bag.states.values, command_times, bag.commands.values)
+    return undo_sensors(select(found, bag.commands.names, scene, str(path)), scene)
+
+
+def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
+    """Return the positions of a recorded run, as its sensors show them, and its commands.
+
+    A run without commands was driven by constant inputs or by nothing: the efforts that were applied stand for them.
+    """
+    q = run.q if run.q_measured is None else run.q_measured
+    commands = _held_commands(run.commands, run.u, str(run.path))
+    measured = Measurements(run.t, run.crane.joint_names, q, run.t, commands)
+    return undo_sensors(select(measured, run.crane.actuated, scene, str(run.path)), scene)
+
+
+def _held_commands(commands: Array, applied: Array, source: str) -> Array:
+    """Return the commands (K, nu), or constant efforts that were applied without any.
+
+    Raises:
+        SceneError: there are none, and efforts that change are known at the samples only.
+    """
+    if np.isfinite(commands).any() or not commands.size:
+        return commands
+    held = applied[: len(commands)]
+    if np.any(held != held[0]):
+        raise SceneError(f"{source}: has no commands: inputs or a continuous law acted, between samples too")
+    return held
+
+
+def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurements:
+    """Return the positions of a simulated run as encoders with normal noise (standard deviation [rad, m]) show them."""
+    q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
+    commands = _held_commands(run.commands, run.u, "run")
+    return Measurements(run.t, run.scene.joint_names, q, run.t[: len(commands)], commands)
+
+
+def select(found: Measurements, driven: tuple[str, ...], scene: Scene, source: str) -> Measurements:
+    """Return what was found with its joints and commands (C, len(driven)) in the scene's order.
+
+    Raises:
+        SceneError: joints or actuated joints are not the scene's, a command is missing, or times do not increase.
+    """
+    joints = tuple(name for name in scene.joint_names if name in found.joints)
+    missing = [name for name in scene.actuated if name not in driven]
+    if not joints or missing:
+        what = f"commands of {', '.join(missing)}" if joints else f"position of {', '.join(scene.joint_names)}"
+        raise SceneError(f"{source}: has no {what}; it has {', '.join(found.joints)}, commands of {', '.join(driven)}")
+    for times in (found.t, found.command_times):
+        if (back := np.flatnonzero(~(np.diff(times) > 0.0))).size:
+            raise SceneError(f"{source}: times must increase, and do not after t = {times[back[0]]:g} s")
+    q = found.q[:, [found.joints.index(name) for name in joints]]
+    commands = found.commands[:, [driven.index(name) for name in scene.actuated]]
+    if bad := np.flatnonzero(~np.isfinite(commands).all(axis=1)).tolist():
+        raise SceneError(f"{source}: no command at t = {found.command_times[bad[0]]:g} s: brakes acted, or it is lost")
+    return found._replace(joints=joints, q=np.where(np.isfinite(q), q, np.nan), commands=np.ascontiguousarray(commands))
+
+
+def undo_sensors(found: Measurements, scene: Scene) -> Measurements:
+    """Return measurements at the instants at which the scene's sensors took them, less their bias.
+
+    A sample that is published again, between two samples of a slow sensor or after a lost one, is no measurement.
+    Noise and quantisation stay: they are what the residuals are made of.
+    """
+    if scene.hardware is None:
+        return found
+    sensors, samples = scene.hardware.sensors, list[tuple[Array, Array]]()
+    for name, values in zip(found.joints, found.q.T, strict=True):
+        sensor = sensors[scene.joint_names.index(name)]
+        instants, fresh = _sampling(found.t, sensor, scene.period)
+        if sensor.dropout > 0.0:
+            fresh[1:] &= np.diff(values) != 0.0
+        samples.append((instants[fresh], values[fresh] - sensor.bias))
+    t = np.unique(np.concatenate([instants for instants, _ in samples]))
+    q = np.full((len(t), len(samples)), np.nan)
+    for column, (instants, values) in zip(q.T, samples, strict=True):
+        column[np.searchsorted(t, instants)] = values
+    return found._replace(t=t, q=q)
+
+
+def _sampling(t: Array, sensor: Any, period: float) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Return (instants (K,) [s] at which samples were taken that are published at t (K,), which of them are new)."""
+    if sensor.every == 1 and sensor.delay == 0:
+        return t, np.full(len(t), True)
+    if sensor.every == 1:
+        instants = np.round(t - sensor.delay * period, NANOSECOND)
+        return instants, instants >= 0.0  # before, the first sample was published
+    number = np.floor(((t / period - sensor.delay) / sensor.every) + EARLY)  # of the sample
+    return np.round(number * sensor.every * period, NANOSECOND), (np.diff(number, prepend=-1.0) > 0.0) & (number >= 0.0)
+
+
+def choose_joints(data: Measurements, names: tuple[str, ...]) -> Measurements:
+    """Return the measurements of some joints only, of all when there are no names, where there is one at all.
+
+    Raises:
+        SceneError: one of them is not measured.
+    """
+    for name in names:
+        if name not in data.joints:
+            raise SceneError(f"joint {name!r}: is not measured; measured are {', '.join(data.joints)}")
+    chosen = tuple(name for name in data.joints if not names or name in names)
+    q = data.q[:, [data.joints.index(name) for name in chosen]]
+    if bad := [name for name, column in zip(chosen, q.T, strict=True) if not np.isfinite(column).any()]:
+        raise SceneError(f"joint {bad[0]!r}: has no position that is a number; choose others")
+    rows = np.isfinite(q).any(axis=1)
+    return data._replace(joints=chosen, t=data.t[rows], q=np.ascontiguousarray(q[rows]))
