@@ -67,24 +67,30 @@ def foreign_key(error: ValidationError) -> str | None:
     return str(first["loc"][0]) if first["type"] in _FOREIGN and len(first["loc"]) == 1 else None
 
 
+def foreign_path(error: ValidationError) -> tuple[str, ...]:
+    """Return where an unknown key stands, group by group, if that is the first mistake of a validation."""
+    first, _ = _deepest(error.errors())
+    return tuple(map(str, _readable_location(first["loc"]))) if first["type"] in _FOREIGN else ()
+
+
 def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) -> str:
     """Return the first mistake of a validation of `kind`, which stands in `group`, as one line."""
     first, message = _deepest(error.errors())
     inside = first["loc"] if first["type"] in _FOREIGN else _readable_location(first["loc"])
     where = (*group, *inside)
     if first["type"] in _FOREIGN:
-        return _at(where[:-1], unknown_key(str(where[-1]), _fields(kind, inside[:-1])))
+        return _at(where[:-1], unknown_key(str(where[-1]), fields_at(kind, inside[:-1])))
     if first["type"] == "missing" and isinstance(where[-1], int):
         return _at(where[:-1], f"has {len(first['input'])} values, too few: {shorten(first['input'])}")
     if first["type"] == "missing":
-        return _missing(first, where, _fields(kind, inside[:-1]))
+        return _missing(first, where, fields_at(kind, inside[:-1]))
     if first["type"] == "too_long":
         context = first.get("ctx", {})
         return _at(where, f"has {context['actual_length']} values, at most {context['max_length']} are possible")
     if first["type"] == "value_error" and (message.startswith("unknown key") or isinstance(first["input"], dict)):
         return _at(where, message)
     if first["type"] in _NO_GROUP:
-        message = no_group(_fields(kind, inside))
+        message = no_group(fields_at(kind, inside))
     return _at(where, f"= {shorten(first['input'])}: {message}", joint=" ")
 
 
@@ -159,7 +165,7 @@ def shorten(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def _fields(kind: Any, where: Sequence[int | str]) -> Sequence[str]:
+def fields_at(kind: Any, where: Sequence[int | str]) -> Sequence[str]:
     """Return the names of the fields of the group at `where` inside `kind`; none where the file chooses its kind."""
     for part in where:
         fields = kind.model_fields if isinstance(kind, type) and issubclass(kind, BaseModel) else {}

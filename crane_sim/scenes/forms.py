@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, fields_at
 from crane_sim.scenes.schema.bridge import BridgeFile
 from crane_sim.scenes.schema.gantry import GantryFile
 from crane_sim.scenes.schema.knuckle import KnuckleFile
@@ -38,6 +38,9 @@ FALLS_FORMS: dict[str, type[SceneFile]] = {
 
 REEVED = ("knuckle", "tower", "mobile", "bridge")
 """Cranes whose rope can run over sheaves."""
+
+MOST_PLACES = 2
+"""Groups that a line on a key names, which other groups have."""
 
 ALL_FORMS = FORMS | {f"{crane} with falls": form for crane, form in FALLS_FORMS.items()}
 """All forms, by what a crane is called."""
@@ -77,11 +80,27 @@ def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> N
         )
 
 
-def cranes_with(key: str | None) -> str:
-    """Return the end of a line on an unknown group that other cranes have, empty where none does."""
-    cranes = [crane for crane, form in FORMS.items() if key in form.model_fields]
-    on_falls = [crane for crane, form in FALLS_FORMS.items() if key in form.model_fields and crane not in cranes]
-    if not cranes and not on_falls:
+def cranes_with(path: tuple[str, ...]) -> str:
+    """Return the end of a line on an unknown key: which cranes have it there or elsewhere, empty where none does."""
+    if not path:
         return ""
-    also = f", with falls to {', '.join(on_falls)}" if on_falls else ""
-    return f"; {key!r} belongs to crane: {', '.join(cranes)}{also}"
+    if found := _cranes(path):
+        return f"; {'.'.join(path)!r} belongs to crane: {found}"
+    if len(path) > 1:
+        return ""
+    groups = dict.fromkeys(group for form in ALL_FORMS.values() for group in form.model_fields)
+    elsewhere = ((f"{group}.{path[-1]}", _cranes((group, path[-1]))) for group in groups)
+    lines = [f"{key!r} of crane: {cranes}" for key, cranes in elsewhere if cranes]
+    return f"; possible: {'; '.join(lines[:MOST_PLACES])}" if lines else ""
+
+
+def _cranes(path: tuple[str, ...]) -> str:
+    """Return the cranes whose form has a key at a path, in words; empty where none has."""
+    *group, key = path
+    cranes = [crane for crane, form in FORMS.items() if key in fields_at(form, group)]
+    falls = [crane for crane, form in FALLS_FORMS.items() if key in fields_at(form, group) and crane not in cranes]
+    return (
+        ", ".join(cranes)
+        + (", with falls to " if cranes and falls else "with falls to " if falls else "")
+        + ", ".join(falls)
+    )

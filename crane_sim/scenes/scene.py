@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from crane_sim import system
 from crane_sim.files.document import SHARED, nominal, read, set_value, switch_law, without_nulls
-from crane_sim.files.errors import SceneError, foreign_key, nearest, one_line, one_word, shorten
+from crane_sim.files.errors import SceneError, foreign_path, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
 from crane_sim.scenes.forms import FORMS, check_cable, cranes_with, form_of
@@ -310,7 +310,7 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     try:
         return form.model_validate(without_nulls(document))
     except ValidationError as error:
-        raise SceneError(one_line(error, form) + cranes_with(foreign_key(error))) from None
+        raise SceneError(one_line(error, form) + cranes_with(foreign_path(error))) from None
 
 
 def _law(file: SceneFile, document: dict[str, Any]) -> Law:

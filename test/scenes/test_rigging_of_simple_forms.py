@@ -163,6 +163,16 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
         "unknown key 'flexibility' .*; 'flexibility' belongs to crane: tower, mobile",
     ),
     "group of another crane": (("bridge_hook_and_sling", {}), {"contact": {}}, "; 'contact' belongs to crane: gantry"),
+    "key of a group of other cranes": (
+        ("offshore_obstacle", {}),
+        {"rope.drive": "force"},
+        "rope: unknown key 'drive' .*; 'rope.drive' belongs to crane: knuckle, tower, mobile, bridge",
+    ),
+    "key that others have inside a group": (
+        ("overhead_energy", {}),
+        {"reeving": {"falls": 4}},
+        "; possible: 'rope.reeving' of crane: knuckle, tower, mobile, bridge",
+    ),
     "directions without links": (
         KNUCKLE,
         {"initial.rigging": {"directions": [[0, 0, -1]]}},
