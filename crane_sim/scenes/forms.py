@@ -1,6 +1,6 @@
 """The kinds of crane, and the form of the scene files of each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from crane_sim.files.errors import SceneError, fields_at
@@ -80,7 +80,7 @@ def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> N
         )
 
 
-def cranes_with(path: tuple[str, ...]) -> str:
+def cranes_with(path: Sequence[str]) -> str:
     """Return the end of a line on an unknown key: which cranes have it there or elsewhere, empty where none does."""
     if not path:
         return ""
@@ -94,7 +94,7 @@ def cranes_with(path: tuple[str, ...]) -> str:
     return f"; possible: {'; '.join(lines[:MOST_PLACES])}" if lines else ""
 
 
-def _cranes(path: tuple[str, ...]) -> str:
+def _cranes(path: Sequence[str]) -> str:
     """Return the cranes whose form has a key at a path, in words; empty where none has."""
     *group, key = path
     cranes = [crane for crane, form in FORMS.items() if key in fields_at(form, group)]
