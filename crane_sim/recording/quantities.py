@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.run import RecordedRun
 
 MANY = 4  # swing coordinates of a cable that are shown
+STILL = 1e-12  # in any unit: what moves less than rounding stands still
 
 
 class Quantity(NamedTuple):
@@ -42,6 +43,16 @@ def common_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbe
     found = [quantities_of(run) for run in runs]
     shared = [key for key in found[0] if all(key in each for each in found)]
     return {key: tuple(each[key] for each in found) for key in shared}
+
+
+def moving_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbers, ...]]:
+    """Return the common quantities but for those that stay at one value in all runs."""
+    return {key: each for key, each in common_quantities(runs).items() if _moves(np.concatenate(each))}
+
+
+def _moves(values: Numbers) -> bool:
+    finite = values[np.isfinite(values)]
+    return bool(finite.size and np.ptp(finite) > STILL)
 
 
 def _quantities(run: RecordedRun) -> Iterator[tuple[Quantity, Numbers]]:

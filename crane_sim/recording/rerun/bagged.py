@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from crane_sim.recording.bag import read_bag
 from crane_sim.recording.blocks import block_of
 from crane_sim.recording.layout import of_scene
-from crane_sim.recording.mcap.reader import read_bag
 from crane_sim.recording.rerun.reader import read_run
 from crane_sim.recording.rerun.recorder import BLOCK_STEPS
 from crane_sim.recording.rerun.writer import RunWriter
 
 if TYPE_CHECKING:
-    from crane_sim.recording.mcap.reader import BaggedRun
+    from crane_sim.recording.bag import BaggedRun
     from crane_sim.recording.run import RecordedRun
 
 KEPT = ("provenance", "drawn")  # properties of the run itself; the others follow from its scene

@@ -14,7 +14,7 @@ from crane_sim.recording.base_frame import BASE
 from crane_sim.recording.camera import Framing
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.layout import Span
-from crane_sim.recording.quantities import Quantity, common_quantities
+from crane_sim.recording.quantities import Quantity, moving_quantities
 from crane_sim.recording.rerun.blueprint import arrange, crane_view, value_axis
 from crane_sim.recording.rerun.curves import PALETTE
 from crane_sim.recording.rerun.errors import RecordingError
@@ -25,7 +25,6 @@ from crane_sim.recording.rerun.vessel import Vessel
 from crane_sim.recording.rerun.writer import APPLICATION, FLUSH_SECONDS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from crane_sim.recording.comparison import Comparison
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
 FIRST_PAGE = 8  # plots on the first tab
 TITLE = "comparison"
-STILL = 1e-12  # in any unit: what moves less than rounding has no plot
 COLORS = (PALETTE[1], PALETTE[0], *PALETTE[2:])
 """Of the runs, each other's contrast: cranes are yellow, so is the curve of the first one."""
 
@@ -48,7 +46,7 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
         RecordingError: the file cannot be written.
     """
     part, runs = unfinished_name(path), comparison.runs
-    quantities = _moving_quantities(runs)
+    quantities = moving_quantities(runs)
     framing = Framing(**runs[0].crane.framing)._replace(follows="")
     rec = rr.RecordingStream(APPLICATION, recording_id=f"{TITLE}-{uuid.uuid4().hex[:12]}")
     rec.set_log_time_enabled(False)
@@ -66,11 +64,6 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
         raise RecordingError(f"recording {part}: {error}") from error
     rec.disconnect()
     return part.replace(path)
-
-
-def _moving_quantities(runs: Sequence[RecordedRun]) -> Curves:
-    """Return the quantities that all runs have, but for those that stay at one value in all of them."""
-    return {key: each for key, each in common_quantities(runs).items() if np.ptp(np.concatenate(each)) > STILL}
 
 
 def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framing) -> None:
