@@ -91,17 +91,25 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
 
 
 @app.command()
-@click.argument("run", required=False, type=click.Path(path_type=Path))
+@click.argument("runs", nargs=-1, type=click.Path(path_type=Path), metavar="[RUN ...]")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="A .png (default: the recording's name), .pdf or .svg."
 )
-def plot(run: Path | None, output: Path | None) -> None:
-    """Draw the curves of a recorded run, RUN or the newest: positions and targets, speeds, efforts, swing, energy."""
-    from crane_sim.evaluation.report.figure import KINDS, save_run_figure
+def plot(runs: tuple[Path, ...], output: Path | None) -> None:
+    """Draw the curves of a recorded run, RUN or the newest: positions and targets, speeds, efforts, swing, energy.
 
-    recording = recording_of(run)
-    file = output_of(output, recording, *KINDS)
-    save_run_figure(read_recording(recording), file)
+    Of several runs of one crane: one curve a run of each quantity that all have, with one legend.
+    """
+    from crane_sim.evaluation.report.figure import KINDS, save_comparison_figure, save_run_figure
+
+    recordings = [recording_of(run) for run in runs or (None,)]
+    file = output_of(output, recordings[0], *KINDS)
+    if len(recordings) == 1:
+        save_run_figure(read_recording(recordings[0]), file)
+    else:
+        from crane_sim.recording.comparison import compare
+
+        save_comparison_figure(compare(*recordings), file)
     print(file)
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @click.command("compare")
 @click.argument("runs", nargs=-1, required=True, metavar="RUN RUN ...")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write a .html that plays all runs in one scene.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write all runs in one scene: .html or .rrd.")
 @click.option("--laws", default="", metavar="A,B,...", help="Simulate the SCENE given as RUN with each law first.")
 @as_json_option
 def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json: bool) -> None:
@@ -32,21 +32,37 @@ def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json:
     from crane_sim.recording.comparison import compare
 
     if output is not None:
-        output_of(output, Path(runs[0]), ".html")
+        output_of(output, Path(runs[0]), ".html", ".rrd")
+        _check_is_no_run(output, runs)
     if laws:
         names = _law_names(laws, runs)
         comparison = compare(*_simulate(runs[0], names, hidden=as_json), names=names)
     else:
         comparison = compare(*(recording_of(Path(run)) for run in runs))
     if output is not None:
-        from crane_sim.evaluation.report.page import save_comparison
-
-        save_comparison(comparison, output)
+        _save(comparison, output)
     if as_json:
         print(json.dumps(report.json_value(comparison.to_dict())))
     else:
         _print(comparison)
         print(*[output] * (output is not None))
+
+
+def _check_is_no_run(output: Path, runs: Sequence[str]) -> None:
+    for run in runs:
+        if output.exists() and Path(run).exists() and output.samefile(run):
+            raise SceneError(f"--output {output}: is one of the runs that are compared")
+
+
+def _save(comparison: Comparison, output: Path) -> None:
+    if output.suffix == ".rrd":
+        from crane_sim.recording.rerun.comparison import record_comparison
+
+        record_comparison(comparison, output)
+    else:
+        from crane_sim.evaluation.report.page import save_comparison
+
+        save_comparison(comparison, output)
 
 
 def _law_names(laws: str, runs: Sequence[str]) -> list[str]:

@@ -268,6 +268,11 @@ def of_rollout(rollout: Rollout, run_id: str) -> Layout:
     return layout._replace(provenance="", sensed=sensed, paced=False, properties={**layout.properties, **facts})
 
 
+def text_properties(layout: Layout) -> dict[str, str]:
+    """Return the properties of a run as text, numbers as in JSON."""
+    return {key: value if isinstance(value, str) else json.dumps(value) for key, value in layout.properties.items()}
+
+
 def label(name: str) -> str:
     """Turn a joint name into words for a legend."""
     return name.replace("_", " ")

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 
 
 def read_recording(path: Path | str) -> RecordedRun:
     """Return the run in a recording FILE.rrd of `crane run`, `crane simulate --record` or `Rollout.record`.
+
+    Of a bag FILE.mcap of `crane run --mcap` likewise, without events and figures; needs the package rosbags, too.
 
     Times `t` (K,) [s], positions `q` (K, nq), speeds `v` (K, nq), efforts `u` (K, nu), `payload` (K, 3) [m], ...: SI
     units, angles in rad, the names those of `Rollout`; see `RecordedRun`. Needs the package rerun-sdk.
@@ -21,9 +24,13 @@ def read_recording(path: Path | str) -> RecordedRun:
     if not file.is_file():
         raise UnreadableRecording(f"{file}: {'is no file' if file.exists() else 'there is no such file'}")
     if file.suffix == ".mcap":
-        raise UnreadableRecording(f"{file}: has the messages alone, no scene and no figures; read the .rrd of the run")
+        return _import_reader("bagged", file).bagged_run(file)
+    return _import_reader("reader", file).read_run(file)
+
+
+def _import_reader(name: str, file: Path) -> ModuleType:
     try:
-        reader = import_module("crane_sim.recording.rerun.reader")  # by name: a layer above, whose package is optional
+        return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional
     except ModuleNotFoundError as error:
-        raise UnreadableRecording(f"{file}: reading needs the Python package rerun-sdk ({error.name})") from None
-    return reader.read_run(file)
+        package = "rosbags" if (error.name or "").startswith("rosbags") else "rerun-sdk"
+        raise UnreadableRecording(f"{file}: reading needs the Python package {package} ({error.name})") from None

@@ -152,6 +152,11 @@ class RecordedRun:
         return self.frames.nodes
 
     @property
+    def frame_steps(self) -> NDArray[np.int64]:
+        """Rows (F,) of the steps at which the instants `frames.t` are."""
+        return np.searchsorted(self.t, self.frames.t - 0.5 * self.period)
+
+    @property
     def scene_text(self) -> str:
         """The scene file as YAML, with all changes of the run."""
         return self.properties["scene_file"]

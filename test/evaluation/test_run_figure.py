@@ -7,7 +7,7 @@ import pytest
 
 import crane_sim
 from crane_sim.evaluation.report.decimation import encode_columns, rows_with_peaks
-from crane_sim.evaluation.report.figure import save_run_figure
+from crane_sim.evaluation.report.figure import comparison_figure, save_run_figure
 from crane_sim.evaluation.report.panels import SHARE, panels_of
 from crane_sim.recording.run import RecordedRun
 
@@ -75,3 +75,16 @@ def test_integers_keep_nine_digits() -> None:
     assert (o1, s1) == (3.25, 0.0)
     assert np.abs(o0 + s0 * integers[0] - columns[:, 0]).max() <= 200.0 / 2**32 + 1e-13
     assert np.abs(o2 + s2 * integers[1] - columns[:, 2]).max() <= 1.0 / 2**32 + 1e-13
+
+
+@pytest.mark.interpreted
+def test_runs_share_panels_and_one_legend() -> None:
+    """Each panel of several runs has one curve a run with its values over its own times, and one legend names them."""
+    runs = [crane_sim.simulate("overhead_energy", duration=0.2, overrides={"payload.mass": m}) for m in (8.0, 11.0)]
+    both = crane_sim.compare(*runs, names=("light", "heavy"))
+    figure = comparison_figure(both)
+    assert [text.get_text() for each in figure.legends for text in each.get_texts()] == ["light", "heavy"]
+    panels = {axis.get_title(loc="left"): axis for axis in figure.axes if axis.lines}
+    assert "Payload y" not in panels and all(len(axis.lines) == 2 for axis in panels.values())
+    for line, run in zip(panels["Trolley"].lines, both.runs, strict=True):
+        assert np.array_equal(line.get_xdata(), run.t) and np.array_equal(line.get_ydata(), run.q[:, 0])

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
-from crane_sim.evaluation.report.panels import PALETTE, joint_colors
+from crane_sim.evaluation.report.panels import PALETTE
 from crane_sim.evaluation.report.robot import robot_of, sources
-from crane_sim.recording.layout import label
+from crane_sim.recording.quantities import common_quantities
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from crane_sim.recording.comparison import Comparison
-    from crane_sim.recording.layout import Numbers
     from crane_sim.recording.run import RecordedRun
 
 CURVE_NUMBERS = 40_000  # points of all curves
@@ -73,37 +68,20 @@ def _ghost(run: RecordedRun, numbers: int) -> dict[str, Any]:
 
 def _panels(comparison: Comparison, colors: list[str]) -> list[dict[str, Any]]:
     """Return one panel for each quantity, with a curve of each run."""
-    quantities = [dict(_quantities(run)) for run in comparison.runs]
-    shown = [key for key in quantities[0] if all(key in each for each in quantities)]
-    points = min(POINTS, CURVE_NUMBERS // max(1, len(shown) * len(colors)))
-    rows = list(zip(comparison.runs, comparison.names, colors, quantities, strict=True))
+    quantities = common_quantities(comparison.runs)
+    points = min(POINTS, CURVE_NUMBERS // max(1, len(quantities) * len(colors)))
+    rows = list(zip(comparison.runs, comparison.names, colors, strict=True))
     return [
         {
             "title": title,
             "unit": unit,
             "curves": [
-                {"name": name, "color": color, "dashed": False} | curve_points(run.t, values[title, unit], points)
-                for run, name, color, values in rows
+                {"name": name, "color": color, "dashed": False} | curve_points(run.t, each, points)
+                for (run, name, color), each in zip(rows, values, strict=True)
             ],
         }
-        for title, unit in shown
+        for (title, unit), values in quantities.items()
     ]
-
-
-def _quantities(run: RecordedRun) -> Iterator[tuple[tuple[str, str], Numbers]]:
-    """Yield ((title, unit), values (K,)) of what is compared; angles in degrees."""
-    crane = run.crane
-    for name in joint_colors(run):
-        i = crane.joint_names.index(name)
-        angle = crane.joint_units[i] == "rad"
-        yield (label(name), "°" if angle else crane.joint_units[i]), np.degrees(run.q[:, i]) if angle else run.q[:, i]
-    yield ("swing from the vertical", "°"), np.degrees(run.swing)
-    for i, axis in enumerate("xyz"):
-        yield (f"payload {axis}", "m"), run.payload[:, i]
-    for k, name in enumerate(crane.actuated):
-        yield (f"effort of {label(name)}", crane.effort_units[k]), run.u[:, k]
-    yield ("rope tension", "N"), run.tension
-    yield ("energy since the start", "J"), run.energy - run.energy[0]
 
 
 def _metrics(comparison: Comparison) -> list[list[str]]:

@@ -10,11 +10,13 @@ import numpy as np
 from crane_sim.evaluation.report.decimation import rows_with_peaks
 from crane_sim.evaluation.report.panels import INK, PALETTE, SOFT, Panel, panels_of
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.quantities import moving_quantities
 from crane_sim.recording.states import color_of, spans_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from crane_sim.recording.comparison import Comparison
     from crane_sim.recording.run import RecordedRun
 
 COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
@@ -31,9 +33,26 @@ def save_run_figure(run: RecordedRun, file: Path) -> None:
     Raises:
         SceneError: the kind of file is another one, matplotlib is missing, or the file cannot be written.
     """
+    _check_kind(file)
+    _save(run_figure(run), file)
+
+
+def save_comparison_figure(comparison: Comparison, file: Path) -> None:
+    """Write the figure of several runs into a .png, .pdf or .svg file.
+
+    Raises:
+        SceneError: as of `save_run_figure`.
+    """
+    _check_kind(file)
+    _save(comparison_figure(comparison), file)
+
+
+def _check_kind(file: Path) -> None:
     if file.suffix.lower() not in KINDS:
         raise SceneError(f"-o {file}: must end in {', '.join(KINDS)}")
-    figure = run_figure(run)
+
+
+def _save(figure: Any, file: Path) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(file, dpi=140)
@@ -41,20 +60,36 @@ def save_run_figure(run: RecordedRun, file: Path) -> None:
         raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
 
 
+def comparison_figure(comparison: Comparison) -> Any:
+    """Return the `matplotlib.figure.Figure` of several runs: a panel for each quantity that all have and that moves.
+
+    Each run has one colour in all panels, and one legend names them.
+    """
+    quantities = moving_quantities(comparison.runs)
+    rows = max(1, ceil(len(quantities) / COLUMNS))
+    rc_context, figure_class = _matplotlib()
+    with rc_context(STYLE):
+        figure, axes = _make_axes(figure_class, rows)
+        for axis, ((title, unit), curves) in zip(axes, quantities.items(), strict=False):
+            for i, (run, each) in enumerate(zip(comparison.runs, curves, strict=True)):
+                kept = rows_with_peaks(each, POINTS)
+                axis.plot(run.t[kept], each[kept], color=PALETTE[i % len(PALETTE)], linewidth=1.2)
+            _label(axis, title[0].upper() + title[1:], unit)
+        for axis in axes[len(quantities) :]:
+            axis.set_axis_off()
+        figure.legend(axes[0].lines, comparison.names, loc="outside upper center", ncols=6, frameon=False)
+    return figure
+
+
 def run_figure(run: RecordedRun) -> Any:
     """Return the `matplotlib.figure.Figure` of a run: all panels of `panels_of`, then the payload's path."""
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise SceneError("a figure needs the Python package matplotlib, which is not installed") from None
     panels = panels_of(run)
     planes = [plane for plane in PLANES if np.ptp(run.payload[:, plane[2]]) > 1e-9]
     rows = ceil((len(panels) + len(planes) + bool(run.states)) / COLUMNS)
+    rc_context, figure_class = _matplotlib()
     with rc_context(STYLE):
-        figure = Figure(figsize=(COLUMNS * WIDTH, rows * HEIGHT + 0.5), layout="constrained")
+        figure, axes = _make_axes(figure_class, rows)
         figure.suptitle(f"{run.name} · law {run.law} · {run.status}", color=INK, wrap=True)
-        axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
         for axis, panel in zip(axes, panels, strict=False):
             _draw(axis, run, panel)
         for axis, plane in zip(axes[len(panels) :], planes, strict=False):
@@ -67,6 +102,22 @@ def run_figure(run: RecordedRun) -> Any:
     return figure
 
 
+def _matplotlib() -> tuple[Any, Any]:
+    """Return matplotlib's `rc_context` and `Figure`; SceneError where it is not installed."""
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise SceneError("a figure needs the Python package matplotlib, which is not installed") from None
+    return rc_context, Figure
+
+
+def _make_axes(figure_class: Any, rows: int) -> tuple[Any, Any]:
+    """Return a figure with so many rows of axes, and the axes (rows * COLUMNS,)."""
+    figure = figure_class(figsize=(COLUMNS * WIDTH, rows * HEIGHT + 0.5), layout="constrained")
+    return figure, figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+
+
 def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
     for curve in panel.curves:
         rows = rows_with_peaks(curve.values, POINTS)
@@ -75,12 +126,16 @@ def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
         axis.plot(run.t[rows], curve.values[rows], color=curve.color, label=curve.name, **style)
     for t, _ in run.events[:50]:
         axis.axvline(t, color=SOFT, linewidth=0.5, linestyle=":")
-    axis.set_title(panel.title, loc="left", color=INK)
+    _label(axis, panel.title, panel.unit)
+    axis.legend(loc="best", fontsize=7.5, frameon=False, ncols=2 if len(panel.curves) > 3 else 1)
+
+
+def _label(axis: Any, title: str, unit: str) -> None:
+    axis.set_title(title, loc="left", color=INK)
     axis.set_xlabel("time [s]")
-    axis.set_ylabel(f"[{panel.unit}]")
+    axis.set_ylabel(f"[{unit}]")
     axis.margins(x=0.0)
     _finish(axis)
-    axis.legend(loc="best", fontsize=7.5, frameon=False, ncols=2 if len(panel.curves) > 3 else 1)
 
 
 def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> None:

@@ -104,7 +104,7 @@ def curve_points(t: Numbers, values: Numbers, count: int) -> dict[str, str]:
 def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
     """Return the frames of the 3D scene, as columns, and which columns are what: [first, count]."""
     frames, tip = run.frames, run.crane.tip_index
-    at = np.searchsorted(run.t, frames.t - 0.5 * run.period)
+    at = run.frame_steps
     parts = {"t": frames.t[:, None], "q": run.q[at][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
     parts["tension"] = rope_loads(run)[at]
     if run.base is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crane_sim.recording.layout import label
-from crane_sim.recording.suspension import COORDINATES
+from crane_sim.recording.quantities import shown_joints
 
 if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
@@ -19,7 +19,6 @@ PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8
 INK, SOFT = "#2f3a45", "#8a95a1"
 SHARE = 0.1  # of an axis: a curve that moves over less of it gets an axis of its own
 NAMED = 4  # curves in a title
-MANY = 4  # swing coordinates of a cable that are shown
 PREFIXES = ((1e6, 2e6, "M"), (1e3, 2e4, "k"))  # factor, the peak from which on it is used, SI prefix
 PREFIXED = ("N", "N m", "J", "W")
 
@@ -49,14 +48,7 @@ def panels_of(run: RecordedRun) -> list[Panel]:
 
 def joint_colors(run: RecordedRun) -> dict[str, str]:
     """Return the colour of every joint that is shown."""
-    return {name: PALETTE[i % len(PALETTE)] for i, name in enumerate(_shown(run))}
-
-
-def _shown(run: RecordedRun) -> list[str]:
-    """Return the joints with curves of their own: of a cable's many coordinates only a few swings."""
-    names = run.crane.joint_names
-    swings = [name for name in names if name.startswith("swing_")]
-    return [name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"] + swings[:MANY]
+    return {name: PALETTE[i % len(PALETTE)] for i, name in enumerate(shown_joints(run))}
 
 
 def _positions(run: RecordedRun) -> list[Panel]:

@@ -46,7 +46,13 @@ class Bag:
     """
 
     def __init__(
-        self, path: Path, topics: Mapping[str, Topic], period_ns: int, after: int = 0, passes: int = 0
+        self,
+        path: Path,
+        topics: Mapping[str, Topic],
+        period_ns: int,
+        after: int = 0,
+        passes: int = 0,
+        properties: Mapping[str, str] | None = None,
     ) -> None:
         """Start the file.
 
@@ -56,11 +62,12 @@ class Bag:
             period_ns: control period; state k carries k times this as its stamp.
             after: last step before the first message.
             passes: resets before that.
+            properties: of the run, such as its scene.
 
         Raises:
             OSError: the file cannot be written.
         """
-        self._path, self._period_ns = path, period_ns
+        self._path, self._period_ns, self._properties = path, period_ns, properties
         self._topic_states = {name: _TopicState(number, topic) for number, (name, topic) in enumerate(topics.items())}
         self._states, self._efforts = self._topic_states[STATES], self._topic_states[EFFORTS]
         self._file = self._new_file()
@@ -160,7 +167,7 @@ class Bag:
         self._file = self._new_file()
 
     def _new_file(self) -> McapFile:
-        return McapFile(self._path, [track.topic for track in self._topic_states.values()])
+        return McapFile(self._path, [track.topic for track in self._topic_states.values()], self._properties)
 
     def _attempt(self, work: Callable[..., None], *arguments: Any) -> None:
         try:

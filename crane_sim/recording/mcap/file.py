@@ -4,7 +4,7 @@ import errno
 import logging
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
@@ -14,6 +14,7 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
 
 from crane_sim.recording.files import acquire_lock, unfinished_name
+from crane_sim.recording.mcap.metadata import RUN, pack_metadata
 from crane_sim.recording.mcap.repair import repair_folder
 from crane_sim.recording.mcap.topic import Topic
 
@@ -28,8 +29,8 @@ class McapFile:
         part: the folder that holds what there is of it until then.
     """
 
-    def __init__(self, path: Path, topics: Sequence[Topic]) -> None:
-        """Start a file of these topics, after recovering a killed recorder's file of that name.
+    def __init__(self, path: Path, topics: Sequence[Topic], properties: Mapping[str, str] | None = None) -> None:
+        """Start a file of these topics and properties of the run, after recovering a killed recorder's of that name.
 
         Raises:
             FileExistsError: another recorder is writing it.
@@ -39,6 +40,8 @@ class McapFile:
         self._writer = Writer(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         self._lock = acquire_lock(self.part)
+        if properties and isinstance(self._writer.storage, McapWriter):
+            self._writer.storage.bio.write(pack_metadata(RUN, properties))
         types = get_typestore(Stores.ROS2_JAZZY)
         self._connections = [
             self._writer.add_connection(topic.name, topic.kind, typestore=types, offered_qos_profiles=[_qos(topic)])

@@ -15,49 +15,56 @@ from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, er
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Span
 
 TRAIL_SECONDS = 6.0
 
 
+TRAIL_WINDOW = rrb.VisibleTimeRanges(
+    rrb.VisibleTimeRange(
+        "sim_time",
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL_SECONDS),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+)
+"""How much of a path is shown: the last seconds before the instant that is looked at."""
+
+
 def blueprint(layout: Layout) -> rrb.Blueprint:
     """Lay out the views of a run."""
+    view = crane_view(layout.framing, ("payload/trail",))
+    return arrange(view, _overview(layout), _details(layout), _states(), _summary())
+
+
+def arrange(crane: rrb.View, *tabs: rrb.View | rrb.Container) -> rrb.Blueprint:
+    """Return the blueprint with the crane on the left and tabs on the right."""
     return rrb.Blueprint(
-        rrb.Horizontal(
-            _crane(layout),
-            rrb.Tabs(_overview(layout), _details(layout), _states(), _summary(), active_tab=0),
-            column_shares=[5, 6],
-        ),
+        rrb.Horizontal(crane, rrb.Tabs(*tabs, active_tab=0), column_shares=[5, 6]),
         rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="paused"),
         collapse_panels=True,
     )
 
 
-def _crane(layout: Layout) -> rrb.Spatial3DView:
+def crane_view(framing: Framing, trails: Sequence[str]) -> rrb.Spatial3DView:
+    """Return the view of the 3D scene, in which these entities are paths that are shown over the last seconds."""
+    hidden = ("plots", "shown", "curves", "frames", "states", "summary", "log")
     return rrb.Spatial3DView(
         name="Crane",
         origin="/",
-        contents=["+ /**", "- /plots/**", "- /shown/**", "- /frames/**", "- /states/**", "- /summary/**", "- /log/**"],
+        contents=["+ /**", *(f"- /{name}/**" for name in hidden)],
         background=rrb.Background(kind="SolidColor", color=(26, 30, 36)),
         line_grid=rrb.LineGrid3D(visible=False),
         spatial_information=rrb.SpatialInformation(target_frame="world", show_axes=False),
         eye_controls=rrb.EyeControls3D(
             kind=rrb.Eye3DKind.Orbital,
-            position=layout.framing.eye,
-            look_target=layout.framing.look_at,
+            position=framing.eye,
+            look_target=framing.look_at,
             eye_up=(0.0, 0.0, 1.0),
-            tracking_entity=layout.framing.follows or None,
+            tracking_entity=framing.follows or None,
         ),
         defaults=[kind.from_fields(fill_mode="solid") for kind in (rr.Boxes3D, rr.Cylinders3D, rr.Ellipsoids3D)],
-        overrides={"payload/trail": rrb.VisibleTimeRanges(_window())},
-    )
-
-
-def _window() -> rrb.VisibleTimeRange:
-    return rrb.VisibleTimeRange(
-        "sim_time",
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL_SECONDS),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
+        overrides=dict.fromkeys(trails, TRAIL_WINDOW),
     )
 
 
@@ -138,12 +145,12 @@ def _plot(layout: Layout, name: str, *entities: str) -> rrb.TimeSeriesView:
         name=name,
         contents=[f"+ /{entity}" for entity in entities],
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-        axis_y=_value_axis([layout.spans[entity] for entity in entities if entity in layout.spans]),
+        axis_y=value_axis([layout.spans[entity] for entity in entities if entity in layout.spans]),
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
     )
 
 
-def _value_axis(spans: Sequence[Span]) -> rrb.ScalarAxis | None:
+def value_axis(spans: Sequence[Span]) -> rrb.ScalarAxis | None:
     """Return the range of an axis where the viewer's own has less than two labels, else None.
 
     It labels powers of ten, and where these are dense enough tenths of them.

@@ -28,7 +28,7 @@ from crane_sim.recording.camera import TROLLEY, of_room
 from crane_sim.scenes.schema.rigging import ATTITUDE
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -147,7 +147,7 @@ class RobotVisual:
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
         """Log the solids."""
         self._rec, self._layout = rec, layout
-        tree = _load(layout.robot)
+        tree = load_robot(layout.robot)
         self._joints = {joint.name: joint for joint in tree.joints()}
         rec.send_chunks(tree.stream(include_joint_transforms=False))
         for joint in self._joints.values():
@@ -171,31 +171,14 @@ class RobotVisual:
     def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Numbers) -> Framing | None:
         """Add frames; the framing stays."""
         values = dict(zip(self._layout.joints, q.T, strict=True))
-        for joint in self._joints.values():
-            if joint.joint_type == "fixed":
-                continue
-            mimic = joint.mimic
-            joint_value = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
-            columns = joint.compute_transform_columns(joint_value.tolist(), clamp=False)
-            self._rec.send_columns(f"tf/{joint.name}", time, columns)
-        if ATTITUDE_JOINT in self._joints:
-            self._turn(time, np.column_stack([values[name] for name in ATTITUDE]))
+        for name, columns in joint_transforms(self._joints.values(), values):
+            self._rec.send_columns(f"tf/{name}", time, columns)
         if self._layout.ropes.falls is not None:
             ends = fall_ends(self._layout.ropes.falls, values, nodes[:, self._layout.ropes.tip])
             self._draw_lines(time, *ends, colors)
         else:
             tip = self._layout.ropes.tip
             self._draw_lines(time, nodes[:, tip:-1], nodes[:, tip + 1 :], colors)
-
-    def _turn(self, time: list[rr.TimeColumn], attitude: Numbers) -> None:
-        """Turn the payload by quaternions (F, 4), w first, from its axes to those of the base."""
-        joint, frames = self._joints[ATTITUDE_JOINT], len(attitude)
-        columns = rr.Transform3D.columns(
-            quaternion=np.roll(attitude, -1, axis=1),
-            parent_frame=[joint.parent_link] * frames,
-            child_frame=[joint.child_link] * frames,
-        )
-        self._rec.send_columns(f"tf/{ATTITUDE_JOINT}", time, columns)
 
     def fit_to_motion(self) -> Framing | None:
         """Return None: a boom's reach is known from the start."""
@@ -214,6 +197,29 @@ class RobotVisual:
             ),
         )
         self._rec.send_columns("rope", time, columns.partition([count] * frames))
+
+
+def joint_transforms(
+    joints: Iterable[rr.urdf.UrdfJoint], values: Mapping[str, Numbers]
+) -> Iterator[tuple[str, rr.ComponentColumnList]]:
+    """Yield the names and the transforms of all joints that move, from joint coordinates (F,) by name."""
+    for joint in joints:
+        if joint.name == ATTITUDE_JOINT:
+            yield joint.name, _turns(joint, np.column_stack([values[name] for name in ATTITUDE]))
+        elif joint.joint_type != "fixed":
+            mimic = joint.mimic
+            value = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
+            yield joint.name, joint.compute_transform_columns(value.tolist(), clamp=False)
+
+
+def _turns(joint: rr.urdf.UrdfJoint, attitude: Numbers) -> rr.ComponentColumnList:
+    """Return the turns of a payload by quaternions (F, 4), w first, from its axes to those of the base."""
+    frames = len(attitude)
+    return rr.Transform3D.columns(
+        quaternion=np.roll(attitude, -1, axis=1),
+        parent_frame=[joint.parent_link] * frames,
+        child_frame=[joint.child_link] * frames,
+    )
 
 
 def fall_ends(falls: Falls, values: Mapping[str, Numbers], tip: Numbers) -> tuple[Numbers, Numbers]:
@@ -239,11 +245,12 @@ def _as_vector(values: Numbers) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _load(robot: str) -> rr.urdf.UrdfTree:
+def load_robot(robot: str, entity: str | None = None, frames: str | None = None) -> rr.urdf.UrdfTree:
+    """Return the tree of a URDF document, with what its entities are below and what its frames' names begin with."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "crane.urdf")
         path.write_text(robot)
-        return rr.urdf.UrdfTree.from_file_path(path)
+        return rr.urdf.UrdfTree.from_file_path(path, entity, frame_prefix=frames)
 
 
 def _cable_columns(nodes: Numbers, colors: Numbers) -> rr.ComponentColumnList:

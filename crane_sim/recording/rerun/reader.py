@@ -55,6 +55,8 @@ def read_run(path: Path) -> RecordedRun:
         cut = "it is cut off: " if "exceeds file size" in reason else ""
         raise UnreadableRecording(f"{path}: cannot be read: {cut}{reason}") from None
     run, document = _properties(batches, _RUN), _properties(batches, _SUMMARY).get("json")
+    if "compared" in run:
+        raise UnreadableRecording(f"{path}: holds a comparison of runs, no run; read the recordings of the runs")
     if "crane" not in run:
         raise UnreadableRecording(f"{path}: holds no run, or one of an older version of crane_sim, before this one")
     summary = json.loads(document) if document else {}

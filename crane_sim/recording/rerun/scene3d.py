@@ -35,7 +35,7 @@ class Scene3D:
         self._cast = (
             GantryVisual(rec, layout.suspension, layout.stand.frame) if layout.suspension else RobotVisual(rec, layout)
         )
-        for entity in ("payload/trail", "reference/path", "reference/target", "ground", "ground/grid"):
+        for entity in ("payload/trail", "reference/path", "reference/target"):
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in layout.actuated:
             rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.effort_arrow(name).frame), static=True)
@@ -93,26 +93,13 @@ class Scene3D:
         if self._vessel:
             self._vessel.fit(framing)
         else:
-            self._log_ground(framing)
+            log_ground(rec, framing)
 
     def _log_ball(self) -> None:
         """Log how the target looks; a ball without a centre would stand in the world's origin."""
         halves = [[0.03 * self._framing.size] * 3]
         ball = rr.Ellipsoids3D.from_fields(half_sizes=halves, colors=(*TARGET, 150), fill_mode="solid")
         self._rec.log("reference/target", ball, static=True)
-
-    def _log_ground(self, framing: Framing) -> None:
-        (x, y, ground), size, half = framing.ground, framing.size, ceil(framing.ground_size)
-        thick = 0.01 * size
-        slab = rr.Boxes3D(
-            centers=(x, y, ground - thick), half_sizes=(half, half, thick), colors=GROUND, fill_mode="solid"
-        )
-        self._rec.log("ground", slab, static=True)
-        pitch = 10 ** max(0, ceil(log10(half / 40)))  # m
-        marks = range(-half, half + 1, pitch)
-        lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in marks] + [[(-half, i, 0.0), (half, i, 0.0)] for i in marks]
-        grid = (np.array(lines) + (x, y, ground + 0.001 * size)).astype(np.float32)
-        self._rec.log("ground/grid", rr.LineStrips3D(grid, colors=GRID, radii=rr.Radius.ui_points(0.6)), static=True)
 
     def _push(self, time: list[rr.TimeColumn], effort: Numbers) -> None:
         size = self._framing.size
@@ -134,3 +121,17 @@ class Scene3D:
             self._log_ball()
         self._rec.send_columns("reference/path", time, rr.LineStrips3D.columns(strips=target.astype(np.float32)))
         self._rec.send_columns("reference/target", time, rr.Ellipsoids3D.columns(centers=target[:, -1]))
+
+
+def log_ground(rec: rr.RecordingStream, framing: Framing) -> None:
+    """Log ground that rests in the world, which replaces what was logged before."""
+    (x, y, ground), size, half = framing.ground, framing.size, ceil(framing.ground_size)
+    thick = 0.01 * size
+    slab = rr.Boxes3D(centers=(x, y, ground - thick), half_sizes=(half, half, thick), colors=GROUND, fill_mode="solid")
+    rec.log("ground", rr.CoordinateFrame(WORLD), slab, static=True)
+    pitch = 10 ** max(0, ceil(log10(half / 40)))  # m
+    marks = range(-half, half + 1, pitch)
+    lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in marks] + [[(-half, i, 0.0), (half, i, 0.0)] for i in marks]
+    grid = (np.array(lines) + (x, y, ground + 0.001 * size)).astype(np.float32)
+    strips = rr.LineStrips3D(grid, colors=GRID, radii=rr.Radius.ui_points(0.6))
+    rec.log("ground/grid", rr.CoordinateFrame(WORLD), strips, static=True)

@@ -32,7 +32,7 @@ def summary_table(title: str, summary: Mapping[str, Any]) -> str:
     """Return the summary as a markdown document: plain values first, then what is given per joint or per kind."""
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
     rows = [[_label(key), _format_number(summary[key], UNITS.get(key, ""))] for key in plain]
-    parts = [f"# {title}", _nested_table(["quantity", "value"], rows)]
+    parts = [f"# {title}", markdown_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
         if isinstance(value, dict) and value:
@@ -40,7 +40,7 @@ def summary_table(title: str, summary: Mapping[str, Any]) -> str:
     for entries, keys in groups.items():
         heads = [f"{_label(key)} [{UNITS[key]}]" if key in UNITS else _label(key) for key in keys]
         rows = [[_label(entry), *(_format_number(summary[key][entry]) for key in keys)] for entry in entries]
-        parts.append(_nested_table(["", *heads], rows))
+        parts.append(markdown_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
 
 
@@ -57,7 +57,8 @@ def _flatten(summary: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
             yield f"{prefix}{key}", value
 
 
-def _nested_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in markdown: columns of numbers behind one of words."""
     lines = [heads, ["---"] + ["---:"] * (len(heads) - 1), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 

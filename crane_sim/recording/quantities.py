@@ -1,0 +1,71 @@
+"""Quantities of a run by which pictures compare it with others: one curve of each run, angles in degrees."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from crane_sim.recording.layout import label
+from crane_sim.recording.suspension import COORDINATES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.run import RecordedRun
+
+MANY = 4  # swing coordinates of a cable that are shown
+STILL = 1e-12  # in any unit: what moves less than rounding stands still
+
+
+class Quantity(NamedTuple):
+    """What a plot shows of every run."""
+
+    title: str
+    unit: str
+
+
+def shown_joints(run: RecordedRun) -> list[str]:
+    """Return the joints with curves of their own: of a cable's many coordinates only a few swings."""
+    names = run.crane.joint_names
+    swings = [name for name in names if name.startswith("swing_")]
+    return [name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"] + swings[:MANY]
+
+
+def quantities_of(run: RecordedRun) -> dict[Quantity, Numbers]:
+    """Return the values (K,) of what is compared of a run; angles in degrees."""
+    return dict(_quantities(run))
+
+
+def common_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbers, ...]]:
+    """Return the values (K,) of each run of what all runs have, in the order of the first."""
+    found = [quantities_of(run) for run in runs]
+    shared = [key for key in found[0] if all(key in each for each in found)]
+    return {key: tuple(each[key] for each in found) for key in shared}
+
+
+def moving_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbers, ...]]:
+    """Return the common quantities but for those that stay at one value in all runs."""
+    return {key: each for key, each in common_quantities(runs).items() if _moves(np.concatenate(each))}
+
+
+def _moves(values: Numbers) -> bool:
+    finite = values[np.isfinite(values)]
+    return bool(finite.size and np.ptp(finite) > STILL)
+
+
+def _quantities(run: RecordedRun) -> Iterator[tuple[Quantity, Numbers]]:
+    crane = run.crane
+    for name in shown_joints(run):
+        i = crane.joint_names.index(name)
+        angle = crane.joint_units[i] == "rad"
+        values = np.degrees(run.q[:, i]) if angle else run.q[:, i]
+        yield Quantity(label(name), "°" if angle else crane.joint_units[i]), values
+    yield Quantity("swing from the vertical", "°"), np.degrees(run.swing)
+    for i, axis in enumerate("xyz"):
+        yield Quantity(f"payload {axis}", "m"), run.payload[:, i]
+    for k, name in enumerate(crane.actuated):
+        yield Quantity(f"effort of {label(name)}", crane.effort_units[k]), run.u[:, k]
+    yield Quantity("rope tension", "N"), run.tension
+    yield Quantity("energy since the start", "J"), run.energy - run.energy[0]

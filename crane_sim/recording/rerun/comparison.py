@@ -1,0 +1,145 @@
+"""Runs of one crane in one recording: their cranes in one scene, their curves over one time, their figures."""
+
+from __future__ import annotations
+
+import re
+import uuid
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from crane_sim.recording.base_frame import BASE
+from crane_sim.recording.camera import Framing
+from crane_sim.recording.files import unfinished_name
+from crane_sim.recording.layout import Span
+from crane_sim.recording.quantities import Quantity, moving_quantities
+from crane_sim.recording.rerun.blueprint import arrange, crane_view, value_axis
+from crane_sim.recording.rerun.curves import PALETTE
+from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.ghosts import draw_run
+from crane_sim.recording.rerun.scene3d import log_ground
+from crane_sim.recording.rerun.summary import markdown_table
+from crane_sim.recording.rerun.vessel import Vessel
+from crane_sim.recording.rerun.writer import APPLICATION, FLUSH_SECONDS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from crane_sim.recording.comparison import Comparison
+    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.run import RecordedRun
+
+    Curves = dict[Quantity, tuple[Numbers, ...]]
+
+FIRST_PAGE = 8  # plots on the first tab
+TITLE = "comparison"
+COLORS = (PALETTE[1], PALETTE[0], *PALETTE[2:])
+"""Of the runs, each other's contrast: cranes are yellow, so is the curve of the first one."""
+
+
+def record_comparison(comparison: Comparison, path: Path) -> Path:
+    """Write all runs of a comparison into a recording; return its path.
+
+    Raises:
+        RecordingError: the file cannot be written.
+    """
+    part, runs = unfinished_name(path), comparison.runs
+    quantities = moving_quantities(runs)
+    framing = Framing(**runs[0].crane.framing)._replace(follows="")
+    rec = rr.RecordingStream(APPLICATION, recording_id=f"{TITLE}-{uuid.uuid4().hex[:12]}")
+    rec.set_log_time_enabled(False)
+    rec.set_log_tick_enabled(False)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        rec.save(part, default_blueprint=_blueprint(framing, quantities, len(runs)))
+        rec.send_recording_name(" and ".join(comparison.names))
+        rec.send_property("run", rr.AnyValues(compared=list(comparison.names)))
+        _log_surroundings(rec, runs[0], framing)
+        _log_runs(rec, comparison)
+        _log_curves(rec, comparison, quantities)
+        rec.flush(timeout_sec=FLUSH_SECONDS)
+    except (RuntimeError, ValueError, OSError) as error:
+        raise RecordingError(f"recording {part}: {error}") from error
+    rec.disconnect()
+    return part.replace(path)
+
+
+def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framing) -> None:
+    """Log the ground; below a crane that moves with its base the hull, in water at rest."""
+    if run.base is None:
+        log_ground(rec, framing)
+    else:
+        Vessel(rec, f"{_key(0)}/{BASE}", None).fit(framing)
+
+
+def _blueprint(framing: Framing, quantities: Curves, runs: int) -> rrb.Blueprint:
+    plots = [
+        _plot(quantity, values, legend=i % FIRST_PAGE == 0) for i, (quantity, values) in enumerate(quantities.items())
+    ]
+    trails = [f"{_key(i)}/path" for i in range(runs)]
+    tabs: list[rrb.View | rrb.Container] = [rrb.Grid(*plots[:FIRST_PAGE], grid_columns=2, name="Overview")]
+    if plots[FIRST_PAGE:]:
+        tabs.append(rrb.Grid(*plots[FIRST_PAGE:], grid_columns=2, name="Details"))
+    tabs.append(rrb.TextLogView(name="Events", origin="/log"))
+    tabs.append(rrb.TextDocumentView(name="Summary", origin="summary/table"))
+    return arrange(crane_view(framing, trails), *tabs)
+
+
+def _plot(quantity: Quantity, values: tuple[Numbers, ...], legend: bool) -> rrb.TimeSeriesView:
+    """Return the plot of a quantity; the colours of the runs are the same in all, one on a tab names them."""
+    finite = np.concatenate([each[np.isfinite(each)] for each in values])
+    return rrb.TimeSeriesView(
+        name=f"{quantity.title[0].upper()}{quantity.title[1:]} [{quantity.unit}]",
+        contents=[f"+ /{_entity(quantity)}/**"],
+        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_y=value_axis([Span(finite.min(), finite.max())] if finite.size else []),
+        plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=legend),
+    )
+
+
+def _log_runs(rec: rr.RecordingStream, comparison: Comparison) -> None:
+    """Log cranes, events and figures."""
+    for i, (run, name) in enumerate(zip(comparison.runs, comparison.names, strict=True)):
+        draw_run(rec, run, _key(i), COLORS[i % len(COLORS)], ghost=i > 0)
+        for t, what in run.events:
+            rec.set_time("sim_time", duration=t)
+            rec.log(f"log/{_key(i)}", rr.TextLog(f"{name}: {what}", level="INFO"))
+    rec.log("summary/table", rr.TextDocument(_figures(comparison), media_type=rr.MediaType.MARKDOWN), static=True)
+
+
+def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Curves) -> None:
+    for i, (run, name) in enumerate(zip(comparison.runs, comparison.names, strict=True)):
+        style = rr.SeriesLines(names=name, colors=COLORS[i % len(COLORS)], widths=1.6)
+        time = [rr.TimeColumn("sim_time", duration=np.rint(1e9 * run.t).astype("timedelta64[ns]"))]
+        for quantity, values in quantities.items():
+            entity = f"{_entity(quantity)}/{_key(i)}"
+            rec.log(entity, style, static=True)
+            rec.send_columns(entity, time, rr.Scalars.columns(scalars=values[i]))
+
+
+def _figures(comparison: Comparison) -> str:
+    """Return the metrics of all runs as a markdown document, with the differences from the first."""
+    names = comparison.names
+    away = [comparison.metric_differences(i) for i in range(1, len(names))]
+    heads = ["figure", *names, *(f"{name} − {names[0]}" for name in names[1:])]
+    rows = [
+        [key.replace("_", " "), *map(_format, (*values, *(each.get(key) for each in away)))]
+        for key, values in comparison.metrics.items()
+    ]
+    return f"# {' and '.join(names)}\n\n{markdown_table(heads, rows)}\n"
+
+
+def _format(value: float | None) -> str:
+    return "–" if value is None else f"{value:.5g}"
+
+
+def _key(i: int) -> str:
+    """Return the beginning of the entities and frames of run i."""
+    return f"run_{i + 1}"
+
+
+def _entity(quantity: Quantity) -> str:
+    """Return the entity below which the curves of a quantity are."""
+    return f"curves/{re.sub(r'[^0-9a-z]+', '_', quantity.title.lower())}"

@@ -1,0 +1,69 @@
+"""A bag of `--mcap` gives the run back: scene and versions from its metadata, steps from its messages."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap_samples import EFFORT_WIRE, STATE_WIRE, TOPICS
+
+import crane_sim
+from crane_sim.recording.layout import of_scene, text_properties
+from crane_sim.recording.mcap.bag import Bag
+from crane_sim.recording.mcap.metadata import RUN, read_metadata
+from crane_sim.recording.replay import replay
+from crane_sim.ros.common.serialization import EFFORT, JointWire
+
+pytestmark = pytest.mark.interpreted
+RUN_OF = crane_sim.simulate("knuckle_setpoint", duration=0.1)
+PROPERTIES = text_properties(of_scene(RUN_OF.scene, ""))
+TOPICS_OF_RUN = TOPICS | {"joint_commands": TOPICS["applied_effort"]._replace(name="/knuckle/joint_commands")}
+
+
+def write(path: Path, properties: Mapping[str, str], leave_out: str = "") -> Path:
+    """Write the messages of the run into a bag, those of one topic left out."""
+    bag = Bag(path, TOPICS_OF_RUN, RUN_OF.scene.period_ns, properties=properties)
+    callbacks = bag.callbacks() | ({leave_out: lambda _: None} if leave_out else {})
+    wire = JointWire(RUN_OF.scene.actuated, EFFORT)
+    for k in range(len(RUN_OF.t)):
+        stamp = (k + 1) * RUN_OF.scene.period_ns
+        callbacks["joint_states"](STATE_WIRE.encode(stamp, RUN_OF.q[k], RUN_OF.v[k], np.zeros(6)))
+        if k < len(RUN_OF.commands):
+            callbacks["joint_commands"](wire.encode(stamp, RUN_OF.commands[k]))
+            callbacks["applied_effort"](EFFORT_WIRE.encode(stamp, RUN_OF.u[k]))
+    bag.finish({})
+    return path
+
+
+def test_a_bag_gives_the_run_back(tmp_path: Path) -> None:
+    """Arrays are the run's bit for bit, derived ones those of its recording, and its commands repeat it."""
+    run = crane_sim.read_recording(write(tmp_path / "run.mcap", PROPERTIES))
+    same = crane_sim.read_recording(RUN_OF.record(tmp_path / "run.rrd"))
+    for name in ("t", "q", "v", "u", "commands", "reference", "payload", "tensions", "swing", "kinetic", "potential"):
+        assert np.array_equal(getattr(run, name), getattr(same, name)), name
+    assert np.array_equal(run.frames.nodes, same.frames.nodes)
+    assert run.scene_values == same.scene_values and run.versions == same.versions and run.finished
+    outcome = replay(run)
+    assert outcome.difference is None and outcome.steps == len(RUN_OF.commands)
+
+
+def test_what_a_bag_lacks_is_said_in_one_line(tmp_path: Path) -> None:
+    """A bag without scene, without efforts, or cut off, is refused in one line that names file and what is missing."""
+    whole = write(tmp_path / "whole.mcap", PROPERTIES).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: len(whole) // 2])
+    for file, line in (
+        (write(tmp_path / "foreign.mcap", {}), "has no scene"),
+        (write(tmp_path / "states.mcap", PROPERTIES, leave_out="applied_effort"), "no messages of applied_effort"),
+        (cut, "cannot be read"),
+    ):
+        with pytest.raises(crane_sim.SceneError, match=line) as error:
+            crane_sim.read_recording(file)
+        assert str(error.value).startswith(f"{file}: ") and "\n" not in str(error.value)
+
+
+def test_metadata_come_back(tmp_path: Path) -> None:
+    """Metadata come back as they were, non-ASCII text and empty values too, and are not those of another name."""
+    values = {"scene_file": "größe: 1\n", "empty": ""}
+    path = write(tmp_path / "run.mcap", values)
+    assert read_metadata(path, RUN) == values and read_metadata(path, "another") == {}
