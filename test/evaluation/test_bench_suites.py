@@ -123,7 +123,7 @@ def test_a_group_has_a_cost_and_states() -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.baseline.label}: {case.group}")
-def test_a_case_differs_from_its_baseline_by_its_group(case: groups.Case) -> None:
+def test_a_case_differs_from_its_baseline_by_its_group(case: groups.GroupCase) -> None:
     """Both scenes of a row are possible, are the same crane, and only one has the group."""
     without, with_group = groups.scene_pair(case)
     assert without.crane == with_group.crane and without.document != with_group.document

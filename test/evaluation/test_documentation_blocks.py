@@ -9,7 +9,7 @@ import crane_sim
 from crane_sim.cli.commands import app
 
 PAGES = {file.stem: file for file in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
-COSTLY = ("README", "bench_top", "identification", "looking", "your_crane", "your_law")
+COSTLY = ("README", "bench_top", "identification", "looking", "studies", "your_crane", "your_law")
 """Pages whose commands start processes, or whose runs take the whole duration of a scene: minutes in all."""
 TUTORIAL = "first_controller"
 EXECUTABLE = [name for name, file in PAGES.items() if any(block.language in EXECUTED for block in blocks_of(file))]

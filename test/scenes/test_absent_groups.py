@@ -192,6 +192,8 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
     if crane == "mobile":
         mode = {"stiffness": 3e8}
         documents.append(read("mobile_lift") | {"flexibility": {"lateral": mode, "vertical": mode}})
+    if crane in ("bridge", "gantry"):
+        documents.append(documents[0] | {"reference": {"q": [3.0, 2.0, 5.0]}})
     if crane == "overhead":
         rail = {"coulomb": 1.0, "static": 1.0, "stribeck": 0.1, "stiffness": 1e3, "damping": 1.0}
         documents.append(read("overhead_spatial") | {"lugre": {"trolley": rail}})
