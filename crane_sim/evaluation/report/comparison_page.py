@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
-from crane_sim.evaluation.report.panels import PALETTE
+from crane_sim.evaluation.report.panels import RUN_COLORS
 from crane_sim.evaluation.report.robot import robot_of, sources
 from crane_sim.recording.quantities import common_quantities
 
@@ -21,7 +21,7 @@ FRAME_NUMBERS = 140_000  # of all frames of all runs
 def comparison_data(comparison: Comparison) -> dict[str, Any]:
     """Return all that the page of a comparison shows, in the form of `page_data`."""
     runs, names = comparison.runs, comparison.names
-    colors = [PALETTE[i % len(PALETTE)] for i in range(len(runs))]
+    colors = [RUN_COLORS[i % len(RUN_COLORS)] for i in range(len(runs))]
     ghosts = [
         _ghost(run, FRAME_NUMBERS // len(runs)) | {"name": name, "color": color}
         for run, name, color in zip(runs[1:], names[1:], colors[1:], strict=True)

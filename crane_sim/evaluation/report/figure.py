@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.evaluation.report.decimation import rows_with_peaks
-from crane_sim.evaluation.report.panels import INK, PALETTE, SOFT, Panel, panels_of
+from crane_sim.evaluation.report.panels import INK, PALETTE, RUN_COLORS, SOFT, Panel, panels_of
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.quantities import moving_quantities
 from crane_sim.recording.states import color_of, spans_of
@@ -73,7 +73,7 @@ def comparison_figure(comparison: Comparison) -> Any:
         for axis, ((title, unit), curves) in zip(axes, quantities.items(), strict=False):
             for i, (run, each) in enumerate(zip(comparison.runs, curves, strict=True)):
                 kept = rows_with_peaks(each, POINTS)
-                axis.plot(run.t[kept], each[kept], color=PALETTE[i % len(PALETTE)], linewidth=1.2)
+                axis.plot(run.t[kept], each[kept], color=RUN_COLORS[i % len(RUN_COLORS)], linewidth=1.2)
             _label(axis, title[0].upper() + title[1:], unit)
         for axis in axes[len(quantities) :]:
             axis.set_axis_off()

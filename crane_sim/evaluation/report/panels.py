@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8a6d3b", "#c2418c")
 """Colours of joints, in the hues and the order of those in the Rerun viewer, dark enough for white paper."""
+RUN_COLORS = (PALETTE[1], PALETTE[0], *PALETTE[2:])
+"""Colours of runs beside one another: the first is that of a crane, as in the recording of a comparison."""
 INK, SOFT = "#2f3a45", "#8a95a1"
 SHARE = 0.1  # of an axis: a curve that moves over less of it gets an axis of its own
 NAMED = 4  # curves in a title
