@@ -22,6 +22,7 @@ from crane_sim.trajectories.wind import Gust
 
 Array = npt.NDArray[np.float64]
 
+# The numbers are those of cranebench 0.1.2, of its planar plant.
 STEP = 0.002  # s, of integration and of the samples that figures are computed from
 END, TAIL = 40.0, 5.0  # s, of a run, and of its end, where residual swing and final error are taken
 TOLERANCE = 0.02  # m, of the trolley's position, by which it has settled
@@ -39,8 +40,7 @@ SCENE: dict[str, Any] = {
 }
 WINDAGE = {"area": 6.0, "drag_coefficient": 1.2}
 GRID = 100.0  # 1/s, of the records of the wind
-CHUNK = 10  # runs at a time for each thread: the samples of more would not stay in the cache of a processor
-"""cranebench 0.1.2, its planar plant."""
+CHUNK = 10  # runs at a time for each thread: bounds the memory of their samples
 
 
 class Sample(NamedTuple):
@@ -94,8 +94,13 @@ def run_scenes(scenes: Sequence[Scene]) -> dict[str, Array]:
     """Return the figures (n,) of scenes by name, computed on all cores."""
     chunks = [scenes[i : i + CHUNK] for i in range(0, len(scenes), CHUNK)]
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        parts = list(pool.map(lambda chunk: compute_figures(*trajectories(chunk)), chunks))
+        parts = list(pool.map(_figures, chunks))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _figures(scenes: Sequence[Scene]) -> dict[str, Array]:
+    times, q, _, u = trajectories(scenes)
+    return compute_figures(times, q, u)
 
 
 def trajectories(scenes: Sequence[Scene]) -> tuple[Array, Array, Array, Array]:
@@ -105,7 +110,7 @@ def trajectories(scenes: Sequence[Scene]) -> tuple[Array, Array, Array, Array]:
         RuntimeError: a run ended early.
     """
     first, n = scenes[0], len(scenes)
-    times = STEP * np.arange(round(first.duration / STEP) + 1)
+    times = np.asarray(STEP * np.arange(round(first.duration / STEP) + 1), np.float64)
     grid, nq = TimeGrid(first.period, first.steps, times), len(first.joint_names)
     rows = np.empty((n, len(times) + 1, row_width(first.model, nq, len(first.actuated))))
     q, v = (np.array([getattr(scene, name) for scene in scenes]) for name in ("initial_q", "initial_v"))
@@ -126,13 +131,13 @@ def reference_positions(times: Array) -> Array:
     return DISTANCE * s**3 * (10.0 + s * (6.0 * s - 15.0))
 
 
-def compute_figures(times: Array, q: Array, v: Array, u: Array) -> dict[str, Array]:
+def compute_figures(times: Array, q: Array, u: Array) -> dict[str, Array]:
     """Return cranebench's figures (n,), by its names, of the `trajectories` of n runs."""
     error, swing, effort = np.abs(q[..., 0] - reference_positions(times)), np.degrees(q[..., 2]), u[..., 0]
     tail, outside = times >= times[-1] - TAIL, error >= TOLERANCE
     last = len(times) - 1 - np.argmax(outside[:, ::-1], axis=1)  # outside; any number where it never is
     settled = np.where(outside.any(axis=1), times[np.minimum(last + 1, len(times) - 1)], 0.0)
-    return {
+    figures = {
         "ise_pos": np.trapezoid(error**2, times, axis=1),
         "settle_time": settled,
         "peak_swing": np.abs(swing).max(axis=1),
@@ -143,3 +148,4 @@ def compute_figures(times: Array, q: Array, v: Array, u: Array) -> dict[str, Arr
         "chatter": np.abs(np.diff(effort, axis=1)).sum(axis=1),
         "final_pos_err": error[:, tail].mean(axis=1),
     }
+    return {name: np.asarray(values, np.float64) for name, values in figures.items()}

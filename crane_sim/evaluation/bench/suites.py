@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from crane_sim.evaluation.bench import (
     batch,
     bodies,
+    campaign,
     groups,
     lockstep,
     memory,
@@ -35,5 +36,6 @@ SUITES = {
     "bodies": Suite("A rigid load, beside MuJoCo and Exudyn", bodies.measure, bodies.format_lines),
     "batch": Suite("Thousands of cranes at once", batch.measure, batch.format_lines),
     "studies": Suite("A study, beside the runs it is made of", studies.measure, studies.format_lines),
+    "campaign": Suite("The campaigns of cranebench, beside its own runs", campaign.measure, campaign.format_lines),
     "stiff": Suite("A cable as stiff as steel, against LSODA", stiff.measure, stiff.format_lines),
 }
