@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import solve_continuous_are
 
-from crane_control.regulator import regulator
 from crane_sim import system
 from crane_sim.integrators import OK, apply_pending_events
 from crane_sim.numerics.jit import entry_point, kernel, routine
@@ -175,7 +175,7 @@ def make_law(name: str, calm: Scene, damping: tuple[float, float]) -> CampaignLa
     if name == "LQR":
         a, b = state_matrices(calm, np.array(calm.initial_q), effort)
         a[:, 3:5] -= b * np.array(damping)
-        gain, _ = regulator(a, b, np.diag(WEIGHTS), np.full(2, EFFORT_WEIGHT), None)
+        gain = b.T @ solve_continuous_are(a, b, np.diag(WEIGHTS), EFFORT_WEIGHT * np.eye(2)) / EFFORT_WEIGHT
     elif name in ("SMC", "HSMC"):
         surface, switched = SURFACES.copy(), SWITCHED
         surface[0] += SWING_SURFACE if name == "HSMC" else 0.0
