@@ -36,8 +36,9 @@ AGREED = 5e-4  # relative difference below which three digits agree, but for rou
 REMARKS = (
     "Ours: the overhead crane of a scene (rigid link, winch with inertia, damped joint, wind by relative velocity),",
     "RK4 of 2 ms as theirs, commands every 10 ms. The samples and the records of the wind are theirs, the laws and",
-    "figures our own. Three things differ: the force of their wind is held over a step, ours follows the load within",
-    "it; ours has the vertical part of the drag on the moving load; they update the command once more at the very end.",
+    "figures our own. Four things differ: the force of their wind is held over a step, ours follows the load within",
+    "it; their record is interpolated linearly, ours smoothly; ours has the vertical part of the drag on the moving",
+    "load; they update the command once more at the very end, which chatter counts.",
     "Times are seconds of the processor, all threads together: theirs is numpy's, over all samples at once.",
 )
 
