@@ -1,7 +1,7 @@
 """The law called `angular`: damping of the swing angles, tracking by the suspension point (Smith & Egeland, section 5).
 
-The damping law is not printed in the paper; it is the one that its gains fit. φx, φy are the swing angles about the
-base's x and y, L the cable's length, yd the reference of the payload:
+The paper does not print the damping law; this one was inferred from the gains that it prints. φx, φy are the swing
+angles about the base's x and y, L the cable's length, yd the reference of the payload:
 
     x0'' = (-L kd φy' - y0'' sin φx sin φy) / cos φy + kpt (xd - x0) + kdt (xd' - x0')
     y0'' = L kd φx' cos φy / cos φx + kpt (yd - y0) + kdt (yd' - y0')

@@ -1,7 +1,7 @@
-"""Assistance for an operator: the law `anti_swing` while the speeds are being given, in their own time.
+"""Assistance for an operator: ZV shaping of velocity commands as they come, and feedback of the swing.
 
-The operator's speeds pass a ZV shaper and get the feedback of the swing that the law describes: k times the angle by
-which the payload is ahead of the joint's way, whatever the crane's coordinates are. With that feedback the swing has
+The feedback is that of the law `anti_swing`: k times the angle by which the payload is ahead along the direction in
+which the joint moves its suspension point, whatever the crane's coordinates are. With that feedback the swing has
 the poles s² + 2 z w s + w² = 0, for which the shaper is made. Frequency and gain follow the rope's length.
 """
 
@@ -20,19 +20,19 @@ from crane_sim.trajectories.shaping import impulses
 
 DAMPING = 0.1
 """Ratio z that the feedback gives the swing."""
-_UPDATE = 0.5  # s between two adaptations to the posture
-_EDGE = 1e-6  # s by which instants may differ by rounding
+_UPDATE = 0.5  # s between two updates for the configuration
+_TIME_TOLERANCE = 1e-6  # s by which instants may differ by rounding
 
 
 class Assistance:
-    """Speeds that swing little, from an operator's.
+    """A shaper of velocity commands with feedback of the swing, which damps it.
 
     Attributes:
         delay: s after which the last impulse of the shaper has come.
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Begin at the scene's initial posture.
+        """Initialise at the scene's initial configuration.
 
         Raises:
             SceneError: nothing swings below an actuated joint; one line.
@@ -40,11 +40,11 @@ class Assistance:
         self._scene, self._gravity = scene, gravity(scene)
         self._past: deque[tuple[float, tuple[float, ...]]] = deque()  # operator's speeds and when they began
         self._next_update, self.delay = 0.0, 0.0
-        self._adapt(scene.initial_q)
+        self._update_gains(scene.initial_q)
         if not np.any(self._feedback):
             raise SceneError("assistance: no actuated joint moves a point below which the load swings")
 
-    def note(self, t: float, speeds: Sequence[float]) -> None:
+    def record_command(self, t: float, speeds: Sequence[float]) -> None:
         """Take the operator's speeds (nu,) from t [s] on; also while assistance is off."""
         if self._past and t < self._past[-1][0]:  # the plant was reset
             self._past.clear()
@@ -53,29 +53,30 @@ class Assistance:
         while len(self._past) > 1 and self._past[1][0] <= t - self.delay - _UPDATE:
             self._past.popleft()
 
-    def speeds(self, t: float, q: Sequence[float]) -> tuple[float, ...]:
-        """Return the speeds (nu,) at joint positions q (nq,), from what was noted up to t [s]."""
+    def compute_velocity_command(self, t: float, q: Sequence[float]) -> tuple[float, ...]:
+        """Return the velocity command (nu,) at joint positions q (nq,), from the commands recorded up to t [s]."""
         if t >= self._next_update:
             self._next_update = t + _UPDATE
-            self._adapt(q)
+            self._update_gains(q)
         shaped = sum(
             weight * np.array(self._at(t - delay)) for weight, delay in zip(self._weights, self._delays, strict=True)
         )
         return tuple((shaped + self._feedback @ self._offset(q)).tolist())
 
     def _offset(self, q: Sequence[float]) -> np.ndarray:
-        """Return how far the payload is from below its suspension point [m], horizontally (2,)."""
+        """Return the horizontal offset (2,) [m] of the payload from the plumb line through its suspension point."""
         derived = derive_instant(self._scene, 0.0, q, (0.0,) * len(q))
         return (derived.payload - derived.tip)[0, :2]
 
     def _at(self, t: float) -> tuple[float, ...]:
-        """Return the operator's speeds (nu,) that held at t [s]; zero before the first."""
+        """Return the operator's command (nu,) that is held at t [s]; zero before the first."""
         for begin, speeds in reversed(self._past):
-            if begin <= t + _EDGE:
+            if begin <= t + _TIME_TOLERANCE:
                 return speeds
         return (0.0,) * len(self._scene.actuated)
 
-    def _adapt(self, q: Sequence[float]) -> None:
+    def _update_gains(self, q: Sequence[float]) -> None:
+        """Set shaper and feedback for the rope's length at joint positions q (nq,)."""
         length, ahead, _ = swing_geometry(replace(self._scene, initial_q=tuple(q)))
         frequency = sqrt(self._gravity / length)
         self._weights, self._delays = impulses("zv", frequency, DAMPING)

@@ -161,10 +161,10 @@ class OperatorNode:
         """Return the operator's speeds, through the assistance where that is on and the crane may move."""
         if self._assistance is None:
             return speeds
-        self._assistance.note(state.t, speeds)
+        self._assistance.record_command(state.t, speeds)
         if self._desk.mode != Mode.MOVING or not self._desk.assisted:
             return speeds
-        return self._assistance.speeds(state.t, state.q)
+        return self._assistance.compute_velocity_command(state.t, state.q)
 
     def _count(self, before: Mode) -> None:
         for name, mode in (("stops", Mode.STOPPED), ("losses", Mode.LOST)):

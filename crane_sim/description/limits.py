@@ -1,4 +1,4 @@
-"""The limits of a URDF's joints: those of the scene, and where it has none, a number that bounds nothing."""
+"""The limits of a URDF's joints: those of the scene, and a number larger than any value where it has none."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from crane_sim.description.robot import UNBOUNDED, add_limit
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
-LENGTHS = ("rope", "hoist")  # joints that are never below zero
+NONNEGATIVE_JOINTS = ("rope", "hoist")  # joints that are never below zero
 
 
 class Limit(NamedTuple):
@@ -19,22 +19,22 @@ class Limit(NamedTuple):
 
     lower: float  # m or rad
     upper: float
-    effort: float  # N or N m, largest size
+    effort: float  # N or N m, largest magnitude
     speed: float = inf  # m/s or rad/s, of a servo drive
 
 
-def joint_limit(scene: Scene, joint: str) -> Limit:
+def find_joint_limit(scene: Scene, joint: str) -> Limit:
     """Return the limit that a scene sets a joint: `limits` of its group, and `limit` of its actuator."""
-    low = 0.0 if joint in LENGTHS else -inf
+    low = 0.0 if joint in NONNEGATIVE_JOINTS else -inf
     lower, upper = next(((span.low, span.high) for span in scene.limits if span.joint == joint), (low, inf))
     effort = speed = inf
     if scene.hardware is not None and joint in scene.actuated:
-        column = scene.actuated.index(joint)
-        if scene.effort_units[column] in ("N", "N m"):  # others are no efforts to a URDF
-            drive = scene.hardware.drives[column]
+        index = scene.actuated.index(joint)
+        if scene.effort_units[index] in ("N", "N m"):  # the efforts of a URDF are forces and torques
+            drive = scene.hardware.drives[index]
             effort = float(max(abs(drive.low), abs(drive.high)))
         if scene.hardware.servos is not None:
-            speed = float(scene.hardware.servos[column].max_speed)
+            speed = float(scene.hardware.servos[index].max_speed)
     return Limit(lower, upper, effort, speed)
 
 
@@ -43,7 +43,7 @@ def add_limits(robot: ElementTree.Element, scene: Scene) -> None:
     for joint in robot.iter("joint"):
         if joint.get("type") == "fixed" or joint.find("limit") is not None:
             continue
-        limit = joint_limit(scene, joint.attrib["name"])
+        limit = find_joint_limit(scene, joint.attrib["name"])
         if joint.get("type") == "revolute" and not (isfinite(limit.lower) or isfinite(limit.upper)):
             joint.set("type", "continuous")
             if isfinite(limit.effort) or isfinite(limit.speed):

@@ -1,4 +1,4 @@
-"""Tables of numbers in CSV files: a head line that names the columns, and a line of numbers for every row."""
+"""Tables of numbers in CSV files: a header that names the columns, and a line of numbers for every row."""
 
 import csv
 from math import isfinite
@@ -14,7 +14,7 @@ class Row(NamedTuple):
 
 
 def read_table(file: Path) -> tuple[list[str], list[Row]]:
-    """Return (names of the columns, rows) of a file; empty lines and a byte order mark count for nothing.
+    """Return (names of the columns, rows) of a file; empty lines and a byte order mark are ignored.
 
     Raises:
         ValueError: one line on why it cannot be read: its row and its text.
@@ -27,18 +27,18 @@ def read_table(file: Path) -> tuple[list[str], list[Row]]:
         raise ValueError(f"cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"cannot be read: {error}") from None
-    head = [cell.strip() for cell in lines[0][1]] if lines else []
-    for name in head:
-        if head.count(name) > 1:
+    header = [cell.strip() for cell in lines[0][1]] if lines else []
+    for name in header:
+        if header.count(name) > 1:
             raise ValueError(f"column {name!r} stands twice")
-    return head, [Row(number, _read_numbers(number, line, head)) for number, line in lines[1:]]
+    return header, [Row(number, _read_numbers(number, line, header)) for number, line in lines[1:]]
 
 
-def _read_numbers(row: int, line: list[str], head: list[str]) -> tuple[float, ...]:
+def _read_numbers(row: int, line: list[str], header: list[str]) -> tuple[float, ...]:
     """Return the numbers of a row, as many as there are columns."""
-    if len(line) != len(head):
-        raise ValueError(f"row {row} has {len(line)} values, the head names {len(head)} columns")
-    return tuple(_read_number(f"row {row}, {name} = {cell!r}", cell) for name, cell in zip(head, line, strict=True))
+    if len(line) != len(header):
+        raise ValueError(f"row {row} has {len(line)} values, the header names {len(header)} columns")
+    return tuple(_read_number(f"row {row}, {name} = {cell!r}", cell) for name, cell in zip(header, line, strict=True))
 
 
 def _read_number(where: str, cell: str) -> float:

@@ -7,7 +7,7 @@ effort is that of a potential, |effort| <= capacity, plus a damper, and moving t
 brake never supplies more energy than its spring has stored.
 
 Where an effort is no force the same element serves: it is an acceleration for a drive that imposes accelerations; a
-drive that follows a rate gets zero; one that follows a position gets the one where it was (`follows`).
+drive by rate gets zero; a drive by position gets the anchor's position as its setpoint (`position_drive` is 1).
 """
 
 from crane_sim.numerics.jit import lean_kernel
@@ -23,7 +23,7 @@ def clip(value, bound):
 def compute_brake_effort(drive):
     """Return the effort of a brake on its joint, whose position and velocity are in the record."""
     effort = drive.stiffness * (drive.anchor - drive.position) - drive.damping * drive.velocity
-    return drive.follows * drive.anchor + clip(effort, drive.capacity)
+    return drive.position_drive * drive.anchor + clip(effort, drive.capacity)
 
 
 @lean_kernel

@@ -14,7 +14,7 @@ DRIVE = np.dtype(
         ("damping", float),
         ("capacity", float),  # largest effort of spring and damper together
         ("anchor", float),  # m or rad, reference that the spring pulls to
-        ("follows", float),  # 1 for a drive whose effort is the position to follow, else 0
+        ("position_drive", float),  # 1 for a drive whose effort is a position setpoint, else 0
         ("engaged", np.bool_),
         # limit switches
         ("switch_low", float),  # m or rad

@@ -18,7 +18,7 @@ from crane_sim.integrators.integration import (
     result_of,
     stages,
 )
-from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
+from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.numerics.states import add_weighted, dimension, error_square
@@ -61,7 +61,7 @@ E3 = (
 )
 # fmt: on
 ORDER, STAGES = 8, 12
-_DENSE, _NODES = dense(A), np.array((0.0, *C))
+_DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))
 
 
 class DOP853(NamedTuple):
@@ -84,17 +84,17 @@ class RK8(NamedTuple):
 @lean_generic
 def dop853_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all twelve stages, the first one computed by `first_stage`."""
-    k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
-    k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
-    k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
-    k5 = slope(p, t, x, u, h, A[3], C[3], (k1, k2, k3, k4))
-    k6 = slope(p, t, x, u, h, A[4], C[4], (k1, k2, k3, k4, k5))
-    k7 = slope(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
-    k8 = slope(p, t, x, u, h, A[6], C[6], (k1, k2, k3, k4, k5, k6, k7))
-    k9 = slope(p, t, x, u, h, A[7], C[7], (k1, k2, k3, k4, k5, k6, k7, k8))
-    k10 = slope(p, t, x, u, h, A[8], C[8], (k1, k2, k3, k4, k5, k6, k7, k8, k9))
-    k11 = slope(p, t, x, u, h, A[9], C[9], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10))
-    k12 = slope(p, t, x, u, h, A[10], C[10], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11))
+    k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))
+    k3 = evaluate_stage(p, t, x, u, h, A[1], C[1], (k1, k2))
+    k4 = evaluate_stage(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
+    k5 = evaluate_stage(p, t, x, u, h, A[3], C[3], (k1, k2, k3, k4))
+    k6 = evaluate_stage(p, t, x, u, h, A[4], C[4], (k1, k2, k3, k4, k5))
+    k7 = evaluate_stage(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
+    k8 = evaluate_stage(p, t, x, u, h, A[6], C[6], (k1, k2, k3, k4, k5, k6, k7))
+    k9 = evaluate_stage(p, t, x, u, h, A[7], C[7], (k1, k2, k3, k4, k5, k6, k7, k8))
+    k10 = evaluate_stage(p, t, x, u, h, A[8], C[8], (k1, k2, k3, k4, k5, k6, k7, k8, k9))
+    k11 = evaluate_stage(p, t, x, u, h, A[9], C[9], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10))
+    k12 = evaluate_stage(p, t, x, u, h, A[10], C[10], (k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11))
     return k1, k2, k3, k4, k5, k6, k7, k8, k9, k10, k11, k12
 
 
@@ -141,7 +141,7 @@ def _(method, end):
 
 @lean_kernel
 def _stride(p, t, x, u, h, scratch, out):
-    return add_weighted(x, h, B, dop853_stages(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, dop853_stages(scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @explicit_step.register(DOP853)

@@ -18,7 +18,7 @@ from crane_sim.integrators.integration import (
     result_of,
     stages,
 )
-from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
+from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import lean_generic
 from crane_sim.numerics.states import add_weighted, dimension, error_square
@@ -36,7 +36,7 @@ C = (1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
 E = (71 / 57600, None, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 """Weights of the error: order 5 less order 4."""
 ORDER, STAGES = 5, 7
-_DENSE, _NODES = dense(A), np.array((0.0, *C))
+_DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))
 
 
 class DOPRI5(NamedTuple):
@@ -49,12 +49,12 @@ class DOPRI5(NamedTuple):
 @lean_generic
 def dopri5_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all seven stages, the first one computed by `first_stage`."""
-    k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
-    k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
-    k4 = slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
-    k5 = slope(p, t, x, u, h, A[3], C[3], (k1, k2, k3, k4))
-    k6 = slope(p, t, x, u, h, A[4], C[4], (k1, k2, k3, k4, k5))
-    return k1, k2, k3, k4, k5, k6, slope(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
+    k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))
+    k3 = evaluate_stage(p, t, x, u, h, A[1], C[1], (k1, k2))
+    k4 = evaluate_stage(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
+    k5 = evaluate_stage(p, t, x, u, h, A[3], C[3], (k1, k2, k3, k4))
+    k6 = evaluate_stage(p, t, x, u, h, A[4], C[4], (k1, k2, k3, k4, k5))
+    return k1, k2, k3, k4, k5, k6, evaluate_stage(p, t, x, u, h, A[5], C[5], (k1, k2, k3, k4, k5, k6))
 
 
 @dopri5_stages.register(Scratch)
@@ -92,7 +92,7 @@ def _(method, end):
 
 @explicit_step.register(DOPRI5)
 def _(method, p, t, x, u, h, scratch, out):
-    return add_weighted(x, h, B, dopri5_stages(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, dopri5_stages(scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(DOPRI5)

@@ -6,7 +6,7 @@ import numpy as np
 
 from crane_sim.files.types import Positive
 from crane_sim.integrators.integration import Scratch, explicit_step, stages
-from crane_sim.integrators.runge_kutta import dense, fill_stages, first_stage, slope
+from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.numerics.jit import lean_generic
 from crane_sim.numerics.states import add_weighted
 
@@ -14,7 +14,7 @@ A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
 C = (1 / 2, 1 / 2, 1.0)
 B = (1 / 6, 1 / 3, 1 / 3, 1 / 6)
 ORDER = 4
-_DENSE, _NODES = dense(A), np.array((0.0, *C))
+_DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))
 
 
 class RK4(NamedTuple):
@@ -30,9 +30,9 @@ class RK4(NamedTuple):
 @lean_generic
 def rk4_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all four stages, the first one computed by `first_stage`."""
-    k2 = slope(p, t, x, u, h, A[0], C[0], (k1,))
-    k3 = slope(p, t, x, u, h, A[1], C[1], (k1, k2))
-    return k1, k2, k3, slope(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
+    k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))
+    k3 = evaluate_stage(p, t, x, u, h, A[1], C[1], (k1, k2))
+    return k1, k2, k3, evaluate_stage(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
 
 
 @rk4_stages.register(Scratch)
@@ -43,7 +43,7 @@ def _(scratch, k1, p, t, x, u, h):
 
 @explicit_step.register(RK4)
 def _(method, p, t, x, u, h, scratch, out):
-    return add_weighted(x, h, B, rk4_stages(scratch, first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
+    return add_weighted(x, h, B, rk4_stages(scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @stages.register(RK4)

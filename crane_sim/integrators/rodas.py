@@ -14,7 +14,7 @@ import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.integrators.integration import advance, latest_step_end, max_steps, stages, step
-from crane_sim.integrators.runge_kutta import dense
+from crane_sim.integrators.runge_kutta import to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import kernel, routine
 from crane_sim.numerics.states import squared_error_norm
@@ -48,7 +48,7 @@ NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288
 DRIFTS = (GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)
 # fmt: on
 ORDER, STAGES = 5, 8
-_DENSE_A, _DENSE_C, _NODES, _DRIFTS = dense(A), dense(C), np.array(NODES), np.array(DRIFTS)
+_DENSE_A, _DENSE_C, _NODES, _DRIFTS = to_dense_tableau(A), to_dense_tableau(C), np.array(NODES), np.array(DRIFTS)
 AHEAD = 1e-4
 """Part of a step that differences in time reach: forwards, since inputs may have a kink where a step begins."""
 

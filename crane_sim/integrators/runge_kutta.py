@@ -14,7 +14,7 @@ from crane_sim.numerics.states import add, weighted_sum
 from crane_sim.system import rhs, rhs_into
 
 
-def dense(rows):
+def to_dense_tableau(rows):
     """Return the rows of a tableau as a matrix (stages, stages); the first stage, which has no row, is a row of 0."""
     matrix = np.zeros((len(rows) + 1, len(rows) + 1))
     for i, row in enumerate(rows):
@@ -23,18 +23,18 @@ def dense(rows):
 
 
 @lean_generic
-def first_stage(scratch, p, t, x, u):
-    """Return the derivative at (t, x), the first of the stages; where there is a scratch, in the first of its rows."""
+def evaluate_first_stage(scratch, p, t, x, u):
+    """Return the derivative at (t, x), the first of the stages; written into the first row of a workspace."""
     return rhs(p, t, x, u)
 
 
-@first_stage.register(Scratch)
+@evaluate_first_stage.register(Scratch)
 def _(scratch, p, t, x, u):
     rhs_into(p, t, x, u, scratch.rows[0], scratch.work)
 
 
 @kernel
-def slope(p, t, x, u, h, row, node, ks):
+def evaluate_stage(p, t, x, u, h, row, node, ks):
     """Return the derivative at the stage with this row and node, given those of the stages before, `ks`."""
     return rhs(p, t + node * h, add(x, weighted_sum(h, row, ks)), u)
 

@@ -11,7 +11,7 @@ from crane_sim.integrators.integration import (
     take_state,
     with_step,
 )
-from crane_sim.integrators.runge_kutta import first_stage
+from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.status import NOT_FINITE, OK, STEP_TOO_SMALL
 from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import add, dimension, scale, squared_error_norm
@@ -91,7 +91,7 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
         (state after the step as of `step_with_error`, its time, size to try next, evaluations, steps rejected, status)
     """
     order, n, rejected, growth = error_order(method), 1, 0, MAX_FACTOR
-    k1 = first_stage(scratch, p, t, x, u)
+    k1 = evaluate_first_stage(scratch, p, t, x, u)
     if h == 0.0:
         h, n = select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, order), n + 1
     status = STEP_TOO_SMALL if isfinite(h) else NOT_FINITE

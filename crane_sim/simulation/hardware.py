@@ -57,7 +57,7 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
     """Write the parameters of the scene's brakes into the records of the drives (nu,)."""
     settings = scene.hardware.brake if scene.hardware is not None else BrakeSettings()
     spring = np.array([unit not in ("m/s", "m") for unit in scene.effort_units], dtype=float)
-    drives.follows = [unit == "m" for unit in scene.effort_units]
+    drives.position_drive = [unit == "m" for unit in scene.effort_units]
     if not spring.any():
         return
     joints = joint_mechanics(scene)

@@ -33,8 +33,8 @@ def test_a_step_becomes_two() -> None:
     scene = workshop_crane()
     assistance, q, seen = Assistance(scene), list(scene.initial_q), []
     for k in range(400):
-        assistance.note(k * PERIOD, (0.4, 0.0, 0.1))
-        seen.append(assistance.speeds(k * PERIOD, q))
+        assistance.record_command(k * PERIOD, (0.4, 0.0, 0.1))
+        seen.append(assistance.compute_velocity_command(k * PERIOD, q))
     trolley = np.array(seen)[:, 0]
     first, jump = trolley[0], int(np.argmax(np.diff(trolley))) + 1
     assert first == pytest.approx(0.4 / (1.0 + np.exp(-DAMPING * pi / sqrt(1.0 - DAMPING**2))))
@@ -49,9 +49,9 @@ def test_feedback_is_that_of_the_law() -> None:
     moved = set()
     for swing in (3, 4):
         q[3:5] = 0.0, 0.0
-        at_rest = assistance.speeds(0.0, q)
+        at_rest = assistance.compute_velocity_command(0.0, q)
         q[swing] = 0.05
-        added = np.abs(np.array(assistance.speeds(PERIOD, q)) - at_rest)
+        added = np.abs(np.array(assistance.compute_velocity_command(PERIOD, q)) - at_rest)
         assert added.max() == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY * 5.0) * sin(0.05), rel=1e-6)
         assert np.sort(added)[:2].max() < 1e-9
         moved.add(int(np.argmax(added)))
@@ -62,9 +62,9 @@ def test_the_rope_has_its_present_length() -> None:
     """Half a second after the rope was hoisted, the shaper and the feedback are those of its new length."""
     scene = workshop_crane()
     assistance, q = Assistance(scene), list(scene.initial_q)
-    assistance.speeds(0.0, q)
+    assistance.compute_velocity_command(0.0, q)
     q[2] = 2.0
-    assistance.speeds(1.0, q)
+    assistance.compute_velocity_command(1.0, q)
     assert assistance.delay == pytest.approx(half_swing(2.0), rel=1e-6)
 
 
@@ -72,9 +72,9 @@ def test_a_reset_forgets() -> None:
     """After the plant was reset nothing of the run before is passed on."""
     scene = workshop_crane()
     assistance = Assistance(scene)
-    assistance.note(50.0, (0.4, 0.4, 0.1))
-    assistance.note(0.0, (0.0, 0.0, 0.0))
-    assert assistance.speeds(0.0, scene.initial_q) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    assistance.record_command(50.0, (0.4, 0.4, 0.1))
+    assistance.record_command(0.0, (0.0, 0.0, 0.0))
+    assert assistance.compute_velocity_command(0.0, scene.initial_q) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
 def test_nothing_to_assist() -> None:
@@ -90,10 +90,12 @@ def test_coordinates_of_any_kind() -> None:
     scene = with_operator_drives(load_scene("overhead_elastic"))
     assistance = Assistance(scene)
     still = [2.0 if name == "trolley" or name.endswith("_x") else q for name, q in named(scene)]
-    assert assistance.speeds(0.0, still) == pytest.approx((0.0,), abs=1e-9)
+    assert assistance.compute_velocity_command(0.0, still) == pytest.approx((0.0,), abs=1e-9)
     aside = [q + 0.1 if name == scene.joint_names[-2] else q for name, q in zip(scene.joint_names, still, strict=True)]
     length = abs(still[-1])
-    assert assistance.speeds(PERIOD, aside)[0] == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY / length) * 0.1, rel=1e-3)
+    assert assistance.compute_velocity_command(PERIOD, aside)[0] == pytest.approx(
+        2.0 * DAMPING * sqrt(GRAVITY / length) * 0.1, rel=1e-3
+    )
 
 
 def named(scene: Scene) -> list[tuple[str, float]]:

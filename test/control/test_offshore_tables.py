@@ -50,7 +50,7 @@ def test_the_verdict_is_on_all_seeds() -> None:
 
 @pytest.mark.long
 def test_what_the_tables_rest_on() -> None:
-    """Feedforward closes table 5's gap, one feature learns like a hundred, damping does better, 0.5 m throws it off."""
+    """Variants of the experiments: feedforward, the printed sway of 0.5 m, a constant feature only, initial damping."""
     forward, printed_sway, constant, damped = (
         next(offshore.measure_errors(experiment, 1)).ours for experiment in offshore.OTHERWISE
     )

@@ -21,13 +21,13 @@ class Oscillator(NamedTuple):
     f: float
 
 
-class Fall(NamedTuple):
+class Decay(NamedTuple):
     """x' = rate x: stiff for a large negative rate."""
 
     rate: float
 
 
-class Explosion(NamedTuple):
+class FiniteTimeBlowUp(NamedTuple):
     """x' = x^2, infinite at t = 1 from x = 1."""
 
     unused: float = 0.0
@@ -38,12 +38,12 @@ def _(p, t, x, u):
     return x[1], -x[0] + p.f * sin(2.0 * t)
 
 
-@system.rhs.register(Fall)
+@system.rhs.register(Decay)
 def _(p, t, x, u):
     return (p.rate * x[0],)
 
 
-@system.rhs.register(Explosion)
+@system.rhs.register(FiniteTimeBlowUp)
 def _(p, t, x, u):
     return (x[0] * x[0],)
 
@@ -151,7 +151,7 @@ def test_evaluations_are_counted() -> None:
 
 def test_a_stiff_problem_is_slow_but_right() -> None:
     """Error control holds an explicit method stable on a fast decay instead of letting it explode."""
-    integration = integrate(DOP853(1e-6, 1e-9), Fall(-1e4), (1.0,), 1.0)
+    integration = integrate(DOP853(1e-6, 1e-9), Decay(-1e4), (1.0,), 1.0)
     # the stability bound of the method on the negative axis is about 6: at least 1e4 / 6 steps
     assert (
         integration.status == Status.OK
@@ -180,14 +180,14 @@ def test_reading_between_steps_changes_nothing() -> None:
 @pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01)], ids=["dop853", "rk4"])
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
     """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
-    integration = integrate(method, Explosion(), (1.0,), 2.0)
+    integration = integrate(method, FiniteTimeBlowUp(), (1.0,), 2.0)
     assert integration.status != Status.OK and integration.t < 1.5
 
 
 @pytest.mark.interpreted
 def test_a_state_that_is_not_finite_is_reported() -> None:
     """An initial state that is not a number stops the integration at once."""
-    assert integrate(RK4(0.01), Fall(-1.0), (float("nan"),), 1.0).status == Status.NOT_FINITE
+    assert integrate(RK4(0.01), Decay(-1.0), (float("nan"),), 1.0).status == Status.NOT_FINITE
 
 
 @pytest.mark.interpreted
@@ -196,7 +196,7 @@ def test_a_state_that_is_not_finite_is_reported() -> None:
 )
 def test_rest_stays_rest(method: Any) -> None:
     """Every method leaves a state at rest exactly where it is."""
-    assert one_step(method, Fall(0.0), (2.0,), 0.0, 0.1) == (2.0,)
+    assert one_step(method, Decay(0.0), (2.0,), 0.0, 0.1) == (2.0,)
 
 
 class Broken(NamedTuple):

@@ -13,7 +13,7 @@ from crane_sim import system
 from crane_sim.integrators import Status, dense_output, integrate_to, rodas, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
-from crane_sim.integrators.runge_kutta import dense
+from crane_sim.integrators.runge_kutta import to_dense_tableau
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, factor_dense, solve_band, solve_dense
 
@@ -85,8 +85,8 @@ def weight(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
 
 def classical() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (alpha, gamma, and what turns weights of increments into those of stages) of the method."""
-    gamma = np.linalg.inv(np.eye(rodas.STAGES) / rodas.GAMMA - dense(rodas.C))
-    return dense(rodas.A) @ gamma, gamma, gamma
+    gamma = np.linalg.inv(np.eye(rodas.STAGES) / rodas.GAMMA - to_dense_tableau(rodas.C))
+    return to_dense_tableau(rodas.A) @ gamma, gamma, gamma
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 5])

@@ -19,28 +19,32 @@ class StickSlip(Rigid):
         """Prepare the matrices of the slipping trolley and of the held one."""
         moved, self.trolley = self.trolley, [np.inf]
         super().__post_init__()
-        held = self.mobility, self.coupling
+        held = self.inverse_mass, self.constraint_inverse_mass
         self.trolley = moved
         super().__post_init__()
-        self.matrices = {0: held, 1: (self.mobility, self.coupling), -1: (self.mobility, self.coupling)}
+        self.matrices = {
+            0: held,
+            1: (self.inverse_mass, self.constraint_inverse_mass),
+            -1: (self.inverse_mass, self.constraint_inverse_mass),
+        }
         self.outer = self.drive
         self.enter(self.mode)
 
     def enter(self, mode: int) -> None:
         """Take up a mode."""
         self.mode = mode
-        self.mobility, self.coupling = self.matrices[mode]
+        self.inverse_mass, self.constraint_inverse_mass = self.matrices[mode]
 
-    def motion(self, t: Real, q: Vector, v: Vector) -> tuple[Vector, Real, Vector]:
+    def solve_accelerations(self, t: Real, q: Vector, v: Vector) -> tuple[Vector, Real, Vector]:
         """Return accelerations and multipliers with the friction of the mode among the forces."""
         axis = np.array([1, 0], Real)
         self.drive = lambda t: self.outer(t) - (Real(self.coulomb) * self.mode + Real(self.viscous) * v[0]) * axis
-        return super().motion(t, q, v)
+        return super().solve_accelerations(t, q, v)
 
     def load(self, t: Real, y: Vector) -> Real:
         """Return the force [N] on the trolley without friction: what stick has to hold."""
         q, v = np.split(y, 2)
-        return self.outer(t)[0] + self.motion(t, q, v)[2][0] * (q[2] - q[0])
+        return self.outer(t)[0] + self.solve_accelerations(t, q, v)[2][0] * (q[2] - q[0])
 
     def event(self, t: Real, y: Vector) -> Real:
         """Return the reserve of stick, or the speed in the sense of slip."""

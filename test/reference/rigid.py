@@ -59,13 +59,13 @@ class Rigid:
         if self.rotational_inertias is not None:  # J alphadot^2 / 2 = J |v_k - v_(k-1)|^2 / (2 l^2) on the constraints
             per_area = np.array(self.rotational_inertias, Real) / np.array(self.lengths, Real) ** 2
             mass = mass + difference.T @ np.diag(per_area) @ difference
-        self.mobility = np.zeros((self.axes, n + 1, n + 1), Real)
+        self.inverse_mass = np.zeros((self.axes, n + 1, n + 1), Real)
         for axis, moved in enumerate([*self.trolley, np.inf]):
             here = mass.copy()
             here[0, 0] += Real(moved) - 1
             free = slice(0 if np.isfinite(moved) else 1, None)
-            self.mobility[axis, free, free] = inverse(here[free, free])
-        self.coupling = np.array([difference @ w @ difference.T for w in self.mobility])
+            self.inverse_mass[axis, free, free] = inverse(here[free, free])
+        self.constraint_inverse_mass = np.array([difference @ w @ difference.T for w in self.inverse_mass])
         self.weight = np.array([0.0, *self.masses], Real) * Real(self.gravity)
         self.link_lengths = np.array(self.lengths, Real)
 
@@ -92,11 +92,11 @@ class Rigid:
             table[:2, 0] = winch, rate
         return table
 
-    def system(self, d: Vector, lengths: Vector) -> Vector:
+    def compute_multiplier_matrix(self, d: Vector, lengths: Vector) -> Vector:
         """Return the matrix S (N, N) of the multipliers; a massless winch frees link 1 of its constraint."""
         matrix = np.zeros((len(d), len(d)), Real)
         for a in range(self.axes):
-            matrix += np.outer(d[:, a], d[:, a]) * self.coupling[a]
+            matrix += np.outer(d[:, a], d[:, a]) * self.constraint_inverse_mass[a]
         if self.winch_inertia:
             matrix[0, 0] += lengths[0] ** 2 / Real(self.winch_inertia)
         if self.winch_inertia == 0:
@@ -105,9 +105,9 @@ class Rigid:
 
     def apply_inverse_mass(self, force: Vector) -> Vector:
         """Return the accelerations (N + 1, axes) that nodal forces would give without constraints."""
-        return np.stack([self.mobility[a] @ force[:, a] for a in range(self.axes)], axis=1)
+        return np.stack([self.inverse_mass[a] @ force[:, a] for a in range(self.axes)], axis=1)
 
-    def bend(self, d: Vector, rate: Vector) -> Vector:
+    def compute_joint_forces(self, d: Vector, rate: Vector) -> Vector:
         """Return nodal forces of springs and dampers in the joints (plane): torques as couples on the links."""
         force = np.zeros((len(d) + 1, 2), Real)
         if self.stiffness is None or self.damping is None:
@@ -123,7 +123,7 @@ class Rigid:
         force[:-1] -= couple
         return force
 
-    def motion(self, t: Real, q: Vector, v: Vector) -> tuple[Vector, Real, Vector]:
+    def solve_accelerations(self, t: Real, q: Vector, v: Vector) -> tuple[Vector, Real, Vector]:
         """Return accelerations of nodes (N + 1, axes) and winch, and multipliers lambda (N,)."""
         (r, winch), (w, rate) = self.split(q), self.split(v)
         d, dd = np.diff(r, axis=0), np.diff(w, axis=0)
@@ -132,7 +132,7 @@ class Rigid:
         force[:, -1] -= self.weight
         force[0, :-1] += self.drive(t)[: self.axes - 1]
         if self.stiffness is not None:
-            force = force + self.bend(d, dd)
+            force = force + self.compute_joint_forces(d, dd)
         relative = np.diff(self.apply_inverse_mass(force), axis=0)
         right = np.sum(d * relative + dd * dd, axis=1) - table[1] ** 2 - table[0] * table[2]
         pull = self.winch_force(t)
@@ -140,7 +140,7 @@ class Rigid:
             right[0] -= table[0, 0] * pull / Real(self.winch_inertia)
         if self.winch_inertia == 0:
             right[0] = -pull / np.sqrt(np.sum(d[0] ** 2))
-        multipliers = solve(self.system(d, table[0]), right)
+        multipliers = solve(self.compute_multiplier_matrix(d, table[0]), right)
         nodes = self.apply_inverse_mass(force + self.nodal_forces(multipliers[:, None] * d))
         drum = (pull + multipliers[0] * table[0, 0]) / Real(self.winch_inertia) if self.winch_inertia else Real(0)
         return nodes, drum, multipliers
@@ -153,7 +153,7 @@ class Rigid:
     def field(self, t: Real, y: Vector) -> Vector:
         """Return dy/dt, y being positions and velocities, each nodes and then the winch."""
         q, v = np.split(y, 2)
-        nodes, drum, _ = self.motion(t, q, v)
+        nodes, drum, _ = self.solve_accelerations(t, q, v)
         return np.concatenate([v, self.join(nodes, drum)])
 
     def project(self, t: Real, y: Vector) -> Vector:
@@ -172,7 +172,7 @@ class Rigid:
     def tension(self, t: Real, y: Vector) -> Vector:
         """Return the link tensions (N,) [N]."""
         q, v = np.split(y, 2)
-        return self.motion(t, q, v)[2] * np.sqrt(np.sum(np.diff(self.split(q)[0], axis=0) ** 2, axis=1))
+        return self.solve_accelerations(t, q, v)[2] * np.sqrt(np.sum(np.diff(self.split(q)[0], axis=0) ** 2, axis=1))
 
     def event(self, t: Real, y: Vector) -> Real:
         """Return what becomes negative at an event: there is none."""
@@ -186,6 +186,8 @@ class Rigid:
         self, d: Vector, lengths: Vector, gap: Vector, nodes: Vector, winch: Real, free: bool
     ) -> tuple[Vector, Real]:
         """Return nodes and winch after the impulses along the links that close the gap (N,)."""
-        impulse = solve(self.system(d, lengths), gap * np.where((np.arange(len(gap)) == 0) & free, 0, 1))
+        impulse = solve(
+            self.compute_multiplier_matrix(d, lengths), gap * np.where((np.arange(len(gap)) == 0) & free, 0, 1)
+        )
         drum = impulse[0] * lengths[0] / Real(self.winch_inertia) if self.winch_inertia else Real(0)
         return nodes + self.apply_inverse_mass(self.nodal_forces(impulse[:, None] * d)), winch + drum

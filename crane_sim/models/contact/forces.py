@@ -1,6 +1,6 @@
-"""What contact does to a load's accelerations, rigid or compliant.
+"""Accelerations of a load under contact, rigid or compliant.
 
-A compliant point presses with Hunt and Crossley's law for a spring without exponent, N = k δ (1 + c δ'), with the depth
+A compliant point presses with Hunt and Crossley's law for a linear spring, N = k δ (1 + c δ'), with the depth
 δ below the surface (J. Appl. Mech. 42, 1975, 440-445): no jump at touch-down, and never a pull, since the point is free
 from where 1 + c δ' has fallen to zero.
 """
@@ -33,8 +33,8 @@ from crane_sim.numerics.jit import lean_generic, lean_kernel
 OPEN = Pressures(0, (0.0, 0.0, 0.0), NONE)
 
 
-class Touching(NamedTuple):
-    """A load that may touch, at one instant."""
+class ContactResult(NamedTuple):
+    """Accelerations of a load with contact, and what presses on it, at one instant."""
 
     centre: tuple[float, float, float]  # m/s², acceleration of the centre of mass
     alpha: tuple[float, float, float]  # rad/s², in the load's axes
@@ -42,17 +42,17 @@ class Touching(NamedTuple):
 
 
 @lean_generic
-def contact_modes(contact):
+def count_contact_modes(contact):
     """Return the number of floats of the contact's modes."""
     return 0
 
 
-@contact_modes.register(RigidContact)
+@count_contact_modes.register(RigidContact)
 def _(contact):
     return len(contact.points) + 1  # 1 for a closed point each, then 1 for a load that sticks
 
 
-@contact_modes.register(CompliantContact)
+@count_contact_modes.register(CompliantContact)
 def _(contact):
     return len(contact.points)  # 1 for a point that presses
 
@@ -67,36 +67,36 @@ def add_contact(contact, load, t, x, first, state, free):
         state: BodyState of the load.
         free: accelerations of the load alone: of its centre (3,) [m/s²] in the axes of the base, and α (3,) in its own.
     """
-    return Touching(free[0], free[1], None)
+    return ContactResult(free[0], free[1], None)
 
 
 @add_contact.register(RigidContact)
 def _(contact, load, t, x, first, state, free):
     if closed_count(contact, x, first) == 0:
-        return Touching(free[0], free[1], OPEN)
+        return ContactResult(free[0], free[1], OPEN)
     moved = displacement_at(contact.surface.motion, t)
     if is_closed(x, first, len(contact.points)):
         held = holding_pressures(contact, load, x, first, (moved, state), free)
         centre, alpha = holding_accelerations(contact, x, first, (moved, state))
-        return Touching(centre, rotate_to_base(state.rows, alpha), held)
+        return ContactResult(centre, rotate_to_base(state.rows, alpha), held)
     pressures = slipping_pressures(contact, load, x, first, (moved, state), free)
-    return under_wrench(load, state, free, pressures)
+    return compute_contact_result(load, state, free, pressures)
 
 
 @lean_kernel
-def slipping_pressures(contact, load, x, first, scene, free):
+def slipping_pressures(contact, load, x, first, surface_and_body, free):
     """Return the Pressures on a load that slips; arguments of `rigid.holding_pressures`."""
-    turn = multiply(scene[1].rows, free[1])
-    lift = free[0][2] - scene[0].acceleration[2], turn[0], turn[1]
-    return closing_pressures(contact, load, x, first, scene, lift, 1.0)
+    turn = multiply(surface_and_body[1].rows, free[1])
+    lift = free[0][2] - surface_and_body[0].acceleration[2], turn[0], turn[1]
+    return closing_pressures(contact, load, x, first, surface_and_body, lift, 1.0)
 
 
 @lean_kernel
-def under_wrench(load, state, free, pressures):
-    """Return the Touching of a load under pressures; other arguments of `add_contact`."""
+def compute_contact_result(load, state, free, pressures):
+    """Return the ContactResult of a load under pressures; other arguments of `add_contact`."""
     force, moment = pressures.wrench
     own = rotate_to_base(state.rows, turn_of(load, state, moment))
-    return Touching(add(free[0], multiple(1.0 / load.mass, force)), add(free[1], own), pressures)
+    return ContactResult(add(free[0], multiple(1.0 / load.mass, force)), add(free[1], own), pressures)
 
 
 @add_contact.register(CompliantContact)
@@ -107,7 +107,7 @@ def _(contact, load, t, x, first, state, free):
             point = contact_point(contact, i, moved, state)
             force = unit_pressure(contact.surface, point)
             wrench, count = add_force(wrench, compliant_pressure(contact, point), point.lever, force), count + 1
-    return under_wrench(load, state, free, Pressures(count, (0.0, 0.0, 0.0), wrench))
+    return compute_contact_result(load, state, free, Pressures(count, (0.0, 0.0, 0.0), wrench))
 
 
 @lean_kernel

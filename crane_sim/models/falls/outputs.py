@@ -8,7 +8,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.attitude import align_quaternion
-from crane_sim.models.contact.forces import contact_modes
+from crane_sim.models.contact.forces import count_contact_modes
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.falls.contact_events import (
     contact_guard,
@@ -94,7 +94,7 @@ def _(p, x):
 @system.state.register(FallsCrane)
 def _(p, t, q, v):
     nq, _, _ = falls_layout(p)
-    x = np.zeros(contact_index(p) + contact_modes(p.contact) + drive_count(p.support) + contact_count(p.support))
+    x = np.zeros(contact_index(p) + count_contact_modes(p.contact) + drive_count(p.support) + contact_count(p.support))
     positions, rates = coordinate_order(p.support, q), coordinate_order(p.support, v)
     for i in range(nq):
         x[i], x[nq + i] = positions[i], rates[i]

@@ -19,7 +19,7 @@ from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.backlash import SupportJoints
 from crane_sim.scenes.schema.groups import Channel, Friction, Group
-from crane_sim.scenes.schema.knuckle_checks import check_rods, checked_friction
+from crane_sim.scenes.schema.knuckle_checks import check_rods, validate_friction
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.reference import ReferenceGroup
@@ -186,7 +186,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
 
     def _joint_friction(self) -> Contacts | None:
         """Return the friction of the joints above one rope and a point mass, None where none has any."""
-        return checked_friction(self.friction, self.lugre, self.rope.drive)
+        return validate_friction(self.friction, self.lugre, self.rope.drive)
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""

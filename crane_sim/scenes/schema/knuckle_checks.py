@@ -36,7 +36,7 @@ def _check_mass(boom: Rod, jib: Rod) -> None:
         )
 
 
-def checked_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre], drive: str) -> Contacts | None:
+def validate_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre], drive: str) -> Contacts | None:
     """Return the friction of the joints of a crane with one rope, None where no joint has any.
 
     Args:

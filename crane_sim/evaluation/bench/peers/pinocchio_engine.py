@@ -23,7 +23,7 @@ from crane_sim.evaluation.bench.engine import EngineUnavailable, Run, RunResult
 from crane_sim.evaluation.bench.peers.joints import Joint, model_joints, payload_position, step_sizes, tension
 from crane_sim.evaluation.bench.problem import Problem
 from crane_sim.integrators import dop853, rk4
-from crane_sim.integrators.runge_kutta import dense
+from crane_sim.integrators.runge_kutta import to_dense_tableau
 from crane_sim.numerics.cache import cache_folder
 
 Array = npt.NDArray[np.float64]
@@ -110,7 +110,7 @@ def tableaus() -> str:
     """Return the header with the methods' coefficients."""
     text = "#pragma once\n"
     for method in (rk4, dop853):
-        a, b = dense(method.A).tolist(), [weight or 0.0 for weight in method.B]
+        a, b = to_dense_tableau(method.A).tolist(), [weight or 0.0 for weight in method.B]
         rows = ", ".join(_format_braces(row) for row in a)
         text += f"struct Order{method.ORDER} {{\n    static constexpr int stages = {len(b)};\n"
         text += (
