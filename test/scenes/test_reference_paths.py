@@ -195,7 +195,7 @@ def test_a_path_of_the_joints_has_its_end_for_a_target() -> None:
     [
         ("way.csv", CSV.replace("3,1", "3,one"), r"row 3, y = 'one': must be a number"),
         ("way.csv", CSV.replace("1.5,", "\n1.5,nan"), r"row 3, y = 'nan0.5': must be a number"),
-        ("way.csv", CSV + "4,1\n", r"row 4 has 2 values, the head names 5 columns"),
+        ("way.csv", CSV + "4,1\n", r"row 4 has 2 values, the header names 5 columns"),
         ("way.csv", CSV.replace("y_velocity", "x"), r"column 'x' stands twice"),
         ("way.csv", "", r"its head line begins with time"),
         ("way.yaml", "- 1", r"has no key joint_names"),
