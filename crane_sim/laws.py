@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import ValidationError
 
-from crane_sim.files.errors import SceneError, foreign_key, no_group, one_line, shorten, unknown_key
+from crane_sim.files.errors import SceneError, foreign_path, no_group, one_line, shorten, unknown_key
 from crane_sim.files.types import type_adapter
 
 T = TypeVar("T")
@@ -252,7 +252,7 @@ def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> 
     try:
         return type_adapter(kind).validate_python(dict(settings))
     except ValidationError as error:
-        key = foreign_key(error)
-        if key is None or group:
+        path = foreign_path(error)
+        if len(path) != 1 or group:
             raise SceneError(one_line(error, kind, ("control", *group))) from None
-        raise ForeignSetting(key, (*names, *getattr(settings, "read_groups", ()))) from None
+        raise ForeignSetting(path[0], (*names, *getattr(settings, "read_groups", ()))) from None

@@ -83,25 +83,25 @@ def print_result(result: StudyResult, console: Console) -> None:
             table.add_row(name, variant, *(format_cell(spread[key]) for key in ("runs", "least", "median", "greatest")))
     console.print(table)
     if len(found["failures"]) > 1:
-        console.print(_differences(result))
+        console.print(_differences(found, list(result.study.variant_changes)))
     for name, by_variant in found["sensitivities"].items():
         console.print(_sensitivities(name, by_variant, result.study.design))
     console.print(found["table"], highlight=False, soft_wrap=True)
 
 
-def _differences(result: StudyResult) -> Table:
-    """Return the table of what variants differ in, on the same samples."""
-    from crane_sim.study.summary import shown_figures
-
-    first, *_ = result.study.variant_changes
+def _differences(found: dict[str, Any], variants: list[str]) -> Table:
+    """Return the table of what variants differ in, on the same samples, of the summary of a study."""
+    first, *others = variants
     title = f"differences from {first} on the same samples, mean with its 95 % interval, Wilcoxon's p"
     columns = ("figure", "variant", "pairs", "mean", "from", "to", "smaller", "p")
     table = Table(*columns, title=title, title_justify="left")
-    for name in shown_figures(result):
-        for other, each in result.differences(name).items():
-            numbers = map(format_cell, (each.pairs, each.mean, each.low, each.high))
-            share = "" if np.isnan(each.share) else f"{each.share:.0%}"
-            table.add_row(name, other, *numbers, share, "" if np.isnan(each.p_value) else f"{each.p_value:.2g}")
+    for name, by_variant in found["figures"].items():
+        for other in others:
+            each = by_variant[f"{other} - {first}"]
+            numbers = (format_cell(each[key]) for key in ("pairs", "mean", "low", "high"))
+            share, p = each["share"], each["p_value"]
+            share, p = "" if np.isnan(share) else f"{share:.0%}", "" if np.isnan(p) else f"{p:.2g}"
+            table.add_row(name, other, *numbers, share, p)
     return table
 
 

@@ -43,35 +43,31 @@ def tune(
     folder = output or Path("runs") / (checked.name or study.stem)
     with show_progress("trials", hidden=as_json or not sys.stderr.isatty()) as update:
         result = tuning.tune(checked, folder, workers, update)
+    found = tuning.summarise(result)
     if save is not None:
-        add_to_file(result, save)
+        add_to_file(found, save)
     if as_json:
-        print(json.dumps(json_value(tuning.summarise(result))))
+        print(json.dumps(json_value(found)))
     else:
-        print_result(result, folder, Console())
+        print_result(result, found, folder, Console())
 
 
-def add_to_file(result: TuningResult, file: Path) -> None:
+def add_to_file(found: dict[str, Any], file: Path) -> None:
     """Write the summary of a search into a JSON file of such summaries, by the name of its study.
 
     Raises:
         SceneError: the file cannot be read or written.
     """
-    from crane_sim.study.tuning import summarise
-
     try:
         known = json.loads(file.read_text()) if file.exists() else {}
-        known[result.held_out.study.name] = json_value(summarise(result))
+        known[found["study"]] = json_value(found)
         file.write_text(json.dumps(dict(sorted(known.items())), indent=1) + "\n")
     except (OSError, ValueError) as error:
         raise SceneError(f"--save {file}: {error}") from None
 
 
-def print_result(result: TuningResult, folder: Path, console: Console) -> None:
+def print_result(result: TuningResult, found: dict[str, Any], folder: Path, console: Console) -> None:
     """Print the gains that were chosen, and how each does on the held-out samples beside the baseline."""
-    from crane_sim.study.tuning import summarise
-
-    found = summarise(result)
     counts = f"{found['trials']} trials, {found['infeasible']} of them no candidates; {len(result.front)} compromises"
     console.print(counts, highlight=False)
     gains = Table(Column("gain", no_wrap=True), *found["chosen"], title="gains", title_justify="left")

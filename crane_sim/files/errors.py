@@ -61,12 +61,6 @@ def missing_key(key: str, keys: Iterable[Any], choices: Iterable[str]) -> str:
     )
 
 
-def foreign_key(error: ValidationError) -> str | None:
-    """Return the key that the outermost group does not have, if that is the first mistake of a validation."""
-    first = error.errors()[0]
-    return str(first["loc"][0]) if first["type"] in _FOREIGN and len(first["loc"]) == 1 else None
-
-
 def foreign_path(error: ValidationError) -> tuple[str, ...]:
     """Return where an unknown key stands, group by group, if that is the first mistake of a validation."""
     first, _ = _deepest(error.errors())

@@ -24,13 +24,12 @@ from crane_sim.gym.task import (
     goal_of,
     observation_names,
     observation_space,
-    swing_of,
     task_scene,
     with_seed,
 )
 from crane_sim.scenes.scene import SceneSource
 from crane_sim.simulation.goals import express_in_base
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.metrics import swing_angles, world_points
 from crane_sim.simulation.plant import Plant, SimulationError
 
 SEEDS = 2**31
@@ -136,4 +135,4 @@ class CraneEnv(gymnasium.Env[Array, Array]):
         points, tip = world_points(plant.model, plant.t, np.array(plant.q), np.array(plant.v))
         payload = express_in_base(plant.model, np.array([plant.t]), points[-1:])
         distance = distance_from(goal.position[None, goal.row(plant.k)], payload)
-        return {"error": float(distance[0]), "swing": float(swing_of(points[None, tip], points[-1:])[0])}
+        return {"error": float(distance[0]), "swing": float(swing_angles(points[None, tip], points[-1:])[0])}

@@ -90,12 +90,6 @@ def distance_from(wanted: Array, payload: Array) -> Array:
     return np.sqrt(total)
 
 
-def swing_of(tip: Array, payload: Array) -> Array:
-    """Return the angles (K,) [rad] of the ropes between tips and payloads (K, 3) from the vertical of the world."""
-    x, y, z = (payload - tip).T
-    return np.arctan2(np.hypot(x, y), -z)
-
-
 def observation_names(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return (names, units) of an observation: positions, velocities, and the goal.
 

@@ -27,7 +27,6 @@ from crane_sim.gym.task import (
     goal_of,
     observation_names,
     observation_space,
-    swing_of,
     task_scene,
     with_seed,
 )
@@ -36,7 +35,7 @@ from crane_sim.scenes.scene import Scene, SceneSource
 from crane_sim.simulation.batch import columns
 from crane_sim.simulation.goals import follows_path
 from crane_sim.simulation.initial_state import make_initial
-from crane_sim.simulation.metrics import in_bases, world_points
+from crane_sim.simulation.metrics import in_bases, swing_angles, world_points
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.cranes import CraneArrays, Cranes, advance_cranes
 from crane_sim.stepping.rows import row_width
@@ -210,7 +209,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         error = distance_from(self._goals().position, self._payloads())
         return {
             "error": error, "_error": everyone,
-            "swing": swing_of(arrays.tip, arrays.payload), "_swing": everyone.copy(),
+            "swing": swing_angles(arrays.tip, arrays.payload), "_swing": everyone.copy(),
         }  # fmt: skip
 
     def _note_start(self, began: Flags, error: Array) -> None:

@@ -1,7 +1,7 @@
 """Figures of a run's summary as one level of names and plain values, as tables hold them."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,15 +10,18 @@ import numpy.typing as npt
 _NOT_FIGURES = ("scene", "mode", "seed", "law", "error")
 
 
-def flatten(summary: Mapping[str, Any], path: str = "") -> dict[str, Any]:
-    """Return the figures of a summary by dotted key: numbers, flags and text as they are, lists as JSON."""
-    row: dict[str, Any] = {}
+def leaves(summary: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the entries of a summary, those of nested groups by dotted key."""
     for key, value in summary.items():
         if isinstance(value, Mapping):
-            row |= flatten(value, f"{path}{key}.")
-        elif path or key not in _NOT_FIGURES:
-            row[f"{path}{key}"] = cell_of(value)
-    return row
+            yield from leaves(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}", value
+
+
+def flatten(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the figures of a summary by dotted key: numbers, flags and text as they are, lists as JSON."""
+    return {key: cell_of(value) for key, value in leaves(summary) if key not in _NOT_FIGURES}
 
 
 def cell_of(value: Any) -> Any:

@@ -215,12 +215,17 @@ def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     tensions = np.empty((len(q), system.link_count(scene.model)))
     rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
     fill_derived(scene.model, *rows, nodes, scalars, tensions)
-    rope = nodes[:, -1] - nodes[:, tip_index]
-    swing = np.arctan2(np.hypot(rope[:, 0], rope[:, 1]), -rope[:, 2])
+    swing = swing_angles(nodes[:, tip_index], nodes[:, -1])
     kinetic, potential, more_kinetic, more_potential = scalars.T
     world = kinetic + more_kinetic, potential + more_potential
     falls = fall_tensions(scene.model, t, q, v, u)
     return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing, falls)
+
+
+def swing_angles(tips: Array, payloads: Array) -> Array:
+    """Return the angles (K,) [rad] of the ropes between tips and payloads (K, 3) from the vertical of the world."""
+    x, y, z = (payloads - tips).T
+    return np.arctan2(np.hypot(x, y), -z)
 
 
 def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float]) -> Derived:

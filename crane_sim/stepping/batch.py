@@ -96,9 +96,9 @@ def integrate_run(source, method, p, integration, grid, rows):
 def _(source, method, p, integration, grid, rows):
     i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
     out = Output(rows, None, grid.times, rows[:m])
-    u = sampled_efforts(source, p, 0.0, integration.x)
+    u = sampled_source(source.law, p, 0.0, integration.x)
     for k in range(grid.steps):
-        u, end = sampled_efforts(source, p, k * grid.period, integration.x), (k + 1) * grid.period
+        u, end = sampled_source(source.law, p, k * grid.period, integration.x), (k + 1) * grid.period
         before = apply_pending_events(system.switching(p), p, u, integration)
         integration, i = integrate_period(method, p, u, before, end, end, out, i)
         if integration.status != OK and integration.t < end:
@@ -108,11 +108,11 @@ def _(source, method, p, integration, grid, rows):
     return integration, grid.steps
 
 
-@kernel
-def sampled_efforts(sampled, p, t, x):
-    """Return the efforts (nu,) that actuators apply from time t on for the command of a sampled law."""
+@generic
+def sampled_source(law, p, t, x):
+    """Return the source from time t on for a sampled law: the efforts (nu,) that actuators apply for its command."""
     q, v = system.joints(p, x)
-    return system.saturate(p, system.command(sampled.law, t, q, v))
+    return system.saturate(p, system.command(law, t, q, v))
 
 
 @routine
@@ -190,7 +190,7 @@ def held_efforts(source, p, t, x):
 
 @held_efforts.register(Sampled)
 def _(source, p, t, x):
-    return sampled_efforts(source, p, t, x)
+    return sampled_source(source.law, p, t, x)
 
 
 @generic

@@ -111,6 +111,8 @@ class Tune(_Group):
     keep: Count = 3  # -, of the best compromises, judged beside the best one of each objective
 
 
+BASELINE = "scene"
+"""The variant of the scene as it is, where a file names no variants."""
 MORRIS, SALTELLI = "morris", "saltelli"
 """Designs of sensitivity: their samples belong together, and have one seed."""
 
@@ -133,8 +135,8 @@ class Study(_Group):
 
     @property
     def variant_changes(self) -> dict[str, dict[str, Any]]:
-        """Changes of the scene by variant; one variant `scene` without changes where the file names none."""
-        return self.variants or {"scene": {}}
+        """Changes of the scene by variant; the variant `BASELINE` without changes where the file names none."""
+        return self.variants or {BASELINE: {}}
 
 
 def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:

@@ -36,8 +36,6 @@ from crane_sim.study.workers import Workers, start_workers
 if TYPE_CHECKING:
     from crane_sim.study.result import StudyResult
 
-BASELINE = "scene"
-"""The variant with the scene's own gains, unless the file names variants: then its first one."""
 SAMPLES_AT_ONCE = 4
 """Samples that a worker runs before its rows are looked at."""
 NOT_REACHED = "samples_not_reached"
@@ -89,21 +87,25 @@ def tune(
     _check_gains(training, checked.tune)
     place = Path(folder)
     _check_folder(place, checked)
+    loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:
-        search = _search(optuna, checked, training, place, pool, on_progress or (lambda *_: None))
+        search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
     front = sorted(
         (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
     )
     if not front:
         raise SceneError("study: tune: in every trial a run failed, or had no such figure; widen or move the ranges")
     chosen = choose(front, checked.tune)
-    judged = run(_held_out(training, checked.tune.changes, chosen), place / f"held_out_{checked.tune.trials}", workers)
+    trials = _count_finished(search)  # more than the study's, where the folder has more
+    judged = run(_held_out(training, checked.tune.changes, chosen), place / f"held_out_{trials}", workers)
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
+    _write_gains(place / "gains.yaml", chosen)
+    return TuningResult(front, chosen, trials, infeasible, judged, checked.tune.objectives, checked.tune.changes)
+
+
+def _write_gains(file: Path, chosen: dict[str, Candidate]) -> None:
     text = yaml.safe_dump({name: each.gains for name, each in chosen.items()}, sort_keys=False)
-    write_whole(place / "gains.yaml", lambda file: file.write_text(text))
-    return TuningResult(
-        front, chosen, _count_finished(search), infeasible, judged, checked.tune.objectives, checked.tune.changes
-    )
+    write_whole(file, lambda path: path.write_text(text))
 
 
 def _load_optuna() -> Any:
@@ -259,7 +261,7 @@ def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:
 
 def _held_out(training: Study, changes: dict[str, Any], chosen: dict[str, Candidate]) -> Study:
     """Return the study that judges: as many other samples, the baseline first."""
-    variants = training.variants or {BASELINE: {}}
+    variants = training.variant_changes
     base = next(iter(variants.values()))
     tuned = {name: base | changes | candidate.gains for name, candidate in chosen.items()}
     seed = _seed_of(training.seed, -1)

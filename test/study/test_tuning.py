@@ -14,7 +14,7 @@ import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.study import tuning
 from crane_sim.study.execution import check_cases
-from crane_sim.study.form import load_study
+from crane_sim.study.form import BASELINE, load_study
 from crane_sim.study.workers import start_workers
 
 KP, KD = "control.kp.0", "control.kd.0"
@@ -83,7 +83,7 @@ def test_judged_on_samples_that_the_search_has_not_seen(whole: tuning.TuningResu
     judged = set(whole.held_out.table["parameter.reference.q.0"].to_pylist())
     assert len(judged) == 4 and not seen & judged
     first, *others = whole.held_out.study.variant_changes
-    assert first == tuning.BASELINE and others == list(whole.chosen)
+    assert first == BASELINE and others == list(whole.chosen)
     saved = yaml.safe_load((whole.held_out.folder.parent / "gains.yaml").read_text())
     assert saved == {name: each.gains for name, each in whole.chosen.items()}
 

@@ -94,15 +94,13 @@ def _compare(design: Any, wind: str) -> dict[str, Any]:
 
 
 def _cell(ours: Array, theirs: Array) -> list[float]:
-    apart = np.abs(ours - theirs) / np.maximum(np.abs(theirs), 1e-300)
-    apart[ours == theirs] = 0.0
-    middle = float(np.median(ours)), float(np.median(theirs))
-    return [*middle, relative(*middle), float(np.max(apart))]
+    medians = np.median(ours), np.median(theirs)
+    return [*map(float, medians), float(_relative(*medians)), float(np.max(_relative(ours, theirs)))]
 
 
-def relative(ours: float, theirs: float) -> float:
-    """Return the difference of two figures over theirs, 0 where they are the same."""
-    return 0.0 if ours == theirs else abs(ours - theirs) / max(abs(theirs), 1e-300)
+def _relative(ours: Any, theirs: Any) -> Any:
+    """Return the differences of figures over theirs, 0 where they are the same."""
+    return np.where(ours == theirs, 0.0, np.abs(ours - theirs) / np.maximum(np.abs(theirs), 1e-300))
 
 
 def format_lines(results: dict[str, Any]) -> list[str]:

@@ -17,12 +17,10 @@ import numpy.typing as npt
 from scipy.linalg import solve_continuous_are
 
 from crane_sim import system
-from crane_sim.integrators import OK, apply_pending_events
 from crane_sim.numerics.jit import entry_point, kernel, routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import state_matrices
-from crane_sim.stepping.batch import integrate_run
-from crane_sim.stepping.periods import Output, finish, integrate_period
+from crane_sim.stepping.batch import sampled_source
 
 Array = npt.NDArray[np.float64]
 
@@ -129,25 +127,10 @@ class DampedLaw(NamedTuple):
     damping: tuple[float, float]  # N s/m
 
 
-@integrate_run.register(DampedLaw)
-def _(source, method, p, integration, grid, rows):
-    i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
-    out, u = Output(rows, None, grid.times, rows[:m]), damped_efforts(source, p, 0.0, integration.x)
-    for k in range(grid.steps):
-        u, end = damped_efforts(source, p, k * grid.period, integration.x), (k + 1) * grid.period
-        integration = apply_pending_events(system.switching(p), p, u, integration)
-        integration, i = integrate_period(method, p, u, integration, end, end, out, i)
-        if integration.status != OK and integration.t < end:
-            return integration, k
-    finish(method, p, u, integration, integration.t, out, i)
-    return integration, grid.steps
-
-
-@kernel
-def damped_efforts(source, p, t, x):
-    """Return the source of the equations from time t on."""
+@sampled_source.register(DampedLaw)
+def _(law, p, t, x):
     q, v = system.joints(p, x)
-    return DampedEfforts(commands_at(source.law, t, q, v), source.damping)
+    return DampedEfforts(commands_at(law.law, t, q, v), law.damping)
 
 
 @entry_point

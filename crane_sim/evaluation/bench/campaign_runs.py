@@ -16,7 +16,7 @@ import numpy.typing as npt
 from crane_sim.evaluation.bench.campaign_laws import DISTANCE, DURATION, PERIOD, DampedLaw, make_law
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.batch import columns, extract_drive
-from crane_sim.stepping.batch import BatchArrays, TimeGrid, simulate_range
+from crane_sim.stepping.batch import BatchArrays, Sampled, TimeGrid, simulate_range
 from crane_sim.stepping.rows import row_width, split
 from crane_sim.trajectories.wind import Gust
 
@@ -85,7 +85,7 @@ def make_scenes(samples: Sequence[Sample], law: str) -> list[Scene]:
         calm = calm_scene(sample)
         scene = windy_scene(sample, calm)
         damping = sample.trolley_damping, HOIST_DAMPING
-        source = DampedLaw(make_law(law, calm, damping), damping)
+        source = Sampled(DampedLaw(make_law(law, calm, damping), damping))
         scenes.append(replace(scene, source=source, sampled=False, law_name=law, period=PERIOD))
     return scenes
 
@@ -121,7 +121,7 @@ def trajectories(scenes: Sequence[Scene]) -> tuple[Array, Array, Array, Array]:
         raise RuntimeError(f"{first.law_name}: run {int(np.argmax(counts[:, 1] != first.steps))} ended early")
     parts = [split(run[:-1], nq, len(first.actuated)) for run in rows]
     positions, velocities, efforts = (np.array([getattr(part, name) for part in parts]) for name in ("q", "v", "u"))
-    damping = np.array([scene.source.damping for scene in scenes])
+    damping = np.array([scene.source.law.damping for scene in scenes])
     return times, positions, velocities, efforts + damping[:, None] * velocities[..., :2]  # the commands that are held
 
 

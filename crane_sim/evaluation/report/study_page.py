@@ -54,7 +54,7 @@ def study_page(result: StudyResult) -> str:
         head,
         _failures(result),
         _figures(found),
-        *_differences(result, names),
+        *_differences(found, list(study.variant_changes)),
         _sensitivities(found, study.design),
         *_distributions(result, names),
     ]
@@ -93,24 +93,25 @@ def _figures(found: dict[str, Any]) -> str:
     return _section("Figures", _table(("figure", "variant", *keys), rows))
 
 
-def _differences(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
-    """Yield the section of what variants differ in."""
-    first, *others = result.study.variant_changes
+def _differences(found: dict[str, Any], variants: Sequence[str]) -> Iterator[str]:
+    """Yield the section of what variants differ in, of the summary of a study."""
+    first, *others = variants
     if not others:
         return
     rows = []
-    for name in names:
-        for other, each in result.differences(name).items():
-            interval = f"{_format(each.low)} … {_format(each.high)}"
-            share = "" if np.isnan(each.share) else f"{each.share:.0%}"
-            tests = (share, _format(each.effect_size), _format(each.p_value))
-            rows.append((escape(name), escape(other), str(each.pairs), _format(each.mean), interval, *tests))
+    for name, by_variant in found["figures"].items():
+        for other in others:
+            each = by_variant[f"{other} - {first}"]
+            interval = f"{_format(each['low'])} … {_format(each['high'])}"
+            share = "" if np.isnan(each["share"]) else f"{each['share']:.0%}"
+            tests = (share, _format(each["effect_size"]), _format(each["p_value"]))
+            rows.append((escape(name), escape(other), str(each["pairs"]), _format(each["mean"]), interval, *tests))
     head = ("figure", "variant", "pairs", "mean", "95 % interval", "smaller in", "effect size", "p (Wilcoxon)")
     yield _section(f"Differences from {first}, on the same samples", _table(head, rows))
     fails = [
-        (escape(other), str(each.first_only), str(each.second_only), str(each.both), _format(each.p_value))
-        for other, each in result.failure_differences().items()
-        if each.first_only + each.second_only + each.both
+        (escape(other), *(str(each[key]) for key in ("first_only", "second_only", "both")), _format(each["p_value"]))
+        for other, each in found["failure_differences"].items()
+        if each["first_only"] + each["second_only"] + each["both"]
     ]
     head = ("variant", f"only {first} fails", "only the variant fails", "both", "p (McNemar)")
     yield _section("Which of them fail", _table(head, fails) if fails else "")

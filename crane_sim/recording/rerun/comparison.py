@@ -18,7 +18,7 @@ from crane_sim.recording.quantities import Quantity, moving_quantities
 from crane_sim.recording.rerun.blueprint import arrange, crane_view, value_axis
 from crane_sim.recording.rerun.curves import PALETTE
 from crane_sim.recording.rerun.errors import RecordingError
-from crane_sim.recording.rerun.ghosts import draw_run
+from crane_sim.recording.rerun.ghosts import draw_run, time_columns
 from crane_sim.recording.rerun.scene3d import log_ground
 from crane_sim.recording.rerun.summary import markdown_table
 from crane_sim.recording.rerun.vessel import Vessel
@@ -112,7 +112,7 @@ def _log_runs(rec: rr.RecordingStream, comparison: Comparison) -> None:
 def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Curves) -> None:
     for i, (run, name) in enumerate(zip(comparison.runs, comparison.names, strict=True)):
         style = rr.SeriesLines(names=name, colors=COLORS[i % len(COLORS)], widths=1.6)
-        time = [rr.TimeColumn("sim_time", duration=np.rint(1e9 * run.t).astype("timedelta64[ns]"))]
+        time = time_columns(run.t)
         for quantity, values in quantities.items():
             entity = f"{_entity(quantity)}/{_key(i)}"
             rec.log(entity, style, static=True)

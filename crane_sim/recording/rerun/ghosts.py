@@ -32,7 +32,7 @@ def draw_run(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color, 
         if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT:
             rec.log(f"{key}/tf/{joint.name}", joint.compute_transform(0.0), static=True)
     steps = run.frame_steps
-    time = _times(run.frames.t)
+    time = time_columns(run.frames.t)
     values = dict(zip(run.crane.joint_names, run.q[steps].T, strict=True))
     for name, columns in joint_transforms(joints, values):
         rec.send_columns(f"{key}/tf/{name}", time, columns)
@@ -50,7 +50,8 @@ def _colored(document: str, color: Color) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-def _times(t: Numbers) -> list[rr.TimeColumn]:
+def time_columns(t: Numbers) -> list[rr.TimeColumn]:
+    """Return times (K,) [s] as the viewer has them."""
     return [rr.TimeColumn("sim_time", duration=np.rint(1e9 * t).astype("timedelta64[ns]"))]
 
 
@@ -76,7 +77,7 @@ def _draw_ropes(rec: rr.RecordingStream, run: RecordedRun, key: str, root: str, 
     style = rr.LineStrips3D.from_fields(colors=color, radii=radius)
     rec.log(f"{key}/rope", rr.CoordinateFrame(WORLD if frames.falls is None else root), style, static=True)
     columns = rr.LineStrips3D.columns(strips=strips.reshape(-1, *strips.shape[2:]).astype(np.float32))
-    rec.send_columns(f"{key}/rope", _times(frames.t), columns.partition([ropes] * count))
+    rec.send_columns(f"{key}/rope", time_columns(frames.t), columns.partition([ropes] * count))
 
 
 def _draw_path(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color) -> None:
@@ -85,4 +86,4 @@ def _draw_path(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color
     pieces = np.stack([np.vstack([payload[:1], payload[:-1]]), payload], axis=1).astype(np.float32)
     style = rr.LineStrips3D.from_fields(colors=color, radii=0.003 * run.crane.framing["size"])
     rec.log(f"{key}/path", rr.CoordinateFrame(WORLD), style, static=True)
-    rec.send_columns(f"{key}/path", _times(run.frames.t), rr.LineStrips3D.columns(strips=pieces))
+    rec.send_columns(f"{key}/path", time_columns(run.frames.t), rr.LineStrips3D.columns(strips=pieces))

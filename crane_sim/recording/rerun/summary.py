@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from crane_sim.simulation.figures import leaves
+
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
 UNITS = {
     "sim_time": "s",
@@ -24,7 +26,7 @@ UNITS = {
 
 def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return the summary as flat recording properties, and once whole under `json`."""
-    flat = {name: value for name, value in _flatten(summary) if isinstance(value, str | bool | int | float)}
+    flat = {name: value for name, value in leaves(summary) if isinstance(value, str | bool | int | float)}
     return flat | {"json": json.dumps(summary, default=_plain_number)}
 
 
@@ -47,14 +49,6 @@ def summary_table(title: str, summary: Mapping[str, Any]) -> str:
 def _plain_number(value: Any) -> Any:
     """Return a number of numpy as one of Python."""
     return value.item()
-
-
-def _flatten(summary: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in summary.items():
-        if isinstance(value, dict):
-            yield from _flatten(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
