@@ -1,4 +1,4 @@
-"""Runs scenes of the catalogue over ROS, recorded, and prints one JSON object a run.
+"""Runs scenes of the catalogue over ROS, recorded, and by `simulate`, and prints one JSON object a scene.
 
 `catalogue_runs.py FOLDER SCENE ...`, with NUMBA_DISABLE_JIT=1: compiling the equations of all kinds of scenes would
 take most of an hour, as plain Python they take seconds. Nodes are forked from this process, which has imported their
@@ -21,6 +21,7 @@ import plain_arrays
 from crane_sim import load_scene, orchestration
 from crane_sim.orchestration import process_group
 from crane_sim.orchestration.fork_server import run_node
+from crane_sim.simulation.rollout import simulate
 
 DURATION = 0.1  # s
 BRIEF = {"overhead_heavy": 0.05, "overhead_long_cable": 0.02, "overhead_steel": 0.02}  # s, of many small steps each
@@ -101,7 +102,9 @@ def run_scene(name: str, folder: Path) -> dict[str, Any]:
     scene, stem = load_scene(name, {"duration": BRIEF.get(name, DURATION)}), Path(name).stem
     summary = orchestration.run(scene, record=folder / f"{stem}.rrd", mcap=folder / f"{stem}.mcap")
     keys = ("error", "steps", "recorded_steps", "lost_steps", "recording", "state_sha256")
-    return {"scene": name, "due": scene.steps} | {key: summary[key] for key in keys if key in summary}
+    simulated = simulate(scene).summary["state_sha256"]
+    entries = {"scene": name, "due": scene.steps, "simulated_sha256": simulated}
+    return entries | {key: summary[key] for key in keys if key in summary}
 
 
 def main() -> None:
