@@ -83,15 +83,15 @@ def print_result(result: StudyResult, console: Console) -> None:
             table.add_row(name, variant, *(format_cell(spread[key]) for key in ("runs", "least", "median", "greatest")))
     console.print(table)
     if len(found["failures"]) > 1:
-        console.print(_differences(found, list(result.study.variant_changes)))
+        console.print(_differences(found))
     for name, by_variant in found["sensitivities"].items():
         console.print(_sensitivities(name, by_variant, result.study.design))
     console.print(found["table"], highlight=False, soft_wrap=True)
 
 
-def _differences(found: dict[str, Any], variants: list[str]) -> Table:
+def _differences(found: dict[str, Any]) -> Table:
     """Return the table of what variants differ in, on the same samples, of the summary of a study."""
-    first, *others = variants
+    first, *others = found["failures"]  # variants
     title = f"differences from {first} on the same samples, mean with its 95 % interval, Wilcoxon's p"
     columns = ("figure", "variant", "pairs", "mean", "from", "to", "smaller", "p")
     table = Table(*columns, title=title, title_justify="left")

@@ -17,6 +17,7 @@ from crane_sim.evaluation.soak.kill import soak as kill_soak
 from crane_sim.evaluation.soak.monitor import Received
 from crane_sim.evaluation.soak.realtime import completion_delays
 from crane_sim.recording.rerun.reader import read_curves, read_summary
+from crane_sim.recording.rerun.recorder import BLOCK_STEPS
 from crane_sim.simulation.plant import SLOW
 from crane_sim.simulation.rollout import simulate
 
@@ -94,7 +95,7 @@ def test_a_killed_controller_has_the_crane_braked_to_rest(tmp_path: Path) -> Non
 @pytest.mark.long
 def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
     """A killed recorder costs no step of the run; its recording is recovered, and the error names the missing steps."""
-    killer = NodeKiller({"recorder": 4000})  # a recorder writes blocks of 2000 steps, and may be behind by one
+    killer = NodeKiller({"recorder": 2 * BLOCK_STEPS})  # it may be behind by a block
     summary = killer.run(tmp_path / "run.rrd")
     assert summary["steps"] == SCENE.steps
     assert summary["lost_steps"] == SCENE.steps - summary["recorded_steps"] > 0

@@ -1,15 +1,12 @@
 """Cranes of every kind at sea, mounted on a ship, with instruments: over ROS, recorded, with real processes."""
 
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 from graph_messages import check_payload, messages_of, vector
 from mcap_samples import stamp_of
+from scene_runs import run_scenes
 
 from crane_sim import load_scene
 from crane_sim.scenes.scene import Scene
@@ -19,7 +16,6 @@ from crane_sim.simulation.measurements import measure_motion, measure_payload
 pytestmark = pytest.mark.interpreted
 
 CRANES = ("tower_gust", "mobile_lift", "port_sts_container", "knuckle_setpoint", "overhead_spatial")
-LIMIT = 300.0  # s for all, which takes half a minute
 SEA: dict[str, Any] = {
     "base_motion": {
         "sea": {
@@ -42,16 +38,8 @@ def test_cranes_on_a_ship_are_whole_on_the_graph(tmp_path: Path) -> None:
     for name in CRANES:
         scenes[name] = load_scene(name, SEA | {"duration": 0.1})
         scenes[name].dump(tmp_path / f"{name}.yaml")
-    program = Path(__file__).parents[1] / "programs" / "catalogue_runs.py"
-    command = [sys.executable, str(program), str(tmp_path), *(str(tmp_path / f"{name}.yaml") for name in CRANES)]
-    env = os.environ | {"NUMBA_DISABLE_JIT": "1", "TMPDIR": str(tmp_path)}
-    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=LIMIT, check=False)
-    results = [json.loads(line) for line in done.stdout.splitlines()]
-    assert len(results) == len(CRANES), done.stderr
-    for result, (name, scene) in zip(results, scenes.items(), strict=True):
-        assert "error" not in result, result
-        assert result["steps"] == result["recorded_steps"] == scene.steps
-        assert result["state_sha256"] == result["simulated_sha256"]
+    run_scenes([str(tmp_path / f"{name}.yaml") for name in CRANES], tmp_path)
+    for name, scene in scenes.items():
         messages = messages_of(tmp_path / f"{name}.mcap")
         check_payload(scene, messages)
         check_instruments(scene, messages)

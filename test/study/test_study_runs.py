@@ -152,22 +152,30 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
 @pytest.mark.long
 def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> None:
     """Up to twenty workers of a Dask cluster are killed during a study: the table is that of the undisturbed one."""
-    distributed = pytest.importorskip("distributed")
+    dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
+    # a local cluster gives a worker up that is not there 15 s after one of its name ended: it may just start again
+    patience = {"distributed.deploy.lost-worker-timeout": "1h"}
     many, rng, kills = STUDY | {"samples": 8192}, np.random.default_rng(4), 0
     options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
-    with distributed.LocalCluster(n_workers=2, **options) as cluster, ThreadPoolExecutor(1) as thread:
+    with (
+        dask.config.set(patience),
+        distributed.LocalCluster(n_workers=2, **options) as cluster,
+        ThreadPoolExecutor(1) as thread,
+    ):
         address = cluster.scheduler_address
         study = thread.submit(studies.run, many, tmp_path / "killed", scheduler=address)
         while kills < 20 and not study.done():
-            time.sleep(float(rng.uniform(1.5, 2.5)))  # time for a new one to start and finish something
-            # a nanny starts another worker where one ends, but gives up where that ends before it has joined
+            time.sleep(float(rng.uniform(0.1, 0.5)))  # any instant will do, after some progress since the last one
+            if len(list((tmp_path / "killed" / "rows").glob("0*"))) < 8 * kills:
+                continue
+            # one that has joined: its nanny starts another one
             nannies, joined = cluster.workers.values(), cluster.scheduler.workers
             alive = [nanny.pid for nanny in nannies if nanny.worker_address in joined]
             if alive:
                 os.kill(int(rng.choice(alive)), signal.SIGKILL)
                 kills += 1
         table = study.result(500.0).table
-    assert kills >= 3  # a fast machine ends sooner
+    assert kills >= 5  # 20 unless the study ends between two looks at it
     plain = studies.run(many, tmp_path / "plain", workers=2).table
     assert without_times(table) == without_times(plain)
 

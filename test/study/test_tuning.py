@@ -127,6 +127,14 @@ def test_a_folder_of_another_search_stays_as_it_is(whole: tuning.TuningResult) -
     assert (folder / "trials.log").read_bytes() == before
 
 
+def test_a_search_with_all_of_its_trials_is_judged_once(whole: tuning.TuningResult) -> None:
+    """Asked for fewer trials than its folder has, a search is the whole one, judged by the study that is there."""
+    folder = whole.held_out.folder.parent
+    again = tuning.tune(with_tune(trials=5), folder, workers=1)
+    assert again.trials == whole.trials and again.chosen == whole.chosen
+    assert again.held_out.folder == whole.held_out.folder and again.held_out.table == whole.held_out.table
+
+
 def test_the_command_prints_gains_and_judgement(whole: tuning.TuningResult, tmp_path: Path) -> None:
     """`crane tune` goes on with the search in its folder; `crane sweep` refuses the file in one line."""
     file = tmp_path / "gains.yaml"

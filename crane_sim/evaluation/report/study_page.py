@@ -54,7 +54,7 @@ def study_page(result: StudyResult) -> str:
         head,
         _failures(result),
         _figures(found),
-        *_differences(found, list(study.variant_changes)),
+        *_differences(found),
         _sensitivities(found, study.design),
         *_distributions(result, names),
     ]
@@ -93,9 +93,9 @@ def _figures(found: dict[str, Any]) -> str:
     return _section("Figures", _table(("figure", "variant", *keys), rows))
 
 
-def _differences(found: dict[str, Any], variants: Sequence[str]) -> Iterator[str]:
+def _differences(found: dict[str, Any]) -> Iterator[str]:
     """Yield the section of what variants differ in, of the summary of a study."""
-    first, *others = variants
+    first, *others = found["failures"]  # variants
     if not others:
         return
     rows = []

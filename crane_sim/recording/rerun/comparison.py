@@ -18,9 +18,10 @@ from crane_sim.recording.quantities import Quantity, moving_quantities
 from crane_sim.recording.rerun.blueprint import arrange, crane_view, value_axis
 from crane_sim.recording.rerun.curves import PALETTE
 from crane_sim.recording.rerun.errors import RecordingError
-from crane_sim.recording.rerun.ghosts import draw_run, time_columns
+from crane_sim.recording.rerun.ghosts import draw_run
 from crane_sim.recording.rerun.scene3d import log_ground
 from crane_sim.recording.rerun.summary import markdown_table
+from crane_sim.recording.rerun.timelines import time_columns
 from crane_sim.recording.rerun.vessel import Vessel
 from crane_sim.recording.rerun.writer import APPLICATION, FLUSH_SECONDS
 

@@ -11,6 +11,7 @@ import rerun as rr
 from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.recording.base_frame import WORLD, base_rotations
 from crane_sim.recording.rerun.cranes import CABLE_RADIUS_RATIO, joint_transforms, load_robot
+from crane_sim.recording.rerun.timelines import time_columns
 
 if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
@@ -48,11 +49,6 @@ def _colored(document: str, color: Color) -> str:
     for each in robot.iter("color"):
         each.set("rgba", f"{shown} {OPACITY}")
     return ElementTree.tostring(robot, encoding="unicode")
-
-
-def time_columns(t: Numbers) -> list[rr.TimeColumn]:
-    """Return times (K,) [s] as the viewer has them."""
-    return [rr.TimeColumn("sim_time", duration=np.rint(1e9 * t).astype("timedelta64[ns]"))]
 
 
 def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeColumn], base: Numbers | None) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import rerun as rr
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from crane_sim.recording.layout import Layout
@@ -26,6 +26,11 @@ def times_at(layout: Layout, instants: NDArray[np.int64]) -> list[rr.TimeColumn]
         rr.TimeColumn("sim_time", duration=instants.astype("timedelta64[ns]")),
         rr.TimeColumn("step", sequence=steps),
     ]
+
+
+def time_columns(t: NDArray[np.float64]) -> list[rr.TimeColumn]:
+    """Return times (K,) [s] of scene time alone, for runs whose steps differ."""
+    return [rr.TimeColumn("sim_time", duration=np.rint(1e9 * t).astype("timedelta64[ns]"))]
 
 
 def set_time(rec: rr.RecordingStream, layout: Layout, step: int) -> None:
