@@ -26,7 +26,7 @@ def flatten(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 def cell_of(value: Any) -> Any:
     """Return a value as a cell of a table holds it."""
-    value = value.item() if isinstance(value, np.generic) else value
+    value = plain(value)
     if value is None or isinstance(value, bool | float | str):
         return value
     # whole numbers of figures are counts; as parameters they are numbers like any other
@@ -44,3 +44,13 @@ def _column(values: list[Any]) -> npt.NDArray[Any]:
     if any(isinstance(value, str) for value in values):
         return np.array(values, dtype=object)
     return np.array([np.nan if value is None else value for value in values])
+
+
+def one_run(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the figures of the first of n runs, arrays (n,) in groups, as plain numbers."""
+    return {key: one_run(value) if isinstance(value, Mapping) else plain(value[0]) for key, value in figures.items()}
+
+
+def plain(value: Any) -> Any:
+    """Return a number of NumPy as one of Python, anything else as it is."""
+    return value.item() if isinstance(value, np.generic) else value

@@ -4,7 +4,7 @@ Tracking error of a run, accumulated block by block: the same bits for any lengt
 """
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.extremes import Extremes
+from crane_sim.simulation.figures import one_run
 from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
 from crane_sim.simulation.reeving import FallPeaks, fall_tensions
 from crane_sim.simulation.settling import Settling, nearness, settling_times
@@ -370,11 +371,3 @@ def _settling_by_joint(scenes: Sequence[Scene], ended: Ended) -> dict[str, npt.N
     times = settling_times(target, near, ended.outside, ended.t[:, None], ended.q, first.period)
     return _by_joint(first, np.where(np.isnan(times), None, times))
 
-
-def one_run(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the figures of the first run as plain numbers."""
-    return {key: one_run(value) if isinstance(value, Mapping) else _plain(value[0]) for key, value in figures.items()}
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
