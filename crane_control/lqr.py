@@ -14,7 +14,7 @@ Where the scene has a path of the joints, these follow it: z* is then the target
 velocities of the actuated joints in place of its own.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -22,17 +22,18 @@ from pydantic import Field
 from scipy.linalg import block_diag
 
 from crane_control.reduced_state import nominal_coordinate
-from crane_control.regulator import Array, regulator
+from crane_control.regulator import Array, regulators
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.laws import read_settings
+from crane_sim.laws import ForeignSetting, read_settings
 from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import (
-    equilibrium,
+    by_kind,
+    equilibria,
     imposed_rows,
-    state_matrices,
+    state_matrices_of,
     tangent_basis,
     without_dry_friction,
 )
@@ -142,22 +143,91 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
         SceneError: a setting is wrong, the path is the payload's, nothing can be held at the target, or a motion about
             it cannot be reached.
     """
-    options, nominal = read_settings(Settings, settings), without_dry_friction(nominal)
-    if nominal.path is not None and not nominal.path.of_joints:
-        raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
-    target, efforts = equilibrium(nominal)
-    a, b = state_matrices(nominal, target, efforts)
-    period = nominal.period if nominal.sampled else None
+    (law,) = build_many([settings], [nominal])
+    if isinstance(law, SceneError):
+        raise law
+    return law
+
+
+def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene]) -> list[LqrLaw | SceneError]:
+    """Return the law of each of many scenes, or the error that `build` raises for it, in a fraction of the time."""
+    scenes = [without_dry_friction(nominal) for nominal in nominals]
+    laws: list[Any] = [_options_of(*pair) for pair in zip(settings, scenes, strict=True)]
+    sound = [i for i, law in enumerate(laws) if not isinstance(law, SceneError)]
+    alike = dict[Any, list[_Plant]]()
+    for i, plant in zip(sound, _make_plants([scenes[i] for i in sound], [laws[i] for i in sound]), strict=True):
+        laws[i] = plant
+        if not isinstance(plant, SceneError):
+            alike.setdefault((plant.period is None, plant.b.shape), []).append(plant)
+    made = {id(plant): law for plants in alike.values() for plant, law in zip(plants, _make_laws(plants), strict=True)}
+    return [made.get(id(law), law) for law in laws]
+
+
+def _options_of(settings: Mapping[str, Any], scene: Scene) -> "Settings | SceneError":
+    """Return the weights as they are given, or what is wrong with them or with the path."""
+    try:
+        options = read_settings(Settings, settings)
+        if scene.path is not None and not scene.path.of_joints:
+            raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
+    except ForeignSetting as error:
+        return ForeignSetting(error.key, error.known, "lqr")
+    except SceneError as error:
+        return error
+    return options
+
+
+class _Plant(NamedTuple):
+    """What the regulator of one scene is computed from; m deviations are free."""
+
+    scene: Scene
+    rest: tuple[Array, Array]  # joint positions (nq,) and efforts (nu,) that are held
+    a: Array  # (m, m)
+    b: Array  # (m, nu)
+    q: Array  # (m, m), weights
+    r: Array  # (nu,)
+    to_joints: Array  # (2 nq, m), joint positions and velocities of the deviations
+    period: float | None  # s, between commands; None: continuous
+
+
+def _make_plants(scenes: Sequence[Scene], options: Sequence["Settings"]) -> list[_Plant | SceneError]:
+    """Return the linear equations of scenes about rest at their targets, or the error where there is no rest."""
+    plants: list[Any] = equilibria(scenes)
+    for group in by_kind(scenes):
+        held = [i for i in group if not isinstance(plants[i], SceneError)]
+        rests = [plants[i] for i in held]
+        matrices = state_matrices_of([scenes[i] for i in held], *zip(*rests, strict=True)) if held else []
+        for i, rest, (a, b) in zip(held, rests, matrices, strict=True):
+            try:
+                plants[i] = _make_plant(options[i], scenes[i], rest, a, b)
+            except SceneError as error:
+                plants[i] = error
+    return plants
+
+
+def _make_plant(options: "Settings", scene: Scene, rest: tuple[Array, Array], a: Array, b: Array) -> _Plant:
     moving = np.flatnonzero(np.tile(~imposed_rows(a, b), 2))
-    basis = tangent_basis(nominal, target)
-    to_joints = np.asarray(block_diag(basis, basis), np.float64)[:, moving]  # (2 nq, number of deviations)
-    q, r = _weights(options, nominal, basis @ b[basis.shape[1] :])
+    basis = tangent_basis(scene, rest[0])
+    to_joints = np.asarray(block_diag(basis, basis), np.float64)[:, moving]
+    q, r = _weights(options, scene, basis @ b[basis.shape[1] :])
     weights = to_joints.T @ np.diag(q) @ to_joints
-    gain, poles = regulator(a[np.ix_(moving, moving)], b[moving], weights, r, period)
+    period = scene.period if scene.sampled else None
+    return _Plant(scene, rest, a[np.ix_(moving, moving)], b[moving], weights, r, to_joints, period)
+
+
+def _make_laws(plants: Sequence[_Plant]) -> list[LqrLaw | SceneError]:
+    """Return the laws of plants of one shape, or the error of one that has no regulator."""
+    parts = (np.array([getattr(plant, name) for plant in plants]) for name in ("a", "b", "q", "r"))
+    found = regulators(*parts, [plant.period for plant in plants])
+    pairs = zip(plants, found, strict=True)
+    return [each if isinstance(each, SceneError) else _make_law(plant, *each) for plant, each in pairs]
+
+
+def _make_law(plant: _Plant, gain: Array, poles: Any) -> LqrLaw:
+    target, efforts = plant.rest
     rows = None
-    for effort, row in zip(efforts[::-1], (gain @ to_joints.T)[::-1], strict=True):
+    for effort, row in zip(efforts[::-1], (gain @ plant.to_joints.T)[::-1], strict=True):
         rows = GainRow(float(effort), row.copy(), rows)
-    return LqrLaw(rows, target, nominal.path, poles)
+    return LqrLaw(rows, target, plant.scene.path, poles)
 
 
 def _weights(options: Settings, scene: Scene, accelerations: Array) -> tuple[Array, Array]:

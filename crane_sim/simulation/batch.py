@@ -26,18 +26,15 @@ from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration, Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
-from crane_sim.laws import with_initial_state
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
+from crane_sim.simulation.columns import columns, extract_drive
 from crane_sim.simulation.figures import figure_columns
 from crane_sim.simulation.rollout import Rollout, checked_times, simulate
 from crane_sim.simulation.status import SimulationError, check_status
-from crane_sim.stepping.batch import BatchArrays, Driven, Sampled, TimeGrid, pass_lanes, simulate_range
+from crane_sim.stepping.batch import BatchArrays, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
 from crane_sim.stepping.rows import row_width
-
-ONE_KIND = "a batch takes one kind of model, method and law"
-
 
 def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float | None) -> list[Scene]:
     """Return one checked scene for each crane.
@@ -96,39 +93,6 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
         raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
         raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
-
-
-def extract_drive(scene: Scene) -> Driven:
-    """Return method, model and source of a scene, its law with its initial state."""
-    return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
-
-
-def columns(trees: Sequence[Any], path: str = "") -> Any:
-    """Return the tree whose numbers are arrays over all trees; None and the types of NamedTuples stay.
-
-    Raises:
-        SceneError: the trees are not of one type; it names the first one that differs from tree 0, and where.
-    """
-    first = trees[0]
-    for i, tree in enumerate(trees):
-        if (form := _form(tree)) != (expected := _form(first)):
-            raise SceneError(f"crane {i}: {path[:-1]} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
-    if first is None:
-        return None
-    if not isinstance(first, tuple):
-        return np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
-    names = getattr(first, "_fields", range(len(first)))
-    parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
-    return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
-
-
-def _form(tree: Any) -> str:
-    """Return in words what decides on the compiled type of a tree's root."""
-    if isinstance(tree, np.ndarray):
-        return f"an array of {' x '.join(map(str, tree.shape))}"
-    if type(tree) is tuple:
-        return f"{len(tree)} values"
-    return "a number" if isinstance(tree, int | float) else "none" if tree is None else type(tree).__name__
 
 
 Array = npt.NDArray[np.float64]

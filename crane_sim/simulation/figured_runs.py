@@ -16,7 +16,7 @@ from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants, empty_balance
-from crane_sim.simulation.batch import columns, extract_drive
+from crane_sim.simulation.columns import columns, extract_drive, kind_of
 from crane_sim.simulation.extremes import Extremes, joint_margins, note_range
 from crane_sim.simulation.metrics import Ended, name_figures, read_meters
 from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
@@ -159,6 +159,13 @@ def has_compiled_figures(scene: Scene) -> bool:
         return False
     plain = getattr(model, "contact", None) is None and not system.fall_count(model)
     return plain and system.switching(model) is None and not Extremes(scene).has_angles
+
+
+def kind_of_run(scene: Scene) -> Any:
+    """Return what scenes share that can run in one call."""
+    limited = tuple(limit.joint for limit in scene.limits)
+    joints = scene.joint_names, scene.actuated, limited, scene.reference is None
+    return kind_of(extract_drive(scene)), scene.period, scene.steps, joints
 
 
 def run_with_figures(scenes: Sequence[Scene]) -> FiguredRuns:

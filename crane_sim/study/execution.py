@@ -13,7 +13,7 @@ from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
-from crane_sim.study.runs import row_of
+from crane_sim.study.runs import rows_of
 from crane_sim.study.store import Store, load_pyarrow
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
@@ -133,4 +133,4 @@ def run_block(study: str, scene: str, versions: dict[str, str], first: int, end:
         differing = ", ".join(key for key in sorted(mine.keys() | versions) if mine.get(key) != versions.get(key))
         raise SceneError(f"a worker has other versions than this process: {differing}")
     listed, document = _cases_of(study, scene)
-    return [row_of(listed[i], document) for i in range(first, end)]
+    return rows_of([listed[i] for i in range(first, end)], document)
