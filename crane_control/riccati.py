@@ -26,18 +26,14 @@ def solve_riccati(a: Array, b: Array, q: Array, r: Array, discrete: bool) -> tup
     """
     h, j = _discrete_pencils(a, b, q, r) if discrete else _continuous_pencils(a, b, q, r)
     n, m, nu = b.shape
-    scales = _balance(h, j, m)
-    solutions, upper, found = np.zeros((n, m, m)), np.tile(np.eye(m), (n, 1, 1)), np.zeros(n, bool)
-    for i in range(n):
-        basis = _stable_basis(h[i], j[i], m, nu, discrete)
-        if basis is None:
-            continue
-        found[i] = _is_symmetric(basis, m)
-        solutions[i], upper[i] = _quotient(basis, m)
-    scale = scales[:, :m]
-    solutions *= scale[:, :, None] * scale[:, None]
-    found &= 1.0 / np.linalg.cond(upper) >= np.spacing(1.0)
-    return (solutions + np.swapaxes(solutions, 1, 2)) / 2, found
+    scale = _balance(h, j, m)[:, :m]
+    bases = [_stable_basis(*pencil, m, nu, discrete) for pencil in zip(h, j, strict=True)]
+    found = np.array([basis is not None for basis in bases])
+    whole = np.array([np.eye(2 * m) if basis is None else basis for basis in bases])
+    quotients, upper = map(np.array, zip(*(_quotient(basis, m) for basis in whole), strict=True))
+    found &= _are_symmetric(whole, m) & (1.0 / np.linalg.cond(np.triu(upper)) >= np.spacing(1.0))
+    quotients *= scale[:, :, None] * scale[:, None]
+    return (quotients + np.swapaxes(quotients, 1, 2)) / 2, found
 
 
 def _discrete_pencils(a: Array, b: Array, q: Array, r: Array) -> tuple[Array, Array]:
@@ -110,7 +106,7 @@ def _never(*_: Any) -> None:
 
 
 def _quotient(basis: Array, m: int) -> tuple[Array, Array]:
-    """Return (the solution, basis[m:, :m] by basis[:m, :m], not made symmetric; the upper factor of the latter)."""
+    """Return (the solution, basis[m:, :m] by basis[:m, :m], not made symmetric; the factors of the latter)."""
     factors, order, _ = lapack_calls.dgetrf(basis[:m, :m])
     rows = np.arange(m)
     for i, k in enumerate(order):
@@ -119,11 +115,12 @@ def _quotient(basis: Array, m: int) -> tuple[Array, Array]:
     x, _ = lapack_calls.dtrtrs(factors, x, lower=1, trans=1, unitdiag=1)
     solution = np.empty((m, m))
     solution[:, rows] = x.T
-    return solution, np.triu(factors)
+    return solution, factors
 
 
-def _is_symmetric(basis: Array, m: int) -> bool:
-    """Return whether no eigenvalue is too close to the limit of stability: then a product of the basis is symmetric."""
-    product = basis[:m, :m].T.dot(basis[m:, :m])
-    largest, difference = (np.abs(each).sum(axis=0).max() for each in (product, product - product.T))
-    return bool(difference <= max(np.spacing(1000.0), 0.1 * largest))
+def _are_symmetric(bases: Array, m: int) -> npt.NDArray[np.bool_]:
+    """Return where no eigenvalue is too close to the limit of stability: then a product of the basis is symmetric."""
+    product = np.swapaxes(bases[:, :m, :m], 1, 2) @ bases[:, m:, :m]
+    parts = product, product - np.swapaxes(product, 1, 2)
+    largest, difference = (np.abs(part).sum(axis=1).max(axis=1) for part in parts)
+    return difference <= np.maximum(np.spacing(1000.0), 0.1 * largest)

@@ -31,39 +31,45 @@ def load_scenes(source: SceneSource, changes: Sequence[Mapping[str, Any]]) -> li
         SceneError: there is no such scene.
     """
     read_once = source.document if isinstance(source, Scene) else source if isinstance(source, Mapping) else read(source)
-    document = copy.deepcopy(dict(read_once))
-    found: list[Any] = [_draft(document, each) for each in changes]
+    switched = _Switched(copy.deepcopy(dict(read_once)))
+    found: list[Any] = [_draft(switched, each) for each in changes]
     for law, numbers in _by_law(found).items():
         for i, made in zip(numbers, _finish(law, [found[i] for i in numbers]), strict=True):
-            found[i] = made
-    return [_left_out(document, each, made) for each, made in zip(changes, found, strict=True)]
+            ignored = switched[changes[i].get("control.law")][1]
+            found[i] = note_left_out(made, ignored, switched.control) if ignored and isinstance(made, Scene) else made
+    return found
 
 
-def _draft(document: dict[str, Any], changes: Mapping[str, Any]) -> Draft | Scene | SceneError:
+class _Switched(dict[Any, tuple[dict[str, Any], Sequence[str]]]):
+    """A document by the law that changes switch it to, and the keys that this leaves out; made when first asked for."""
+
+    def __init__(self, document: dict[str, Any]) -> None:
+        super().__init__()
+        self.document, self.control = document, document.get("control")
+
+    def __missing__(self, law: Any) -> tuple[dict[str, Any], Sequence[str]]:
+        document = copy.deepcopy(self.document)
+        self[law] = document, switch_law(document, {} if law is None else {"control.law": law})
+        return self[law]
+
+    def mixes_laws(self, law: Any) -> bool:
+        """Return whether settings remain that the other law may have, or not."""
+        control = self.control
+        if not isinstance(control, dict) or law is None or law == control.get("law"):
+            return False
+        return any(key in SHARED for key in control)
+
+
+def _draft(switched: _Switched, changes: Mapping[str, Any]) -> Draft | Scene | SceneError:
     """Return the draft of a document with changes; the scene, or its error, where settings of two laws are mixed."""
-    control = document.get("control")
-    switched = dict(document) | ({"control": copy.deepcopy(control)} if isinstance(control, dict) else {})
-    if _switches_law(document, changes):
-        if any(key in SHARED for key in control):
-            return _attempt(document, load_scene, document, changes)
-        switch_law(switched, changes)
+    law = changes.get("control.law")
+    if switched.mixes_laws(law):
+        return _attempt(switched.document, load_scene, switched.document, changes)
     try:
-        changed = with_values(switched, changes)
+        changed = with_values(switched[law][0], changes)
     except (SceneError, RecursionError) as error:
         return SceneError(str(error))
     return _attempt(changed, draft_scene, changed)
-
-
-def _switches_law(document: Mapping[str, Any], changes: Mapping[str, Any]) -> bool:
-    control, law = document.get("control"), changes.get("control.law")
-    return isinstance(control, dict) and law is not None and law != control.get("law")
-
-
-def _left_out(document: dict[str, Any], changes: Mapping[str, Any], made: Scene | SceneError) -> Scene | SceneError:
-    """Return a scene with a note on the settings of the document's law that it was switched from."""
-    if isinstance(made, SceneError) or "left_out" in made.notes or not _switches_law(document, changes):
-        return made
-    return note_left_out(made, switch_law(copy.deepcopy(document), changes), document["control"])
 
 
 def _by_law(drafts: Sequence[Any]) -> dict[str | None, list[int]]:

@@ -25,9 +25,8 @@ def columns(trees: Sequence[Any], path: str = "") -> Any:
         SceneError: the trees are not of one type; it names the first one that differs from tree 0, and where.
     """
     first = trees[0]
-    for i, tree in enumerate(trees):
-        if (form := _form(tree)) != (expected := _form(first)):
-            raise SceneError(f"crane {i}: {path[:-1]} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
+    if not _are_alike(trees):
+        _complain(trees, path[:-1])
     if first is None:
         return None
     if not isinstance(first, tuple):
@@ -35,6 +34,23 @@ def columns(trees: Sequence[Any], path: str = "") -> Any:
     names = getattr(first, "_fields", range(len(first)))
     parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
     return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
+
+
+def _are_alike(trees: Sequence[Any]) -> bool:
+    """Return whether the roots of trees are of one compiled type."""
+    types = set(map(type, trees))
+    if len(types) > 1:
+        return types <= {int, float, bool}
+    (kind,) = types
+    sizes = [tree.shape for tree in trees] if issubclass(kind, np.ndarray) else map(len, trees) if kind is tuple else ()
+    return len(set(sizes)) <= 1
+
+
+def _complain(trees: Sequence[Any], path: str) -> None:
+    """Raise SceneError for the first tree that is not like tree 0."""
+    for i, tree in enumerate(trees):
+        if (form := _form(tree)) != (expected := _form(trees[0])):
+            raise SceneError(f"crane {i}: {path} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
 
 
 def _form(tree: Any) -> str:

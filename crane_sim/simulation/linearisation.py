@@ -201,11 +201,12 @@ def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
 
     The n deviations are the coordinates in the tangent basis at q, then come their rates.
     """
-    return state_matrices_of([scene], [q], [u])[0]
+    a, b = state_matrices_of([scene], [q], [u])
+    return a[0], b[0]
 
 
-def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[Array]) -> list[tuple[Array, Array]]:
-    """Return what `state_matrices` returns for each of scenes of one kind, at its own positions and efforts."""
+def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[Array]) -> tuple[Array, Array]:
+    """Return A and B, as `state_matrices` does, of c scenes of one kind: (c, 2 n, 2 n) and (c, 2 n, nu)."""
     bent, nu = bool(_unit_vectors(scenes[0])), len(u[0])
     bases = [tangent_basis(scene, at) for scene, at in zip(scenes if bent else scenes[:1], q, strict=False)]
     nq, n = bases[0].shape
@@ -217,7 +218,7 @@ def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[A
     derivatives, count = np.swapaxes(np.array(rows) + 0.0, 1, 2), len(scenes)
     a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, nu))
     a[:, :n, n:], a[:, n:], b[:, n:] = np.eye(n), derivatives[:, :, : 2 * n], derivatives[:, :, 2 * n :]
-    return list(zip(a, b, strict=True))
+    return a, b
 
 
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
