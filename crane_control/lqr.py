@@ -238,8 +238,10 @@ def _make_laws(plants: _Plants) -> list[LqrLaw | SceneError]:
     """Return the laws of plants, or the error of one that has no regulator."""
     periods = [scene.period if scene.sampled else None for scene in plants.scenes]
     found = regulators(plants.a, plants.b, plants.q, plants.r, periods)
-    parts = zip(found, plants.scenes, plants.rests, plants.to_joints, strict=True)
-    return [each if isinstance(each, SceneError) else _make_law(*each, *about) for each, *about in parts]
+    return [
+        each if isinstance(each, SceneError) else _make_law(*each, scene, rest, to_joints)
+        for each, scene, rest, to_joints in zip(found, plants.scenes, plants.rests, plants.to_joints, strict=True)
+    ]
 
 
 def _make_law(gain: Array, poles: Any, scene: Scene, rest: tuple[Array, Array], to_joints: Array) -> LqrLaw:
@@ -251,7 +253,7 @@ def _make_law(gain: Array, poles: Any, scene: Scene, rest: tuple[Array, Array], 
 
 
 def _weights(options: Settings, scene: Scene, accelerations: Array) -> tuple[Array, Array]:
-    """Return the weights q (2 nq,) and r (nu,), with the acceleration (nu,) that a unit of each effort gives its joint."""
+    """Return the weights q (2 nq,) and r (nu,), with the accelerations (nu,) of a unit of each effort."""
     q = _scale_weights(scene.joint_units) if options.q is None else np.array(options.q)
     r = accelerations**2 if options.r is None else np.array(options.r)
     return q, r

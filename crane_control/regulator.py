@@ -14,7 +14,9 @@ Poles = npt.NDArray[np.complex128]
 STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as on it; error of the differences
 
 
-def regulators(a: Array, b: Array, q: Array, r: Array, periods: Sequence[float | None]) -> list[tuple[Array, Poles] | SceneError]:
+def regulators(
+    a: Array, b: Array, q: Array, r: Array, periods: Sequence[float | None]
+) -> list[tuple[Array, Poles] | SceneError]:
     """Return (gain (nu, m), closed-loop eigenvalues (m,)) of n plants, or the error of one that has none.
 
     The linearisation of such a plant is not stabilisable, or a motion has no weight.

@@ -92,10 +92,8 @@ def _stable_basis(h: Array, j: Array, m: int, nu: int, discrete: bool) -> Array 
     if info:
         return None
     quotients = np.divide(real + 1j * imaginary, beta, out=np.full(size, np.inf + 0j), where=beta != 0.0)
-    select = np.abs(quotients) < 1.0 if discrete else quotients.real < 0.0
-    *_, basis, _, _, _, _, info = lapack_calls.dtgsen(
-        select, a, b, left, right, ijob=0, lwork=4 * size + 16, liwork=1
-    )
+    select = np.abs(quotients) < 1.0 if discrete else np.real(quotients) < 0.0
+    *_, basis, _, _, _, _, info = lapack_calls.dtgsen(select, a, b, left, right, ijob=0, lwork=4 * size + 16, liwork=1)
     if info == 1:
         raise ValueError("the Riccati equation is too ill-conditioned")
     return basis

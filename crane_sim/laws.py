@@ -4,8 +4,8 @@ A law is found through the entry-point group `crane_sim.laws`, so a package of y
 `build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
 nominal; `scene` is the *nominal* scene, all that the law may depend on. It raises ValueError for what does not fit.
 A law of your own in a file needs no package: `control.law: FILE.py:FUNCTION`.
-A module that has `build_many` designs its law for many scenes at once. One that has `SETTINGS`, the NamedTuples that its settings are read into by the group that has them, is described
-in the page of the scene format.
+A module that has `build_many` designs its law for many scenes at once. One that has `SETTINGS`, the NamedTuples that
+its settings are read into by the group that has them, is described in the page of the scene format.
 """
 
 import sys
@@ -104,9 +104,7 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         return _make_own_law(name, settings, nominal) if ":" in name else _load(name)(settings, nominal)
 
 
-def make_laws(
-    name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]
-) -> list["Law | SceneError"]:
+def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]) -> list["Law | SceneError"]:
     """Return the law called `name` for each of many nominal scenes, or the error that `make_law` raises for it.
 
     A law whose module has `build_many`, a function of (list of settings, list of scenes) that returns laws and errors,

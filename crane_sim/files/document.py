@@ -166,7 +166,7 @@ def without_nulls(group: Mapping[str, Any]) -> dict[str, Any]:
 
     Groups within `control` are left to the law: there null may be a choice.
     """
-    deeper = {key: value for key, value in group.items() if isinstance(value, Mapping)}
+    deeper = {key: value for key, value in group.items() if isinstance(value, dict | Mapping)}
     groups = {key: without_nulls(value) for key, value in deeper.items() if key != "control"}
     if "control" in deeper:
         groups["control"] = {key: value for key, value in deeper["control"].items() if value is not None}

@@ -30,7 +30,9 @@ def load_scenes(source: SceneSource, changes: Sequence[Mapping[str, Any]]) -> li
     Raises:
         SceneError: there is no such scene.
     """
-    read_once = source.document if isinstance(source, Scene) else source if isinstance(source, Mapping) else read(source)
+    read_once = (
+        source.document if isinstance(source, Scene) else source if isinstance(source, Mapping) else read(source)
+    )
     switched = _Switched(copy.deepcopy(dict(read_once)))
     found: list[Any] = [_draft(switched, each) for each in changes]
     for law, numbers in _by_law(found).items():

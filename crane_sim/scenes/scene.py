@@ -349,7 +349,7 @@ def _validate(document: dict[str, Any]) -> SceneFile:
 
 
 def law_parts(draft: Draft) -> tuple[Mapping[str, Any], Scene]:
-    """Return (settings of a draft's law, its nominal scene): commanded as the real one, its joints the real one's first.
+    """Return (settings of a draft's law, its nominal scene: commanded as the real one, with its first joints).
 
     Raises:
         SceneError: the scene has a law and inputs, or the nominal scene is not possible.

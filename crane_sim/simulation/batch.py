@@ -21,20 +21,22 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.files.document import read
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, shorten
 from crane_sim.integrators import Integration, Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.lanes import LANES
-from crane_sim.scenes.scene import Scene, SceneSource, load_scene
-from crane_sim.simulation.columns import columns, extract_drive
+from crane_sim.scenes.many import load_scenes
+from crane_sim.scenes.scene import Scene, SceneSource
+from crane_sim.simulation.columns import columns, extract_drive, kind_of
+from crane_sim.simulation.figured_runs import run_all
 from crane_sim.simulation.figures import figure_columns
-from crane_sim.simulation.rollout import Rollout, checked_times, simulate
+from crane_sim.simulation.rollout import checked_times
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.batch import BatchArrays, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
 from crane_sim.stepping.rows import row_width
+
 
 def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float | None) -> list[Scene]:
     """Return one checked scene for each crane.
@@ -45,15 +47,14 @@ def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float
     count = _count(parameters)
     if duration is not None and "duration" in parameters:
         raise SceneError(f"duration = {duration}: is among the parameters, too; leave out one of the two")
-    document = scene.to_dict() if isinstance(scene, Scene) else scene if isinstance(scene, Mapping) else read(scene)
     always = {} if duration is None else {"duration": duration}
+    changes = [always | {key: _value(parameters[key][i]) for key in parameters} for i in range(count)]
     scenes: list[Scene] = []
-    for i in range(count):
-        try:
-            scenes.append(load_scene(document, always | {key: _value(parameters[key][i]) for key in parameters}))
-        except SceneError as error:
-            raise SceneError(f"crane {i}: {error}") from None
-        _check_alike(scenes[0], scenes[i], i)
+    for i, loaded in enumerate(load_scenes(scene, changes)):
+        if isinstance(loaded, SceneError):
+            raise SceneError(f"crane {i}: {loaded}") from None
+        scenes.append(loaded)
+        _check_alike(scenes[0], loaded, i)
     return scenes
 
 
@@ -84,11 +85,14 @@ def _count(parameters: Mapping[str, Any]) -> int:
 
 
 def _check_alike(first: Scene, scene: Scene, i: int) -> None:
-    """Raise SceneError when crane i cannot keep the time of the first one, or its law cannot run compiled."""
-    for name in ("duration", "period", "sampled"):
+    """Raise SceneError when crane i has other joints or periods than the first one, or its law cannot run compiled."""
+    for name in ("duration", "period"):
         value, expected = getattr(scene, name), getattr(first, name)
         if value != expected:
             raise SceneError(f"crane {i}: {name} = {value}, that of crane 0 is {expected}: a batch keeps one time")
+    if scene.joint_names != first.joint_names:
+        own, expected = (shorten(list(each.joint_names)) for each in (scene, first))
+        raise SceneError(f"crane {i}: its joints are {own}, those of crane 0 {expected}: a batch has the same joints")
     if scene.hardware is not None and not scene.hardware.ideal:
         raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
@@ -153,8 +157,10 @@ def simulate_batch(
         threads: the processor's cores when None.
         figures: whether the result has the figures and events of `simulate`, for which every crane runs once more.
 
+    Cranes whose scenes differ in kind (of model, method or law) run in groups of one kind.
+
     Raises:
-        SceneError: the scene of a crane is not possible, or the cranes are not of one kind: model, method, law, period.
+        SceneError: the scene of a crane is not possible, or it has other joints or periods than the first one.
         ValueError: the instants are not within the run.
     """
     if threads is not None and threads < 1:
@@ -163,24 +169,47 @@ def simulate_batch(
     scenes = scenes_of(scene, parameters, duration)
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
     checked = time.perf_counter() - began
-    batch = run_cranes(scenes, times, threads or len(os.sched_getaffinity(0)), moves_in_lanes(scenes))
+    batch = run_groups(scenes, times, threads or len(os.sched_getaffinity(0)))
     batch = replace(batch, setup_time=checked + batch.setup_time)
     return add_figures(batch, scenes) if figures else batch
 
 
 def add_figures(batch: Batch, scenes: Sequence[Scene]) -> Batch:
     """Return the batch with the figures and events of its cranes, up to the failure of those that failed."""
-    runs = [_run(scene) for scene in scenes]
-    columns = figure_columns([run.summary for run in runs])
-    return replace(batch, figures=columns, events=tuple(tuple(run.events) for run in runs))
+    rows, events = list[dict[str, Any]](), list[tuple[Any, ...]]()
+    for ended in run_all(scenes):
+        rows.append(ended.figures)
+        events.append(ended.events)
+    return replace(batch, figures=figure_columns(rows), events=tuple(events))
 
 
-def _run(scene: Scene) -> Rollout:
-    try:
-        return simulate(scene)
-    except SimulationError as error:
-        assert error.run is not None, "the errors of `simulate` have their run"
-        return error.run
+def run_groups(scenes: Sequence[Scene], times: Array, threads: int) -> Batch:
+    """Run scenes that may differ in kind, those of one kind together; arguments of `run_cranes`."""
+    groups: dict[Any, list[int]] = {}
+    for i, scene in enumerate(scenes):
+        groups.setdefault((kind_of(extract_drive(scene)), scene.actuated), []).append(i)
+    parts = []
+    for numbers in groups.values():
+        own = [scenes[i] for i in numbers]
+        parts.append(run_cranes(own, times, threads, moves_in_lanes(own)))
+    return parts[0] if len(parts) == 1 else _join(parts, np.argsort(np.concatenate(list(groups.values()))))
+
+
+def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:
+    """Return the batches of groups as one, whose crane k is number `order[k]` of all."""
+
+    def along(name: str) -> Any:
+        values = [getattr(part, name) for part in parts]
+        if isinstance(values[0], tuple):
+            every = [entry for value in values for entry in value]
+            return tuple(every[i] for i in order)
+        return np.concatenate(values)[order]
+
+    cranes = ("t", "q", "v", "payload", "errors", "evaluations", "steps", "notes")
+    sampled = ("sampled_q", "sampled_v", "sampled_payload")
+    total = {name: sum(getattr(part, name) for part in parts) for name in ("setup_time", "wall_time")}
+    joined = {name: along(name) for name in (*cranes, *sampled)}
+    return replace(parts[0], **joined, **total, lanes=min(part.lanes for part in parts))
 
 
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:

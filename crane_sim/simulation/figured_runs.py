@@ -15,11 +15,13 @@ from crane_sim.integrators import Integration
 from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants, empty_balance
 from crane_sim.simulation.columns import columns, extract_drive, kind_of
+from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants, empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins, note_range
-from crane_sim.simulation.metrics import Ended, name_figures, read_meters
+from crane_sim.simulation.figures import flatten, leaves
+from crane_sim.simulation.metrics import Gathered, name_figures, read_meters
 from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
+from crane_sim.simulation.rollout import simulate
 from crane_sim.simulation.settling import nearness, note_outside
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.batch import Sampled
@@ -143,11 +145,37 @@ def finish_run(p, clock, run, scratch, x):
     run.audit[0], run.audit[1] = audit
 
 
-class FiguredRuns(NamedTuple):
-    """Figures of n runs of one kind."""
+class Ended(NamedTuple):
+    """How a run ended."""
 
-    figures: dict[str, Any]  # by the names of `simulate`'s summary, groups by joint: arrays (n,)
-    errors: tuple[str | None, ...]  # (n,), why a run ended before its time
+    figures: dict[str, Any]  # of its summary, by dotted key
+    error: str | None  # why it ended before its time
+    events: tuple[tuple[float, str], ...]
+
+
+def run_all(scenes: Sequence[Scene]) -> list[Ended]:
+    """Return how runs of scenes end, those that compiled code can gather the figures of in one call for each kind.
+
+    Raises:
+        LawError: a law failed.
+    """
+    groups: dict[Any, list[int]] = {}
+    for i, scene in enumerate(scenes):
+        groups.setdefault(kind_of_run(scene) if has_compiled_figures(scene) else i, []).append(i)
+    found: dict[int, Ended] = {}
+    for group in groups.values():
+        own = [scenes[i] for i in group]
+        ended = run_with_figures(own) if has_compiled_figures(own[0]) else [_run_alone(own[0])]
+        found |= zip(group, ended, strict=True)
+    return [found[i] for i in range(len(scenes))]
+
+
+def _run_alone(scene: Scene) -> Ended:
+    try:
+        run, why = simulate(scene), None
+    except SimulationError as error:
+        run, why = error.run, str(error)
+    return Ended(flatten(run.summary), why, tuple(run.events))
 
 
 def has_compiled_figures(scene: Scene) -> bool:
@@ -168,7 +196,7 @@ def kind_of_run(scene: Scene) -> Any:
     return kind_of(extract_drive(scene)), scene.period, scene.steps, joints
 
 
-def run_with_figures(scenes: Sequence[Scene]) -> FiguredRuns:
+def run_with_figures(scenes: Sequence[Scene]) -> list[Ended]:
     """Run scenes of one kind, which have compiled figures, from their beginning to their end or failure.
 
     Raises:
@@ -184,8 +212,13 @@ def run_with_figures(scenes: Sequence[Scene]) -> FiguredRuns:
         run_cranes_with_figures(cranes, clock, runs, scratch, start, end)
         done = runs.counts[start:end, 1].tolist()
         hashes += [hashlib.sha256(states[: k + 1]).hexdigest() for states, k in zip(scratch.states, done, strict=False)]
-    errors = (_error(scene, runs, i) for i, scene in enumerate(scenes))
-    return FiguredRuns(_figures(scenes, runs, hashes), tuple(errors))
+    figures = leaves(_figures(scenes, runs, hashes))
+    names, columns_of = zip(*((name, column.tolist()) for name, column in figures), strict=True)
+    rows = zip(scenes, zip(*columns_of, strict=True), strict=True)
+    return [
+        Ended(dict(zip(names, values, strict=True)) | flatten(scene.notes), _error(scene, runs, i), ())
+        for i, (scene, values) in enumerate(rows)
+    ]
 
 
 def _allocate(scenes: Sequence[Scene]) -> RunColumns:
@@ -213,7 +246,7 @@ def _allocate_scratch(scene: Scene) -> RunScratch:
 
 
 def _figures(scenes: Sequence[Scene], runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
-    ended = Ended(
+    ended = Gathered(
         t=runs.counts[:, 1] * scenes[0].period,
         q=runs.driven_end,
         swing=swing_angles(runs.ends[:, :3], runs.ends[:, 3:]),
@@ -224,7 +257,8 @@ def _figures(scenes: Sequence[Scene], runs: RunColumns, hashes: Sequence[str]) -
         audit=runs.audit,
         sha=hashes,
     )
-    return name_figures(scenes, ended) | joint_margins([scene.limits for scene in scenes], scenes[0].joint_names, runs.ranges)
+    limits = [scene.limits for scene in scenes]
+    return name_figures(scenes, ended) | joint_margins(limits, scenes[0].joint_names, runs.ranges)
 
 
 def _error(scene: Scene, runs: RunColumns, i: int) -> str | None:
@@ -232,9 +266,9 @@ def _error(scene: Scene, runs: RunColumns, i: int) -> str | None:
     status, done, _, guard, _ = runs.counts[i].tolist()
     if done == scene.steps:
         return None
-    ended = Integration(0.0, None, float(runs.reached[i]), None, 0.0, status=status, terminal_guard=guard)
+    stopped = Integration(0.0, None, float(runs.reached[i]), None, 0.0, status=status, terminal_guard=guard)
     try:
-        check_status(ended, scene.model)
+        check_status(stopped, scene.model)
     except SimulationError as error:
         return str(error)
     return None

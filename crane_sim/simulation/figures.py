@@ -33,9 +33,8 @@ def cell_of(value: Any) -> Any:
     return value if isinstance(value, int) else json.dumps(value)
 
 
-def figure_columns(summaries: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
-    """Return the figures of n summaries as arrays (n,) by dotted key; numbers that are missing are NaN."""
-    rows = [flatten(summary) for summary in summaries]
+def figure_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the figures of n runs, as `flatten` gives them, as arrays (n,); numbers that are missing are NaN."""
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     return {key: _column(values) for key, values in columns.items()}
 
@@ -54,3 +53,10 @@ def one_run(figures: Mapping[str, Any]) -> dict[str, Any]:
 def plain(value: Any) -> Any:
     """Return a number of NumPy as one of Python, anything else as it is."""
     return value.item() if isinstance(value, np.generic) else value
+
+
+def or_none(values: npt.NDArray[np.float64], there: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+    """Return values where they are there, elsewhere None."""
+    found = values.astype(object)
+    found[~there] = None
+    return found

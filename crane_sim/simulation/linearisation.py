@@ -214,7 +214,9 @@ def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[A
     at = np.array([np.concatenate([x, np.zeros(nq), efforts]) for x, efforts in zip(q, u, strict=True)])[:, None]
     steps, averaged = STEP * np.array(directions), [average_scene(scene) for scene in scenes]
     quotients = (accelerations(averaged, at + steps) - accelerations(averaged, at - steps)) / (2.0 * STEP)
-    rows = [[basis.T @ row for row in each] for basis, each in zip(bases, quotients, strict=True)] if bent else quotients
+    rows = (
+        [[basis.T @ row for row in each] for basis, each in zip(bases, quotients, strict=True)] if bent else quotients
+    )
     derivatives, count = np.swapaxes(np.array(rows) + 0.0, 1, 2), len(scenes)
     a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, nu))
     a[:, :n, n:], a[:, n:], b[:, n:] = np.eye(n), derivatives[:, :, : 2 * n], derivatives[:, :, 2 * n :]

@@ -17,7 +17,7 @@ from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.extremes import Extremes
-from crane_sim.simulation.figures import one_run
+from crane_sim.simulation.figures import one_run, or_none
 from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
 from crane_sim.simulation.reeving import FallPeaks, fall_tensions
 from crane_sim.simulation.settling import Settling, nearness, settling_times
@@ -285,7 +285,7 @@ class Metrics:
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
         final = derive_instant(self._scene, t, q, v)
         audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
-        ended = Ended(
+        ended = Gathered(
             t=np.array([t]),
             q=self._of_driven(q)[None],
             swing=final.swing,
@@ -311,7 +311,7 @@ class Metrics:
         return np.array(q)[self._driven]
 
 
-class Ended(NamedTuple):
+class Gathered(NamedTuple):
     """What n runs have shown up to their ends."""
 
     t: Array  # (n,) s, the ends
@@ -325,7 +325,7 @@ class Ended(NamedTuple):
     sha: Sequence[str]  # (n,)
 
 
-def name_figures(scenes: Sequence[Scene], ended: Ended) -> dict[str, Any]:
+def name_figures(scenes: Sequence[Scene], ended: Gathered) -> dict[str, Any]:
     """Return the figures of n runs of one kind by name, arrays (n,) in groups by joint: the keys of `Metrics.summary`.
 
     Where a run has none, a figure is None.
@@ -333,7 +333,7 @@ def name_figures(scenes: Sequence[Scene], ended: Ended) -> dict[str, Any]:
     first, peaks, nothing = scenes[0], ended.peaks, np.zeros(3)
     swings = [swing_angles(nothing, peaks.swing[:, i]) for i in range(2)]
     peak, residual = (np.degrees(np.maximum(each, ended.swing)) for each in swings)
-    low, high = np.where(np.isfinite(peaks.tension), peaks.tension, None).T
+    low, high = or_none(peaks.tension, np.isfinite(peaks.tension)).T
     return {
         "steps": np.rint(ended.t / first.period).astype(np.int64),
         "sim_time": ended.t,
@@ -362,12 +362,11 @@ def _by_joint(scene: Scene, values: npt.NDArray[Any]) -> dict[str, npt.NDArray[A
     return dict(zip(scene.actuated, values.T, strict=True))
 
 
-def _settling_by_joint(scenes: Sequence[Scene], ended: Ended) -> dict[str, npt.NDArray[Any]]:
+def _settling_by_joint(scenes: Sequence[Scene], ended: Gathered) -> dict[str, npt.NDArray[Any]]:
     if ended.outside is None:
         return {}
     first, target = scenes[0], _targets(scenes)
     driven = [first.joint_names.index(name) for name in first.actuated]
     near = nearness(target, np.array([scene.initial_q for scene in scenes])[:, driven])
     times = settling_times(target, near, ended.outside, ended.t[:, None], ended.q, first.period)
-    return _by_joint(first, np.where(np.isnan(times), None, times))
-
+    return _by_joint(first, or_none(times, ~np.isnan(times)))

@@ -69,6 +69,6 @@ class Settling:
 
         A joint that was never away from its target has settled at 0; `period` is the time [s] between instants.
         """
-        one = (part[None] for part in (self._target, self._near, self.outside))
-        found = settling_times(*one, np.array([[t]]), q[None], period)[0]
+        target, near, outside = (part[None] for part in (self._target, self._near, self.outside))
+        found = settling_times(target, near, outside, np.array([[t]]), q[None], period)[0]
         return [None if np.isnan(s) else float(s) for s in found]

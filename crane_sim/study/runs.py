@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -10,8 +10,8 @@ from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.figured_runs import has_compiled_figures, kind_of_run, run_with_figures
-from crane_sim.simulation.figures import cell_of, flatten, leaves
+from crane_sim.simulation.figured_runs import has_compiled_figures, run_all
+from crane_sim.simulation.figures import cell_of, flatten
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.status import SimulationError
 from crane_sim.study.cases import Case
@@ -30,44 +30,23 @@ def rows_of(cases: Sequence[Case], document: Mapping[str, Any]) -> list[dict[str
     """
     began = time.perf_counter()
     scenes = load_scenes(document, [case.changes for case in cases])
-    setup = (time.perf_counter() - began) / len(cases)
-    rows: list[Any] = [None] * len(cases)
-    for group in _groups(scenes):
-        began = time.perf_counter()
-        ended = _run_group([scenes[i] for i in group])
-        each = setup + (time.perf_counter() - began) / len(group)
-        for i, end in zip(group, ended, strict=True):
-            rows[i] = _row(cases[i], scenes[i], *end) | {"versions": _versions(), "wall_time": each}
-    return rows
+    ends = iter(_run(scenes))
+    rows = [_row(case, scene, *next(ends)) for case, scene in zip(cases, scenes, strict=True)]
+    each = (time.perf_counter() - began) / len(cases)
+    return [row | {"versions": _versions(), "wall_time": each} for row in rows]
 
 
-def _groups(scenes: Sequence[Scene | SceneError]) -> list[list[int]]:
-    """Return the numbers of scenes that run together, group by group."""
-    groups: dict[Any, list[int]] = {}
-    for i, scene in enumerate(scenes):
-        compiled = isinstance(scene, Scene) and has_compiled_figures(scene)
-        groups.setdefault(kind_of_run(scene) if compiled else i, []).append(i)
-    return list(groups.values())
-
-
-Ended = tuple[str, str | None, dict[str, Any] | None]  # status, error, and figures with the number of events
-
-
-def _run_group(scenes: Sequence[Any]) -> list[Ended]:
-    """Return how runs ended: of scenes that have compiled figures and are of one kind, or of one other scene."""
-    if not isinstance(scenes[0], Scene) or not has_compiled_figures(scenes[0]):
-        return [_run_alone(scenes[0])]
-    runs = run_with_figures(scenes)
-    names, columns = zip(*((name, column.tolist()) for name, column in leaves(runs.figures)), strict=True)
-    return [
-        (OK if error is None else FAILED, error, {"events": 0} | dict(zip(names, values, strict=True)) | flatten(scene.notes))
-        for scene, error, values in zip(scenes, runs.errors, zip(*columns, strict=True), strict=True)
-    ]
-
-
-def _run_alone(scene: Scene | SceneError) -> Ended:
-    run, status, error = _simulate(scene)
-    return status, error, None if run is None else {"events": len(run.events)} | flatten(run.summary)
+def _run(scenes: Sequence[Any]) -> Iterator[tuple[str, str | None, dict[str, Any] | None]]:
+    """Yield status, error, and figures with the number of events of each scene, in order."""
+    together = [isinstance(scene, Scene) and has_compiled_figures(scene) for scene in scenes]
+    ends = iter(run_all([scene for scene, compiled in zip(scenes, together, strict=True) if compiled]))
+    for scene, compiled in zip(scenes, together, strict=True):
+        if compiled:
+            end = next(ends)
+            yield OK if end.error is None else FAILED, end.error, {"events": len(end.events)} | end.figures
+        else:
+            run, status, error = _simulate(scene)
+            yield status, error, None if run is None else {"events": len(run.events)} | flatten(run.summary)
 
 
 def _row(case: Case, scene: Any, status: str, error: str | None, figures: dict[str, Any] | None) -> dict[str, Any]:
