@@ -218,7 +218,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
     cranes = columns([extract_drive(scene) for scene in scenes])  # first: it rejects scenes that differ
-    arrays = _allocate_arrays(scenes, len(times))
+    arrays = allocate_arrays(scenes, len(times))
     batch = cranes, grid, arrays
     alone: Share = partial(simulate_range, *batch)
     share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
@@ -247,7 +247,8 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
-def _allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
+def allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
+    """Return the arrays of scenes of one kind, that are sampled at so many instants, with their initial states."""
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
     width = row_width(scenes[0].model, nq, nu)

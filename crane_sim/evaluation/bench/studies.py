@@ -1,15 +1,16 @@
 """What a study costs beside the runs that it is made of: `crane bench studies`.
 
-Cranes of different masses and rope lengths under LQR, 20 s each: the compiled loop alone, on all cores, and the same
-cranes as studies, which check every scene, design its law, compute all figures and the hash of its states, and write
-the table: by processes of this machine and by a Dask cluster on it, of one and of two workers, interleaved; then
-a large study, and its memory beside that of a smaller one. Every study runs in a process of its own, from the first
-statement after its imports to its table; the start of its workers is part of it.
+Cranes of different masses and rope lengths under LQR, 20 s each: the compiled loop alone, and the same cranes as
+studies, which check every scene, design its law, compute all figures and the hash of its states, and write the table:
+by processes of this machine and by a Dask cluster on it, of one and of two workers, interleaved; then a large study,
+its time and memory beside those of a smaller one. Every study runs in a process of its own. The overhead is that of
+processors' times, which a busy machine changes less, of what the large study has more than the smaller one.
 """
 
 import json
 import os
 import resource
+import statistics
 import subprocess
 import sys
 import time
@@ -23,7 +24,9 @@ import numpy as np
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.batch import run_cranes
+from crane_sim.simulation.batch import allocate_arrays
+from crane_sim.simulation.columns import columns, extract_drive
+from crane_sim.stepping.batch import TimeGrid, simulate_range
 from crane_sim.study import cases, execution
 from crane_sim.study.form import Study, load_study, scene_document
 
@@ -53,23 +56,41 @@ def _load(samples: int) -> list[Scene]:
     return [scene for scene in loaded if isinstance(scene, Scene)]
 
 
-def _kernel_seconds(scenes: Sequence[Scene]) -> float:
-    """Return the time of the compiled loop alone, on all cores."""
-    return run_cranes(scenes, np.empty(0), len(os.sched_getaffinity(0)), False).wall_time
+def _kernel_time(scenes: Sequence[Scene]) -> float:
+    """Return the time of a processor [s] that the compiled loop alone takes for each crane."""
+    cranes, arrays = columns([extract_drive(scene) for scene in scenes]), allocate_arrays(scenes, 0)
+    grid = TimeGrid(scenes[0].period, scenes[0].steps, np.empty(0))
+    simulate_range(cranes, grid, arrays, 0, 0)  # compiles
+    began = time.process_time()
+    simulate_range(cranes, grid, arrays, 0, len(scenes))
+    return (time.process_time() - began) / len(scenes)
 
 
 def run_study(samples: str, way: str, workers: str) -> None:
-    """Run a study in this process, and print its time and the largest memory of this process and of a worker."""
+    """Run a study in this process, and print what it takes.
+
+    Times are those until the table is there, from the beginning and from the first finished block on, and that of all
+    processors; memory is the largest of this process and of a worker.
+    """
+    began, first = time.perf_counter(), list[tuple[float, int]]()
+
+    def note(done: int, _: int) -> None:
+        if done and not first:
+            first.append((time.perf_counter(), done))
+
     with TemporaryDirectory() as folder:
-        began = time.perf_counter()
         scheduler = "local" if way == "dask" else None
-        execution.run(study_of(int(samples)), Path(folder) / "study", int(workers), scheduler)
-        seconds = time.perf_counter() - began
-    usage = {name: resource.getrusage(who).ru_maxrss for name, who in _PROCESSES.items()}
-    print(json.dumps({"seconds": seconds} | {name: size * 1024 / 1e6 for name, size in usage.items()}))
-
-
-_PROCESSES = {"own_MB": resource.RUSAGE_SELF, "worker_MB": resource.RUSAGE_CHILDREN}
+        execution.run(study_of(int(samples)), Path(folder) / "study", int(workers), scheduler, note)
+    (at, done), end = first[0], time.perf_counter()
+    usage = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    found = {
+        "seconds": end - began,
+        "running": (end - at) * int(samples) / (int(samples) - done),
+        "processor": sum(each.ru_utime + each.ru_stime for each in usage),
+        "own_MB": usage[0].ru_maxrss * 1024 / 1e6,
+        "worker_MB": usage[1].ru_maxrss * 1024 / 1e6,
+    }
+    print(json.dumps(found))
 
 
 def _measure_study(samples: int, way: str, workers: int) -> dict[str, float]:
@@ -80,26 +101,27 @@ def _measure_study(samples: int, way: str, workers: int) -> dict[str, float]:
 
 def measure(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds: int = 3) -> dict[str, Any]:
     """Return times and memory of studies of `large`, `small` and `medium` cranes, and of the compiled loop."""
-    scenes, cores = _load(1024), len(os.sched_getaffinity(0))
-    _kernel_seconds(scenes[:8])  # compiles
-    _measure_study(64, "processes", 1)
-    kernel, times = list[float](), {f"{way}_{workers}": list[float]() for way, workers in WAYS}
+    scenes, cores = _load(256), len(os.sched_getaffinity(0))
+    _measure_study(64, "processes", 1)  # compiles
+    kernel, ways = list[float](), {f"{way}_{workers}": list[dict[str, float]]() for way, workers in WAYS}
     for _ in range(rounds):
-        kernel.append(_kernel_seconds(scenes) / len(scenes))
+        kernel.append(_kernel_time(scenes))
         for way, workers in WAYS:
-            times[f"{way}_{workers}"].append(_measure_study(medium, way, workers)["seconds"] / medium)
+            ways[f"{way}_{workers}"].append(_measure_study(medium, way, workers))
     sizes = {str(samples): _measure_study(samples, "processes", cores) for samples in (small, large)}
-    kernel.append(_kernel_seconds(scenes) / len(scenes))
-    alone = describe_spread([1e6 * t for t in kernel])
+    kernel.append(_kernel_time(scenes))
+    running = {name: [each["running"] / medium for each in found] for name, found in ways.items()}
+    processor = (sizes[str(large)]["processor"] - sizes[str(small)]["processor"]) / (large - small)
     return {
         "cranes": {"large": large, "small": small, "medium": medium},
         "rounds": rounds,
         "cores": cores,
-        "kernel_us": alone,
-        "study_us": {name: describe_spread([1e6 * t for t in each]) for name, each in times.items()},
-        "dask_rate": {n: ratio(times[f"processes_{n}"], times[f"dask_{n}"]) for n in ("1", "2")},
+        "kernel_us": describe_spread([1e6 * t for t in kernel]),
+        "running_us": {name: describe_spread([1e6 * t for t in each]) for name, each in running.items()},
+        "dask_rate": {n: ratio(running[f"processes_{n}"], running[f"dask_{n}"]) for n in ("1", "2")},
         "sizes": sizes,
-        "overhead": 1e6 * sizes[str(large)]["seconds"] / large / alone["median"] - 1.0,
+        "processor_us": 1e6 * processor,
+        "overhead": processor / statistics.median(kernel) - 1.0,
         "machine": machine(),
     }
 
@@ -107,16 +129,19 @@ def measure(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds
 def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the costs in lines."""
     large, medium = results["cranes"]["large"], results["cranes"]["medium"]
-    found, cores = results["sizes"][str(large)], results["cores"]
-    each = 1e6 * found["seconds"] / large
+    found = results["sizes"][str(large)]
     lines = [
-        f"{large} cranes under LQR, 20 s each, on {cores} cores: {found['seconds']:.0f} s, {each:.0f} µs per crane; "
-        f"the compiled loop alone {results['kernel_us']['median']:.0f} µs: overhead {results['overhead']:.0%}"
+        f"{large} cranes under LQR, 20 s each, {results['cores']} cores: {found['seconds']:.0f} s, "
+        f"{1e6 * found['seconds'] / large:.0f} µs per crane",
+        f"of a processor, per further crane: {results['processor_us']:.0f} µs, the compiled loop alone "
+        f"{results['kernel_us']['median']:.0f} µs: overhead {results['overhead']:.0%}",
     ]
     for samples, size in results["sizes"].items():
         lines.append(f"memory of {samples}: {size['own_MB']:.0f} MB, {size['worker_MB']:.0f} MB in a worker")
-    for name, spread in results["study_us"].items():
+    for name, spread in results["running_us"].items():
         way, workers = name.split("_")
         rate = f", {results['dask_rate'][workers]['median']:.2f} of the rate of processes" if way == "dask" else ""
-        lines.append(f"{medium} cranes, {way}, {workers} workers: {spread['median']:.0f} µs per crane{rate}")
+        lines.append(
+            f"{medium} cranes, {way}, {workers} workers, once they run: {spread['median']:.0f} µs per crane{rate}"
+        )
     return lines
