@@ -1,11 +1,12 @@
-"""The linear-quadratic regulator of linear equations."""
+"""The linear-quadratic regulator of linear equations, for one plant or many."""
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import LinAlgError, expm, solve_continuous_are, solve_discrete_are
+from scipy.linalg import expm
 
+from crane_control.riccati import solve_riccati
 from crane_sim.files.errors import SceneError
 
 Array = npt.NDArray[np.float64]
@@ -13,34 +14,43 @@ Poles = npt.NDArray[np.complex128]
 STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as on it; error of the differences
 
 
-def regulator(a: Array, b: Array, q: Array, r: Array, period: float | None) -> tuple[Array, Poles]:
-    """Return (gain (nu, n), closed-loop eigenvalues (n,)) for weights q (n, n), r (nu,).
+def regulators(
+    a: Array, b: Array, q: Array, r: Array, periods: Sequence[float | None]
+) -> list[tuple[Array, Poles] | SceneError]:
+    """Return (gain (nu, m), closed-loop eigenvalues (m,)) of n plants, or the error of one that has none.
+
+    The linearisation of such a plant is not stabilisable, or a motion has no weight.
 
     Args:
-        a, b: of x' = a x + b u, (n, n) and (n, nu).
-        q, r: weights of the states, positive semi-definite, and of the efforts.
-        period: s, between commands that are held; None: continuous.
-
-    Raises:
-        SceneError: the linearisation is not stabilisable, or a motion has no weight.
+        a, b: of x' = a x + b u, (n, m, m) and (n, m, nu).
+        q, r: weights of the states (n, m, m), positive semi-definite, and of the efforts (n, nu).
+        periods: s, between commands that are held; None: continuous. All are one or the other.
     """
-    n, nu = b.shape
-    if period is not None:
-        transition = np.asarray(expm(period * np.block([[a, b], [np.zeros((nu, n + nu))]])), np.float64)
-        a, b = transition[:n, :n], transition[:n, n:]
-    try:
-        p: Any = (solve_continuous_are if period is None else solve_discrete_are)(a, b, q, np.diag(r))
-    except LinAlgError:
-        p = np.zeros((n, n))  # no solution: nothing would change
-    hessian = np.diag(r) + (0.0 if period is None else b.T @ p @ b)
-    gain = np.asarray(np.linalg.solve(hessian, b.T @ p @ (a if period is not None else np.eye(n))), np.float64)
-    poles = np.linalg.eigvals(a - b @ gain).astype(np.complex128)
-    exponents = poles if period is None else np.log(poles) / period
-    slowest = exponents[exponents.real.argmax()]
-    if slowest.real > -STABILITY_TOLERANCE or not np.any(p):
-        # where everything is weighed, the best law damps all that efforts reach
-        reason = "no effort damps it" if np.all(np.diag(q) > 0.0) else "no effort damps it, or no weight asks for it"
-        raise SceneError(
-            f"control.law = 'lqr': a motion of {abs(slowest.imag):.3g} rad/s about the target stays: {reason}"
-        )
-    return gain, poles
+    n, m, nu = b.shape
+    period = np.array([1.0 if each is None else each for each in periods])
+    sampled, weights = periods[0] is not None, r[:, :, None] * np.eye(nu)
+    if sampled:
+        rates = np.zeros((n, m + nu, m + nu))
+        rates[:, :m, :m], rates[:, :m, m:] = a, b
+        transition = np.asarray(expm(period[:, None, None] * rates), np.float64)
+        a, b = transition[:, :m, :m], transition[:, :m, m:]
+    p, solved = solve_riccati(a, b, q, weights, sampled)
+    p[~solved] = 0.0  # no solution: nothing would change
+    product = np.swapaxes(b, 1, 2) @ p
+    gains = np.linalg.solve(weights + product @ b, product @ a) if sampled else np.linalg.solve(weights, product)
+    poles = np.linalg.eigvals(a - b @ gains).astype(np.complex128)
+    exponents = np.log(poles) / period[:, None] if sampled else poles
+    slowest = np.take_along_axis(exponents, exponents.real.argmax(axis=1)[:, None], 1)[:, 0]
+    stays = (slowest.real > -STABILITY_TOLERANCE) | ~np.any(p, axis=(1, 2))
+    weighed = np.all(np.einsum("nii->ni", q) > 0.0, axis=1)
+    return [
+        _undamped(abs(rate.imag), bool(all_weighed)) if bad else (gain, pole)
+        for gain, pole, rate, bad, all_weighed in zip(gains, poles, slowest, stays, weighed, strict=True)
+    ]
+
+
+def _undamped(rate: float, weighed: bool) -> SceneError:
+    """Return the error of a motion of this rate [rad/s] that stays."""
+    # where everything is weighed, the best law damps all that efforts reach
+    reason = "no effort damps it" if weighed else "no effort damps it, or no weight asks for it"
+    return SceneError(f"control.law = 'lqr': a motion of {rate:.3g} rad/s about the target stays: {reason}")

@@ -4,13 +4,14 @@ A law is found through the entry-point group `crane_sim.laws`, so a package of y
 `build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
 nominal; `scene` is the *nominal* scene, all that the law may depend on. It raises ValueError for what does not fit.
 A law of your own in a file needs no package: `control.law: FILE.py:FUNCTION`.
-A module that has `SETTINGS`, the NamedTuples that its settings are read into by the group that has them, is described
-in the page of the scene format.
+A module that has `build_many` designs its law for many scenes at once. One that has `SETTINGS`, the NamedTuples that
+its settings are read into by the group that has them, is described in the page of the scene format.
 """
 
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -99,15 +100,34 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     Raises:
         SceneError: no such law, or it does not accept the settings or the scene.
     """
+    with _errors_in_one_line(name):
+        return _make_own_law(name, settings, nominal) if ":" in name else _load(name)(settings, nominal)
+
+
+def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]) -> list["Law | SceneError"]:
+    """Return the law called `name` for each of many nominal scenes, or the error that `make_law` raises for it.
+
+    A law whose module has `build_many`, a function of (list of settings, list of scenes) that returns laws and errors,
+    is designed for all scenes at once.
+    """
+    module = next((entry.module for entry in _laws() if entry.name == name), None)
+    if module is not None and hasattr(import_module(module), "build_many"):
+        with _errors_in_one_line(name):
+            return import_module(module).build_many(settings, nominals)
+    laws: list[Law | SceneError] = []
+    for own, nominal in zip(settings, nominals, strict=True):
+        try:
+            laws.append(make_law(name, own, nominal))
+        except SceneError as error:
+            laws.append(error)
+    return laws
+
+
+@contextmanager
+def _errors_in_one_line(name: str) -> Iterator[None]:
+    """Raise a SceneError in place of any error that building the law called `name` raises."""
     try:
-        if ":" in name:
-            return _make_own_law(name, settings, nominal)
-        entries = [entry for entry in _laws() if entry.name == name]
-        if not entries:
-            known = f"known: {', '.join(law_names())}; or FILE.py:FUNCTION, MODULE:FUNCTION"
-            raise SceneError(f"control.law = {name!r}: no such law ({known})")
-        build: Callable[[Mapping[str, Any], Any], Law] = entries[0].load()
-        return build(settings, nominal)
+        yield
     except ForeignSetting as error:
         raise ForeignSetting(error.key, error.known, name) from None
     except SceneError:
@@ -116,6 +136,15 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         raise SceneError(f"control: {error}") from None
     except Exception as error:  # an external package: any error of it is one line for the user
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
+
+
+def _load(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
+    """Return the function that builds an installed law; raises SceneError where there is none of this name."""
+    entries = [entry for entry in _laws() if entry.name == name]
+    if not entries:
+        known = f"known: {', '.join(law_names())}; or FILE.py:FUNCTION, MODULE:FUNCTION"
+        raise SceneError(f"control.law = {name!r}: no such law ({known})")
+    return entries[0].load()
 
 
 def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:

@@ -20,15 +20,13 @@ from crane_sim.files.errors import SceneError
 if TYPE_CHECKING:
     from crane_sim.identification import Identification
 
-SEGMENT = 5.0  # s
-
 
 @click.command("identify")
 @click.argument("scene")
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option("--parameters", required=True, metavar="KEY,KEY", help="Numbers of the scene, by dotted keys.")
 @click.option("--joints", metavar="NAME,NAME", help="Joints whose positions count (default: all measured).")
-@click.option("--segment", type=float, default=SEGMENT, show_default=True, help="Length of the parts of the run [s].")
+@click.option("--segment", type=float, help="Length of the parts of the run [s] (left out: 5).")
 @click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Another first guess, or any value.")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Folder (default: runs/identify-NAME of the run)."
@@ -39,7 +37,7 @@ def identify_parameters(
     run: Path,
     parameters: str,
     joints: str | None,
-    segment: float,
+    segment: float | None,
     settings: tuple[str, ...],
     output: Path | None,
     as_json: bool,
@@ -54,8 +52,9 @@ def identify_parameters(
     loaded = load_scene_with_options(scene, settings=settings)
     folder = output or Path("runs") / f"identify-{run.stem}"
     check_output(folder)
+    options = {} if segment is None else {"segment": segment}
     with report.compiling(hidden=as_json):
-        found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), segment=segment)
+        found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
     files = save(found, folder)
     if as_json:
         print(json.dumps(report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}))

@@ -49,7 +49,7 @@ def sweep(
         object_store.check_store(copy_to)
     folder = output or Path("runs") / (checked.name or study.stem)
     with show_progress("runs", hidden=as_json or not sys.stderr.isatty()) as update:
-        result = studies.run(checked, folder, workers, scheduler, update)
+        result = studies.run(checked, folder, workers, scheduler, update, on_wait=_tell)
     if copy_to is not None:
         object_store.copy_study(folder, copy_to)
     if as_json:
@@ -58,6 +58,11 @@ def sweep(
         print(json.dumps(report.json_value(summarise(result))))
     else:
         print_result(result, Console())
+
+
+def _tell(line: str) -> None:
+    """Print a line beside the progress."""
+    click.echo(line, err=True)
 
 
 @contextmanager

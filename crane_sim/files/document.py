@@ -1,5 +1,6 @@
 """The document of a scene: read from a file, changed by dotted keys, or made nominal for a law."""
 
+import copy
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -122,6 +123,25 @@ def set_value(document: dict[str, Any], key: str, value: Any) -> None:
         group[last] = value
 
 
+def with_values(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the document with other values by dotted key; groups without changes are shared with it.
+
+    Raises:
+        SceneError: as of `set_value`.
+    """
+    changed = dict(document)
+    for key, value in changes.items():
+        group: Any = changed
+        for name in str(key).split(".")[:-1]:
+            inner = group.get(name) if isinstance(group, dict) else group[_index(group, name, key)]
+            if not isinstance(inner, dict | list):
+                break
+            group[name if isinstance(group, dict) else int(name)] = inner = copy.copy(inner)
+            group = inner
+        set_value(changed, key, copy.deepcopy(value))
+    return changed
+
+
 def _index(values: list[Any], name: str, key: str) -> int:
     """Return a part of a dotted key as an index of a list."""
     if not name.isdecimal() or int(name) >= len(values):
@@ -146,7 +166,7 @@ def without_nulls(group: Mapping[str, Any]) -> dict[str, Any]:
 
     Groups within `control` are left to the law: there null may be a choice.
     """
-    deeper = {key: value for key, value in group.items() if isinstance(value, Mapping)}
+    deeper = {key: value for key, value in group.items() if isinstance(value, dict | Mapping)}
     groups = {key: without_nulls(value) for key, value in deeper.items() if key != "control"}
     if "control" in deeper:
         groups["control"] = {key: value for key, value in deeper["control"].items() if value is not None}

@@ -35,7 +35,8 @@ from crane_sim.scenes.scene import Scene, SceneSource
 from crane_sim.simulation.batch import columns
 from crane_sim.simulation.goals import follows_path
 from crane_sim.simulation.initial_state import make_initial
-from crane_sim.simulation.metrics import in_bases, swing_angles, world_points
+from crane_sim.simulation.metrics import in_bases, world_points
+from crane_sim.simulation.peaks import swing_angles
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.cranes import CraneArrays, Cranes, advance_cranes
 from crane_sim.stepping.rows import row_width

@@ -29,7 +29,10 @@ REST = Motion(np.zeros(1), np.zeros((1, 1)))
 
 def average_scene(scene: Scene) -> Scene:
     """Return the scene with every disturbance of its model replaced by its mean."""
-    return replace(scene, model=type(scene.model)(*map(average, scene.model)))
+    parts = [average(part) for part in scene.model]
+    if all(mean is part for mean, part in zip(parts, scene.model, strict=True)):
+        return scene
+    return replace(scene, model=type(scene.model)(*parts))
 
 
 @singledispatch

@@ -4,7 +4,7 @@ import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from pydantic import ValidationError
@@ -54,6 +54,7 @@ class Scene:
     limits: tuple[TravelLimits, ...]  # travel limits of the joints that have some
     notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
     document: Mapping[str, Any]  # the file as it was read, with all changes
+    file: SceneFile = field(compare=False)  # as it was checked, defaults included and uncertain parameters drawn
     hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
     instruments: Instruments | None = None  # camera and motion reference unit; None without
 
@@ -90,11 +91,6 @@ class Scene:
     def with_external_commands(self) -> "Scene":
         """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
         return replace(self, law=None, law_name=None, source=None, sampled=True)
-
-    @property
-    def file(self) -> SceneFile:
-        """The file, defaults included and uncertain parameters drawn, as it was checked."""
-        return _read_file(self.to_dict())[0]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the document that this scene was read from, names and overrides included."""
@@ -143,7 +139,12 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
     try:
         return _build_switched(document, control, ignored, changes)
     except (SceneError, RecursionError) as error:
-        raise SceneError(f"scene {_name(document)}: {error}") from None
+        raise name_error(document, error) from None
+
+
+def name_error(document: Mapping[str, Any], error: Exception) -> SceneError:
+    """Return an error of a document with the name of its scene."""
+    return SceneError(f"scene {_name(document)}: {error}")
 
 
 def _name(document: Mapping[str, Any]) -> str:
@@ -168,6 +169,11 @@ def _build_switched(document: dict[str, Any], control: Any, ignored: list[str], 
             shared.remove(error.key)
             ignored.append(error.key)
             del document["control"][error.key]
+    return note_left_out(scene, ignored, control)
+
+
+def note_left_out(scene: Scene, ignored: Sequence[str], control: Any) -> Scene:
+    """Return the scene with a note on the settings of its original `control` group that were left out."""
     if not ignored:
         return scene
     return replace(
@@ -175,14 +181,34 @@ def _build_switched(document: dict[str, Any], control: Any, ignored: list[str], 
     )
 
 
-def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
-    """Return the scene of a document, with the control period [s] of another one where that is given."""
+class Draft(NamedTuple):
+    """A checked document whose law is yet to be made."""
+
+    file: SceneFile  # defaults included and uncertain parameters drawn
+    notes: dict[str, Any]
+    crane: Any  # parameters, not metered
+    clock: tuple[float, float, dict[str, Any]]  # as of `_clock`
+    fields: dict[str, Any]  # of the scene, which depend on the file alone
+    document: dict[str, Any]
+
+
+def draft_scene(document: dict[str, Any], period: float | None = None) -> Draft:
+    """Return a document checked, with the control period [s] of another one where that is given."""
     file, notes = _read_file(document)
     crane = file.model()  # first: it rejects scenes of which nothing else can be computed
-    period, duration, rounded = _clock(file, period)
-    fields = _file_fields(file, document)
+    return Draft(file, notes, crane, _clock(file, period), _file_fields(file, document), document)
+
+
+def finish_scene(draft: Draft, law: Law | None) -> Scene:
+    """Return the scene of a draft with its law.
+
+    Raises:
+        SceneError: law, method and devices do not fit one another.
+    """
+    file, notes, crane, (period, duration, rounded), fields, document = draft
     control, continuous = file.control, _is_continuous(file)
-    law = _law(file, document) if control is not None else None
+    if continuous and control is not None and not system.effort.has_implementation(type(law)):
+        raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
     method, reason = choose_method(file.integrator, file.method_requirements(sampled))
@@ -200,8 +226,17 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
         source=source,
         notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
         document=document,
+        file=file,
         **devices,
     )
+
+
+def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
+    """Return the scene of a document, with the control period [s] of another one where that is given."""
+    draft = draft_scene(document, period)
+    if draft.file.control is None:
+        return finish_scene(draft, None)
+    return finish_scene(draft, make_law(draft.file.control.law, *law_parts(draft)))
 
 
 def _devices(file: SceneFile, period: float, law: Law | None) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -313,31 +348,39 @@ def _validate(document: dict[str, Any]) -> SceneFile:
         raise SceneError(one_line(error, form) + cranes_with(foreign_path(error))) from None
 
 
-def _law(file: SceneFile, document: dict[str, Any]) -> Law:
-    control = file.control
+def law_parts(draft: Draft) -> tuple[Mapping[str, Any], Scene]:
+    """Return (settings of a draft's law, its nominal scene: commanded as the real one, with its first joints).
+
+    Raises:
+        SceneError: the scene has a law and inputs, or the nominal scene is not possible.
+    """
+    control = draft.file.control
     assert control is not None
-    if document.get("inputs") is not None:
+    if draft.document.get("inputs") is not None:
         raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
-    law = make_law(control.law, control.model_extra or {}, _nominal_scene(file, document))
-    if control.period == "continuous" and not system.effort.has_implementation(type(law)):
-        raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
-    return law
-
-
-def _nominal_scene(file: SceneFile, document: dict[str, Any]) -> Scene:
-    """Return the nominal scene of the law: commanded as the real one, its joints the real one's first."""
-    control = file.control
-    assert control is not None
     try:
-        scene = _build_scene(nominal(document, control.nominal), _period(file))
+        scene = finish_scene(_nominal_draft(draft), None)
     except SceneError as error:
         raise SceneError(f"control.nominal: {error}") from None
+    file = draft.file
     if scene.actuated != file.actuated or scene.joint_names != file.joint_names[: len(scene.joint_names)]:
         raise SceneError(
             f"control.nominal: its joints {scene.joint_names}, actuated {scene.actuated}, must be the first ones of "
             f"the crane's {file.joint_names}, actuated {file.actuated}"
         )
-    return replace(scene, sampled=control.period != "continuous")
+    return control.model_extra or {}, replace(scene, sampled=control.period != "continuous")
+
+
+def _nominal_draft(draft: Draft) -> Draft:
+    """Return the draft of the law's nominal scene; one that only lacks the law is not checked again."""
+    file, control = draft.file, draft.file.control
+    assert control is not None
+    document = nominal(draft.document, control.nominal)
+    if control.nominal or _is_continuous(file) or draft.document.keys() - document.keys() != {"control"}:
+        return draft_scene(document, _period(file))
+    return draft._replace(
+        file=file.model_copy(update={"control": None}), fields=draft.fields | {"law_name": None}, document=document
+    )
 
 
 def check_limits(file: SceneFile, target: Sequence[float] | None) -> None:

@@ -21,22 +21,21 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.files.document import read
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, shorten
 from crane_sim.integrators import Integration, Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
-from crane_sim.laws import with_initial_state
 from crane_sim.numerics.lanes import LANES
-from crane_sim.scenes.scene import Scene, SceneSource, load_scene
+from crane_sim.scenes.many import load_scenes
+from crane_sim.scenes.scene import Scene, SceneSource
+from crane_sim.simulation.columns import columns, extract_drive, kind_of
+from crane_sim.simulation.figured_runs import run_all
 from crane_sim.simulation.figures import figure_columns
-from crane_sim.simulation.rollout import Rollout, checked_times, simulate
+from crane_sim.simulation.rollout import checked_times
 from crane_sim.simulation.status import SimulationError, check_status
-from crane_sim.stepping.batch import BatchArrays, Driven, Sampled, TimeGrid, pass_lanes, simulate_range
+from crane_sim.stepping.batch import BatchArrays, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
 from crane_sim.stepping.rows import row_width
-
-ONE_KIND = "a batch takes one kind of model, method and law"
 
 
 def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float | None) -> list[Scene]:
@@ -48,15 +47,14 @@ def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float
     count = _count(parameters)
     if duration is not None and "duration" in parameters:
         raise SceneError(f"duration = {duration}: is among the parameters, too; leave out one of the two")
-    document = scene.to_dict() if isinstance(scene, Scene) else scene if isinstance(scene, Mapping) else read(scene)
     always = {} if duration is None else {"duration": duration}
+    changes = [always | {key: _value(parameters[key][i]) for key in parameters} for i in range(count)]
     scenes: list[Scene] = []
-    for i in range(count):
-        try:
-            scenes.append(load_scene(document, always | {key: _value(parameters[key][i]) for key in parameters}))
-        except SceneError as error:
-            raise SceneError(f"crane {i}: {error}") from None
-        _check_alike(scenes[0], scenes[i], i)
+    for i, loaded in enumerate(load_scenes(scene, changes)):
+        if isinstance(loaded, SceneError):
+            raise SceneError(f"crane {i}: {loaded}") from None
+        scenes.append(loaded)
+        _check_alike(scenes[0], loaded, i)
     return scenes
 
 
@@ -87,48 +85,18 @@ def _count(parameters: Mapping[str, Any]) -> int:
 
 
 def _check_alike(first: Scene, scene: Scene, i: int) -> None:
-    """Raise SceneError when crane i cannot keep the time of the first one, or its law cannot run compiled."""
-    for name in ("duration", "period", "sampled"):
+    """Raise SceneError when crane i has other joints or periods than the first one, or its law cannot run compiled."""
+    for name in ("duration", "period"):
         value, expected = getattr(scene, name), getattr(first, name)
         if value != expected:
             raise SceneError(f"crane {i}: {name} = {value}, that of crane 0 is {expected}: a batch keeps one time")
+    if scene.joint_names != first.joint_names:
+        own, expected = (shorten(list(each.joint_names)) for each in (scene, first))
+        raise SceneError(f"crane {i}: its joints are {own}, those of crane 0 {expected}: a batch has the same joints")
     if scene.hardware is not None and not scene.hardware.ideal:
         raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
         raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
-
-
-def extract_drive(scene: Scene) -> Driven:
-    """Return method, model and source of a scene, its law with its initial state."""
-    return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
-
-
-def columns(trees: Sequence[Any], path: str = "") -> Any:
-    """Return the tree whose numbers are arrays over all trees; None and the types of NamedTuples stay.
-
-    Raises:
-        SceneError: the trees are not of one type; it names the first one that differs from tree 0, and where.
-    """
-    first = trees[0]
-    for i, tree in enumerate(trees):
-        if (form := _form(tree)) != (expected := _form(first)):
-            raise SceneError(f"crane {i}: {path[:-1]} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
-    if first is None:
-        return None
-    if not isinstance(first, tuple):
-        return np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
-    names = getattr(first, "_fields", range(len(first)))
-    parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
-    return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
-
-
-def _form(tree: Any) -> str:
-    """Return in words what decides on the compiled type of a tree's root."""
-    if isinstance(tree, np.ndarray):
-        return f"an array of {' x '.join(map(str, tree.shape))}"
-    if type(tree) is tuple:
-        return f"{len(tree)} values"
-    return "a number" if isinstance(tree, int | float) else "none" if tree is None else type(tree).__name__
 
 
 Array = npt.NDArray[np.float64]
@@ -189,8 +157,10 @@ def simulate_batch(
         threads: the processor's cores when None.
         figures: whether the result has the figures and events of `simulate`, for which every crane runs once more.
 
+    Cranes whose scenes differ in kind (of model, method or law) run in groups of one kind.
+
     Raises:
-        SceneError: the scene of a crane is not possible, or the cranes are not of one kind: model, method, law, period.
+        SceneError: the scene of a crane is not possible, or it has other joints or periods than the first one.
         ValueError: the instants are not within the run.
     """
     if threads is not None and threads < 1:
@@ -199,24 +169,47 @@ def simulate_batch(
     scenes = scenes_of(scene, parameters, duration)
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
     checked = time.perf_counter() - began
-    batch = run_cranes(scenes, times, threads or len(os.sched_getaffinity(0)), moves_in_lanes(scenes))
+    batch = run_groups(scenes, times, threads or len(os.sched_getaffinity(0)))
     batch = replace(batch, setup_time=checked + batch.setup_time)
     return add_figures(batch, scenes) if figures else batch
 
 
 def add_figures(batch: Batch, scenes: Sequence[Scene]) -> Batch:
     """Return the batch with the figures and events of its cranes, up to the failure of those that failed."""
-    runs = [_run(scene) for scene in scenes]
-    columns = figure_columns([run.summary for run in runs])
-    return replace(batch, figures=columns, events=tuple(tuple(run.events) for run in runs))
+    rows, events = list[dict[str, Any]](), list[tuple[Any, ...]]()
+    for ended in run_all(scenes):
+        rows.append(ended.figures)
+        events.append(ended.events)
+    return replace(batch, figures=figure_columns(rows), events=tuple(events))
 
 
-def _run(scene: Scene) -> Rollout:
-    try:
-        return simulate(scene)
-    except SimulationError as error:
-        assert error.run is not None, "the errors of `simulate` have their run"
-        return error.run
+def run_groups(scenes: Sequence[Scene], times: Array, threads: int) -> Batch:
+    """Run scenes that may differ in kind, those of one kind together; arguments of `run_cranes`."""
+    groups: dict[Any, list[int]] = {}
+    for i, scene in enumerate(scenes):
+        groups.setdefault((kind_of(extract_drive(scene)), scene.actuated), []).append(i)
+    parts = []
+    for numbers in groups.values():
+        own = [scenes[i] for i in numbers]
+        parts.append(run_cranes(own, times, threads, moves_in_lanes(own)))
+    return parts[0] if len(parts) == 1 else _join(parts, np.argsort(np.concatenate(list(groups.values()))))
+
+
+def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:
+    """Return the batches of groups as one, whose crane k is number `order[k]` of all."""
+
+    def along(name: str) -> Any:
+        values = [getattr(part, name) for part in parts]
+        if isinstance(values[0], tuple):
+            every = [entry for value in values for entry in value]
+            return tuple(every[i] for i in order)
+        return np.concatenate(values)[order]
+
+    cranes = ("t", "q", "v", "payload", "errors", "evaluations", "steps", "notes")
+    sampled = ("sampled_q", "sampled_v", "sampled_payload")
+    total = {name: sum(getattr(part, name) for part in parts) for name in ("setup_time", "wall_time")}
+    joined = {name: along(name) for name in (*cranes, *sampled)}
+    return replace(parts[0], **joined, **total, lanes=min(part.lanes for part in parts))
 
 
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
@@ -225,7 +218,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
     cranes = columns([extract_drive(scene) for scene in scenes])  # first: it rejects scenes that differ
-    arrays = _allocate_arrays(scenes, len(times))
+    arrays = allocate_arrays(scenes, len(times))
     batch = cranes, grid, arrays
     alone: Share = partial(simulate_range, *batch)
     share: Share = partial(pass_lanes, scenes[0].method, *batch) if wide else alone
@@ -254,7 +247,8 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
-def _allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
+def allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
+    """Return the arrays of scenes of one kind, that are sampled at so many instants, with their initial states."""
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
     width = row_width(scenes[0].model, nq, nu)

@@ -4,96 +4,120 @@ The balance is of energies relative to the base. It sees errors that change the 
 wrong along the surface of its energy, such as a swing that is late, passes unseen. A small one does not prove a run.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import entry_point, kernel
 
 Array = npt.NDArray[np.float64]
 
 
+class Balance(NamedTuple):
+    """The sums of one run; of many runs, each array is a column."""
+
+    start: Any  # (2,) J: the energy at the start, and what was supplied without being measured
+    work: Any  # (2,) J of held efforts: the sum and its rounding error (Neumaier)
+    held: Any  # (2, nu), positions and efforts of the last instant
+    extremes: Any  # (4,) J: largest error and kinetic energy, lowest and highest potential
+    count: Any  # (1,) instants
+
+
+def empty_balance(nu: int, *runs: int) -> Balance:
+    """Return the sums before the first instant, the energy at the start 0, of nu actuated joints."""
+    extremes = np.zeros((*runs, 4))
+    extremes[..., 2:] = np.inf, -np.inf
+    count = np.zeros((*runs, 1), np.int64)
+    return Balance(np.zeros((*runs, 2)), np.zeros((*runs, 2)), np.zeros((*runs, 2, nu)), extremes, count)
+
+
+@kernel
+def work_up_to(work, held, q):
+    """Return (sum, rounding error) [J] of the work of held efforts up to positions q (nu,)."""
+    done = 0.0
+    for j in range(len(q)):
+        done += held[1, j] * (q[j] - held[0, j])
+    after = work[0] + done
+    lost = (work[0] - after) + done if abs(work[0]) >= abs(done) else (done - after) + work[0]
+    return after, work[1] + lost
+
+
 @entry_point
-def add_work(total, q, u, work):
-    """Add the work of held efforts, one period after the other, to a sum whose rounding error is kept beside it.
+def balance_instants(balance, metered, q, u, supplied, kinetic, potential):
+    """Take K instants into the sums, one a period.
 
     Args:
-        total: (2,) [J], the sum and its rounding error (Neumaier).
-        q: positions (K + 1, nu) at the ends of the periods.
-        u: efforts (K, nu) in them.
-        work: to fill with the sum after each period (K,) [J].
+        balance: `Balance` of one run.
+        metered: whether the model's meter tells what is supplied, and not the work of held efforts.
+        q: positions of the actuated joints (K, nu).
+        u: efforts held from each instant on (K, nu).
+        supplied: readings of the meter (K,) [J].
+        kinetic, potential: energies relative to the base (K,) [J].
     """
-    for k in range(len(u)):
-        done = 0.0
-        for j in range(u.shape[1]):
-            done += u[k, j] * (q[k + 1, j] - q[k, j])
-        after = total[0] + done
-        total[1] += (total[0] - after) + done if abs(total[0]) >= abs(done) else (done - after) + total[0]
-        total[0] = after
-        work[k] = total[0] + total[1]
+    start, extremes = balance.start, balance.extremes
+    for i in range(len(q)):
+        if not metered and balance.count[0] > 0:
+            balance.work[0], balance.work[1] = work_up_to(balance.work, balance.held, q[i])
+        done = supplied[i] if metered else balance.work[0] + balance.work[1]
+        for j in range(q.shape[1]):
+            balance.held[0, j], balance.held[1, j] = q[i, j], u[i, j]
+        balance.count[0] += 1
+        error = kinetic[i] + potential[i] - start[0] - (start[1] + done)
+        extremes[0] = max(extremes[0], abs(error))
+        extremes[1] = max(extremes[1], kinetic[i])
+        extremes[2] = min(extremes[2], potential[i])
+        extremes[3] = max(extremes[3], potential[i])
+
+
+@entry_point
+def supplied_up_to(balance, metered, q, supplied):
+    """Return the energy [J] supplied up to positions q (nu,), where the meter reads `supplied` [J]."""
+    if metered or balance.count[0] == 0:
+        return balance.start[1] + supplied
+    total, lost = work_up_to(balance.work, balance.held, q)
+    return balance.start[1] + (total + lost)
+
+
+@entry_point
+def balance_errors(balance, metered, q, energy, supplied):
+    """Return (energy error at the end, the largest of all instants), relative to the range of the energies.
+
+    Args:
+        balance: `Balance` of one run.
+        metered: as for `balance_instants`.
+        q: positions of the actuated joints at the end (nu,).
+        energy: relative to the base at the end [J].
+        supplied: the meter's reading at the end [J].
+    """
+    if balance.count[0] == 0:
+        return 0.0, 0.0
+    extremes = balance.extremes
+    worst, kinetic, lowest, highest = extremes[0], extremes[1], extremes[2], extremes[3]
+    end = abs(energy - balance.start[0] - supplied_up_to(balance, metered, q, supplied))
+    swung = kinetic + highest - lowest
+    scale = max(swung, 1e-9 * max(abs(lowest), abs(highest)), 1e-12)
+    return end / scale, max(end, worst) / scale
 
 
 class EnergyBalance:
     """The balance of one run, from its instants in order: the same bits however many come at once."""
 
-    def __init__(self, energy: float, metered: bool) -> None:
+    def __init__(self, energy: float, metered: bool, nu: int) -> None:
         """Begin with an energy [J]; the model is `with_meter`, or the work of held efforts is all that is supplied."""
-        self._begun, self._metered = energy, metered
-        self._offset = 0.0  # J, energy that a meter does not measure
-        self._total = np.zeros(2)
-        self._last: tuple[Array, Array] | None = None  # positions and efforts of the last instant
-        self._worst = 0.0
-        self._kinetic, self._lowest, self._highest = 0.0, np.inf, -np.inf
+        self._balance, self._metered = empty_balance(nu), metered
+        self._balance.start[0] = energy
 
     def extend(self, q: Array, u: Array, supplied: Array, kinetic: Array, potential: Array) -> None:
-        """Take K instants, one a period.
-
-        Args:
-            q: positions of the actuated joints (K, nu).
-            u: efforts held from each instant on (K, nu).
-            supplied: readings of the meter (K,) [J].
-            kinetic, potential: energies relative to the base (K,) [J].
-        """
-        work = supplied if self._metered else self._compute_work(q, u)
-        self._last = q[-1].copy(), u[-1].copy()
-        errors = kinetic + potential - self._begun - (self._offset + work)
-        self._worst = max(self._worst, float(np.abs(errors).max()))
-        self._kinetic = max(self._kinetic, float(kinetic.max()))
-        self._lowest = min(self._lowest, float(potential.min()))
-        self._highest = max(self._highest, float(potential.max()))
-
-    def _compute_work(self, q: Array, u: Array) -> Array:
-        """Return the work [J] up to each of K instants (K,)."""
-        work = np.zeros(len(q))
-        if self._last is None:
-            add_work(self._total, np.ascontiguousarray(q), np.ascontiguousarray(u[:-1]), work[1:])
-        else:
-            before, held = self._last
-            add_work(self._total, np.vstack([before, q]), np.vstack([held, u[:-1]]), work)
-        return work
+        """Take K instants; arguments of `balance_instants`."""
+        rows = (np.ascontiguousarray(part) for part in (q, u, supplied, kinetic, potential))
+        balance_instants(self._balance, self._metered, *rows)
 
     def change(self, q: Array, energy: float, metered: bool) -> None:
         """Continue from positions q (nu,) with another model, which supplies `energy` [J]."""
-        self._offset, self._metered = energy + self._supplied_energy(q, 0.0), metered
-
-    def _supplied_energy(self, q: Array, supplied: float) -> float:
-        """Return the energy [J] supplied up to positions q, where the meter reads `supplied` [J]."""
-        if self._metered or self._last is None:
-            return self._offset + supplied
-        work, (before, held) = np.empty(1), self._last
-        add_work(self._total.copy(), np.vstack([before, q]), held[None], work)
-        return self._offset + float(work[0])
+        self._balance.start[1] = energy + supplied_up_to(self._balance, self._metered, q, 0.0)
+        self._metered = metered
 
     def errors(self, q: Array, energy: float, supplied: float) -> tuple[float, float]:
-        """Return (energy error at the end, the largest of all instants), relative to the range of the energies.
-
-        Args:
-            q: positions at the end (nu,).
-            energy: relative to the base at the end [J].
-            supplied: the meter's reading at the end [J].
-        """
-        if self._last is None:
-            return 0.0, 0.0
-        end = abs(float(energy) - self._begun - self._supplied_energy(q, float(supplied)))
-        swung = self._kinetic + self._highest - self._lowest
-        scale = max(swung, 1e-9 * max(abs(self._lowest), abs(self._highest)), 1e-12)
-        return end / scale, max(end, self._worst) / scale
+        """Return (energy error at the end, the largest of all instants); arguments of `balance_errors`."""
+        return balance_errors(self._balance, self._metered, q, float(energy), float(supplied))

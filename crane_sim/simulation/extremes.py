@@ -1,13 +1,17 @@
 """Extreme values of a run's joints: margins to travel limits, tilt of a rigid load, deflections of the structure."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
+from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.rigging import ATTITUDE
+from crane_sim.simulation.figures import one_run
 
 Array = npt.NDArray[np.float64]
 
@@ -33,25 +37,51 @@ def tilt_of(quaternions: Array) -> Tilt:
     )
 
 
+@entry_point
+def note_range(rows, low, high):
+    """Update the least `low` (m,) and greatest `high` (m,) values of each column of rows (K, m)."""
+    for i in range(len(rows)):
+        for j in range(rows.shape[1]):
+            low[j], high[j] = min(low[j], rows[i, j]), max(high[j], rows[i, j])
+
+
+def joint_margins(limits: Sequence[Sequence[TravelLimits]], names: Sequence[str], ranges: Array) -> dict[str, Any]:
+    """Return the least distances of n runs' joints to their travel limits: `limit_margin`, arrays (n,) by joint.
+
+    Args:
+        limits: of each run, of the same joints.
+        names: of the joints (nq,).
+        ranges: least and greatest positions (n, 2, nq).
+    """
+    found = {}
+    for k, limit in enumerate(limits[0]):
+        i, low, high = names.index(limit.joint), *np.array([(own[k].low, own[k].high) for own in limits]).T
+        found[limit.joint] = np.minimum(ranges[:, 0, i] - low, high - ranges[:, 1, i])
+    return {"limit_margin": found} if found else {}
+
+
 class Extremes:
     """Extremes of the joint positions, collected block by block; the division into blocks does not change a bit."""
 
     def __init__(self, scene: Scene) -> None:
         """Begin before the first positions of a scene's run."""
         names = scene.joint_names
-        self._limits = [(names.index(limit.joint), limit) for limit in scene.limits]
-        self._margins = np.full(len(self._limits), np.inf)
+        self._names, self._limits = names, scene.limits
+        self._low, self._high = np.full(len(names), np.inf), np.full(len(names), -np.inf)
         self._attitude = names.index(ATTITUDE[0]) if ATTITUDE[0] in names else None
         self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a slewing crane turns the load on purpose
         self._peaks = np.zeros(len(self._angles))
         self._bending = {name: i for i, name in enumerate(names) if name.endswith(DEFLECTION)}
         self._peak_angles = np.zeros(len(self._bending))
 
+    @property
+    def has_angles(self) -> bool:
+        """Whether it watches angles: those of a rigid load, or deflections."""
+        return self._attitude is not None or bool(self._bending)
+
     def extend(self, q: Array) -> None:
         """Take joint positions (K, nq)."""
-        for k, (i, limit) in enumerate(self._limits):
-            margin = min(q[:, i].min() - limit.low, limit.high - q[:, i].max())
-            self._margins[k] = min(self._margins[k], margin)
+        note_range(np.ascontiguousarray(q), self._low, self._high)
         self._peak_angles = np.maximum(self._peak_angles, np.abs(q[:, [*self._bending.values()]]).max(axis=0))
         if self._attitude is not None:
             angles = tilt_of(q[:, self._attitude : self._attitude + 4])
@@ -67,8 +97,8 @@ class Extremes:
         `peak_lateral_deflection_deg` and `peak_vertical_deflection_deg` the largest angles by which a structure bends.
         """
         self.extend(np.array([q]))
-        margins = {limit.joint: float(margin) for (_, limit), margin in zip(self._limits, self._margins, strict=True)}
+        margins = one_run(joint_margins([self._limits], self._names, np.array([[self._low, self._high]])))
         peaks = np.degrees(self._peaks) if self._attitude is not None else ()
         angles = {f"peak_{name}_deg": float(peak) for name, peak in zip(self._angles, peaks, strict=False)}
         angles |= {f"peak_{n}_deg": float(a) for n, a in zip(self._bending, np.degrees(self._peak_angles), strict=True)}
-        return ({"limit_margin": margins} if margins else {}) | angles
+        return margins | angles

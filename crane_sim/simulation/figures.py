@@ -26,16 +26,15 @@ def flatten(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 def cell_of(value: Any) -> Any:
     """Return a value as a cell of a table holds it."""
-    value = value.item() if isinstance(value, np.generic) else value
+    value = plain(value)
     if value is None or isinstance(value, bool | float | str):
         return value
     # whole numbers of figures are counts; as parameters they are numbers like any other
     return value if isinstance(value, int) else json.dumps(value)
 
 
-def figure_columns(summaries: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
-    """Return the figures of n summaries as arrays (n,) by dotted key; numbers that are missing are NaN."""
-    rows = [flatten(summary) for summary in summaries]
+def figure_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the figures of n runs, as `flatten` gives them, as arrays (n,); numbers that are missing are NaN."""
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     return {key: _column(values) for key, values in columns.items()}
 
@@ -44,3 +43,20 @@ def _column(values: list[Any]) -> npt.NDArray[Any]:
     if any(isinstance(value, str) for value in values):
         return np.array(values, dtype=object)
     return np.array([np.nan if value is None else value for value in values])
+
+
+def one_run(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the figures of the first of n runs, arrays (n,) in groups, as plain numbers."""
+    return {key: one_run(value) if isinstance(value, Mapping) else plain(value[0]) for key, value in figures.items()}
+
+
+def plain(value: Any) -> Any:
+    """Return a number of NumPy as one of Python, anything else as it is."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def or_none(values: npt.NDArray[np.float64], there: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+    """Return values where they are there, elsewhere None."""
+    found = values.astype(object)
+    found[~there] = None
+    return found

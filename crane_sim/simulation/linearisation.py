@@ -4,16 +4,21 @@ All of it is about the mean of what disturbs the crane (`crane_sim.scenes.averag
 or gust.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag, null_space
 
+from crane_sim import system
 from crane_sim.files.errors import SceneError
+from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.dynamics import acceleration
+from crane_sim.simulation.columns import columns, kind_of
+from crane_sim.simulation.dynamics import joint_acceleration
 
 Array = npt.NDArray[np.float64]
 STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
@@ -27,6 +32,8 @@ def without_dry_friction(scene: Scene) -> Scene:
 
     So does that of bristles. A winch below a support loses all of its friction, and sheaves their loss.
     """
+    if not (scene.document.keys() & {"friction", "lugre", "rope"}):
+        return scene
     document = scene.to_dict()
     friction, rope = document.get("friction") or {}, document.get("rope") or {}
     bristles = document.pop("lugre", None) or {}
@@ -42,6 +49,72 @@ def without_dry_friction(scene: Scene) -> Scene:
     return replace(load_scene(document), period=scene.period, sampled=scene.sampled)
 
 
+@entry_point
+def fill_accelerations(models, points, out):
+    """Fill out (n, m, nq) with the accelerations of n cranes at m points each.
+
+    Args:
+        models: columns of the cranes' models.
+        points: joint positions, velocities and efforts (n, m, 2 nq + nu).
+        out: to fill.
+    """
+    nq = out.shape[2]
+    for i in range(len(points)):
+        p = tree_column(models, i)
+        for k in range(points.shape[1]):
+            z = points[i, k]
+            u = system.efforts_from_row(p, z[2 * nq :])
+            qdd = joint_acceleration(p, 0.0, z[:nq], z[nq : 2 * nq], u)
+            for j in range(nq):
+                out[i, k, j] = qdd[j]
+
+
+def accelerations(scenes: Sequence[Scene], points: Array) -> Array:
+    """Return the joint accelerations (n, m, nq) of scenes of one kind at points (n, m, 2 nq + nu) at t = 0."""
+    out = np.empty((*points.shape[:2], len(scenes[0].joint_names)))
+    fill_accelerations(columns([scene.model for scene in scenes]), points, out)
+    return out
+
+
+def equilibria(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | SceneError]:
+    """Return what `equilibrium` returns for each of the scenes, or the error that it raises.
+
+    Most cranes that hang straight down are at rest without efforts, which is seen for all scenes of a kind at once.
+    """
+    found: list[tuple[Array, Array] | SceneError] = []
+    for scene, rests in zip(scenes, _hang_at_rest(scenes), strict=True):
+        try:
+            found.append(rests or equilibrium(scene))
+        except SceneError as error:
+            found.append(error)
+    return found
+
+
+def _hang_at_rest(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | None]:
+    """Return (positions, zero efforts) of the scenes that rest where they hang straight down."""
+    found: list[tuple[Array, Array] | None] = [None] * len(scenes)
+    for group in by_kind(scenes):
+        first = scenes[group[0]]
+        if first.reference is None or not first.actuated:
+            continue
+        own = [average_scene(scenes[i]) for i in group]
+        q = np.array([hanging_positions(scene, scene.reference) for scene in own if scene.reference is not None])
+        points = np.concatenate([q, np.zeros((len(q), q.shape[1] + len(first.actuated)))], axis=1)
+        qdd = accelerations(own, points[:, None])[:, 0]
+        for i, at, rates in zip(group, q, np.abs(qdd).max(axis=1), strict=True):
+            if rates < ZERO_ACCELERATION:
+                found[i] = at, np.zeros(len(first.actuated))
+    return found
+
+
+def by_kind(scenes: Sequence[Scene]) -> list[list[int]]:
+    """Return the indices of scenes whose models are of one kind, group by group."""
+    groups: dict[object, list[int]] = {}
+    for i, scene in enumerate(scenes):
+        groups.setdefault((kind_of(scene.model), scene.joint_names, scene.actuated), []).append(i)
+    return list(groups.values())
+
+
 def equilibrium(scene: Scene) -> tuple[Array, Array]:
     """Return (joint positions (nq,), efforts (nu,)) that hold the actuated joints at the reference, the others hanging.
 
@@ -54,9 +127,11 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     q, u = hanging_positions(scene, target), np.zeros(len(scene.actuated))
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     for _ in range(ITERATIONS):
-        qdd = acceleration(scene, q, np.zeros(len(q)), u)
+        qdd = accelerations([scene], np.concatenate([q, np.zeros(len(q)), u])[None, None])[0, 0]
         if not np.all(np.isfinite(qdd)):
             break
+        if np.max(np.abs(qdd)) < ZERO_ACCELERATION:
+            return q, u
         (a, b), basis = state_matrices(scene, q, u), tangent_basis(scene, q)
         n = basis.shape[1]
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
@@ -126,19 +201,26 @@ def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
 
     The n deviations are the coordinates in the tangent basis at q, then come their rates.
     """
-    scene, basis = average_scene(scene), tangent_basis(scene, q)
-    nq, n = basis.shape
-    directions = np.asarray(block_diag(basis, basis, np.eye(len(u))), np.float64)
-    at, columns = np.concatenate([q, np.zeros(nq), u]), []
-    for direction in directions.T:
-        rows = [
-            acceleration(scene, z[:nq], z[nq : 2 * nq], z[2 * nq :])
-            for z in (at + STEP * direction, at - STEP * direction)
-        ]
-        columns.append(basis.T @ ((rows[0] - rows[1]) / (2.0 * STEP)))
-    derivatives = np.array(columns).T
-    rates = np.hstack([np.zeros((n, n)), np.eye(n)])
-    return np.vstack([rates, derivatives[:, : 2 * n]]), np.vstack([np.zeros((n, len(u))), derivatives[:, 2 * n :]])
+    a, b = state_matrices_of([scene], [q], [u])
+    return a[0], b[0]
+
+
+def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[Array]) -> tuple[Array, Array]:
+    """Return A and B, as `state_matrices` does, of c scenes of one kind: (c, 2 n, 2 n) and (c, 2 n, nu)."""
+    bent, nu = bool(_unit_vectors(scenes[0])), len(u[0])
+    bases = [tangent_basis(scene, at) for scene, at in zip(scenes if bent else scenes[:1], q, strict=False)]
+    nq, n = bases[0].shape
+    directions = [np.asarray(block_diag(basis, basis, np.eye(nu)), np.float64).T for basis in bases]
+    at = np.array([np.concatenate([x, np.zeros(nq), efforts]) for x, efforts in zip(q, u, strict=True)])[:, None]
+    steps, averaged = STEP * np.array(directions), [average_scene(scene) for scene in scenes]
+    quotients = (accelerations(averaged, at + steps) - accelerations(averaged, at - steps)) / (2.0 * STEP)
+    rows = (
+        [[basis.T @ row for row in each] for basis, each in zip(bases, quotients, strict=True)] if bent else quotients
+    )
+    derivatives, count = np.swapaxes(np.array(rows) + 0.0, 1, 2), len(scenes)
+    a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, nu))
+    a[:, :n, n:], a[:, n:], b[:, n:] = np.eye(n), derivatives[:, :, : 2 * n], derivatives[:, :, 2 * n :]
+    return a, b
 
 
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:

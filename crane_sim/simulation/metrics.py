@@ -17,8 +17,10 @@ from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.extremes import Extremes
+from crane_sim.simulation.figures import one_run, or_none
+from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
 from crane_sim.simulation.reeving import FallPeaks, fall_tensions
-from crane_sim.simulation.settling import Settling
+from crane_sim.simulation.settling import Settling, nearness, settling_times
 from crane_sim.stepping.rows import split
 from crane_sim.trajectories.trajectory import sample_trajectory
 
@@ -129,14 +131,6 @@ def _add_terms(total: float, terms: Array) -> float:
 Vector = tuple[float, ...]
 
 
-LAST = 0.25
-"""The residual swing is the largest one in this last part of the run."""
-
-
-PUSHED = -1e-6
-"""N, the tension below which a link pushes: above it is the rounding of nothing."""
-
-
 class Derived(NamedTuple):
     """Quantities of K instants, world frame unless it says otherwise."""
 
@@ -222,12 +216,6 @@ def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing, falls)
 
 
-def swing_angles(tips: Array, payloads: Array) -> Array:
-    """Return the angles (K,) [rad] of the ropes between tips and payloads (K, 3) from the vertical of the world."""
-    x, y, z = (payloads - tips).T
-    return np.arctan2(np.hypot(x, y), -z)
-
-
 def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float]) -> Derived:
     """Return `derive` of one instant, K = 1, without efforts: positions q (nq,), velocities v (nq,), t in s."""
     return derive(scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, len(scene.actuated))))
@@ -241,14 +229,12 @@ class Metrics:
         self._scene, self._model = scene, model
         self._nq, self._nu = len(scene.joint_names), len(scene.actuated)
         self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
-        self._balance = EnergyBalance(read_meters(model, x)[0], model.energy_meter is not None)
+        self._balance = EnergyBalance(read_meters(model, x)[0], model.energy_meter is not None, self._nu)
         self._settling: Settling | None = None
         if scene.reference is not None:
             self._settling = Settling(np.array(scene.reference), self._of_driven(scene.initial_q))
         self._sha = hashlib.sha256()
-        self._peak = np.zeros(self._nu)
-        self._swing = self._residual = 0.0
-        self._tension, self._pushed = (np.inf, -np.inf), 0
+        self._peaks = no_peaks(self._nu)
         self._extremes = Extremes(scene)
         self._pressure = 0.0 if getattr(model, "contact", None) is not None else None
         self._tracking = Tracking(scene) if scene.path is not None else None
@@ -258,31 +244,26 @@ class Metrics:
         """Take the rows of the periods that begin at times t (K,) [s]."""
         if not len(rows):
             return
-        q, v, u, supplied, tensions = split(rows, self._nq, self._nu)
+        q, v, u, supplied, tensions = (np.ascontiguousarray(part) for part in split(rows, self._nq, self._nu))
         self._sha.update(np.column_stack([t, q, v]).astype("<f8").tobytes())
-        self._peak = np.maximum(self._peak, np.abs(u).max(axis=0))
-        low, high = self._tension
-        self._tension = min(low, float(tensions.min())), max(high, float(tensions.max()))
-        self._pushed += int(np.count_nonzero(tensions.min(axis=1) < PUSHED))
-        derived = derive(self._scene, t, q, v, u)
-        self._balance.extend(q[:, self._driven], u, supplied, derived.kinetic_relative, derived.potential_relative)
-        self._watch(t, q, v, u, derived)
-
-    def _watch(self, t: Array, q: Array, v: Array, u: Array, derived: Derived) -> None:
-        """Note swing and errors."""
-        self._swing = max(self._swing, float(derived.swing.max()))
-        late = t >= (1.0 - LAST) * self._scene.duration
-        self._residual = max(self._residual, float(derived.swing[late].max(initial=0.0)))
+        energies, ends = np.empty((len(t), 2)), np.empty((len(t), 6))
+        fill_watched(self._scene.model, t, q, v, energies, ends)
+        self._balance.extend(q[:, self._driven], u, supplied, energies[:, 0], energies[:, 1])
+        watch_instants(self._peaks, t, (1.0 - LAST) * self._scene.duration, u, tensions, ends)
         self._extremes.extend(q)
-        self._falls.extend(derived.falls)
-        if self._pressure is not None:
-            pressures = np.empty(len(t))
-            fill_pressures(self._scene.model, *map(np.ascontiguousarray, (t, q, v)), pressures)
-            self._pressure = max(self._pressure, float(pressures.max()))
-        if self._tracking is not None:
-            self._tracking.extend(t, q, v, u, derived.payload)
         if self._settling is not None:
             self._settling.extend(t, q[:, self._driven])
+        self._watch_groups(t, q, v, u, ends[:, 3:])
+
+    def _watch_groups(self, t: Array, q: Array, v: Array, u: Array, payload: Array) -> None:
+        """Note figures of groups that only some scenes have."""
+        self._falls.extend(fall_tensions(self._scene.model, t, q, v, u))
+        if self._pressure is not None:
+            pressures = np.empty(len(t))
+            fill_pressures(self._scene.model, t, q, v, pressures)
+            self._pressure = max(self._pressure, float(pressures.max()))
+        if self._tracking is not None:
+            self._tracking.extend(t, q, v, u, payload)
 
     def change(self, scene: Scene, model: Any, q: Vector, energy: float = 0.0) -> None:
         """Continue from positions q with another model: with a meter, or a payload whose change supplied `energy`."""
@@ -303,26 +284,19 @@ class Metrics:
         sha = self._sha.copy()
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
         final = derive_instant(self._scene, t, q, v)
-        angles = np.degrees([self._swing, self._residual, final.swing[0]])
-        low, high = self._tension
         audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
-        return {
-            "steps": round(t / self._scene.period),
-            "sim_time": t,
-            "rhs_evaluations": integration.evaluations,
-            "final_error": self._final_error(q),
-            "peak_swing_deg": float(max(angles[0], angles[2])),
-            "residual_swing_deg": float(max(angles[1:])),
-            "settling_time": self._settling_times(t, q),
-            "peak_effort": dict(zip(self._scene.actuated, map(float, self._peak), strict=True)),
-            "saturated_steps": saturated,
-            "min_rope_tension": low if np.isfinite(low) else None,
-            "max_rope_tension": high if np.isfinite(high) else None,
-            "negative_tension_steps": self._pushed,
-            "energy_audit_error": audit[0],
-            "energy_audit_max": audit[1],
-            "state_sha256": sha.hexdigest(),
-        } | self._further(t, q, final.payload)
+        ended = Gathered(
+            t=np.array([t]),
+            q=self._of_driven(q)[None],
+            swing=final.swing,
+            evaluations=np.array([integration.evaluations]),
+            saturated=np.array([saturated]),
+            peaks=Peaks(*(part[None] for part in self._peaks)),
+            outside=None if self._settling is None else self._settling.outside[None],
+            audit=np.array([audit]),
+            sha=[sha.hexdigest()],
+        )
+        return one_run(name_figures([self._scene], ended)) | self._further(t, q, final.payload)
 
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
         """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""
@@ -332,16 +306,67 @@ class Metrics:
         further = dict(self._scene.notes) | pressed | self._falls.summary() | self._extremes.summary(np.array(q))
         return further | tracking
 
-    def _final_error(self, q: Vector) -> dict[str, float]:
-        reference = self._scene.reference or ()
-        return {name: r - x for name, r, x in zip(self._scene.actuated, reference, self._of_driven(q), strict=False)}
-
     def _of_driven(self, q: Vector) -> Array:
         """Return the actuated joints' part of the positions q."""
         return np.array(q)[self._driven]
 
-    def _settling_times(self, t: float, q: Vector) -> dict[str, float | None]:
-        if self._settling is None:
-            return {}
-        times = self._settling.times(t, self._of_driven(q), self._scene.period)
-        return dict(zip(self._scene.actuated, times, strict=False))
+
+class Gathered(NamedTuple):
+    """What n runs have shown up to their ends."""
+
+    t: Array  # (n,) s, the ends
+    q: Array  # (n, nu), positions of the actuated joints there
+    swing: Array  # (n,) rad, there
+    evaluations: npt.NDArray[np.int64]  # (n,) of the equations
+    saturated: npt.NDArray[np.int64]  # (n,) periods in which a command was limited
+    peaks: Peaks  # columns
+    outside: Array | None  # (n, nu) s, when joints were last away from their targets; None without targets
+    audit: Array  # (n, 2), energy errors
+    sha: Sequence[str]  # (n,)
+
+
+def name_figures(scenes: Sequence[Scene], ended: Gathered) -> dict[str, Any]:
+    """Return the figures of n runs of one kind by name, arrays (n,) in groups by joint: the keys of `Metrics.summary`.
+
+    Where a run has none, a figure is None.
+    """
+    first, peaks, nothing = scenes[0], ended.peaks, np.zeros(3)
+    swings = [swing_angles(nothing, peaks.swing[:, i]) for i in range(2)]
+    peak, residual = (np.degrees(np.maximum(each, ended.swing)) for each in swings)
+    low, high = or_none(peaks.tension, np.isfinite(peaks.tension)).T
+    return {
+        "steps": np.rint(ended.t / first.period).astype(np.int64),
+        "sim_time": ended.t,
+        "rhs_evaluations": ended.evaluations,
+        "final_error": _by_joint(first, _targets(scenes) - ended.q) if first.reference is not None else {},
+        "peak_swing_deg": peak,
+        "residual_swing_deg": residual,
+        "settling_time": _settling_by_joint(scenes, ended),
+        "peak_effort": _by_joint(first, peaks.effort),
+        "saturated_steps": ended.saturated,
+        "min_rope_tension": low,
+        "max_rope_tension": high,
+        "negative_tension_steps": peaks.pushed[:, 0],
+        "energy_audit_error": ended.audit[:, 0],
+        "energy_audit_max": ended.audit[:, 1],
+        "state_sha256": np.array(ended.sha, object),
+    }
+
+
+def _targets(scenes: Sequence[Scene]) -> Array:
+    return np.array([scene.reference for scene in scenes])
+
+
+def _by_joint(scene: Scene, values: npt.NDArray[Any]) -> dict[str, npt.NDArray[Any]]:
+    """Return values of the actuated joints (n, nu) by joint."""
+    return dict(zip(scene.actuated, values.T, strict=True))
+
+
+def _settling_by_joint(scenes: Sequence[Scene], ended: Gathered) -> dict[str, npt.NDArray[Any]]:
+    if ended.outside is None:
+        return {}
+    first, target = scenes[0], _targets(scenes)
+    driven = [first.joint_names.index(name) for name in first.actuated]
+    near = nearness(target, np.array([scene.initial_q for scene in scenes])[:, driven])
+    times = settling_times(target, near, ended.outside, ended.t[:, None], ended.q, first.period)
+    return _by_joint(first, or_none(times, ~np.isnan(times)))

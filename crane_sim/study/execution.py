@@ -1,8 +1,11 @@
 """Execution of a study: blocks of its cases by workers; the same rows whatever runs them."""
 
+import itertools
 import json
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import AbstractContextManager, nullcontext
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,12 +16,13 @@ from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
-from crane_sim.study.runs import row_of
+from crane_sim.study.runs import rows_of
 from crane_sim.study.store import Store, load_pyarrow
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
 
 AHEAD = 2  # blocks for each worker that are submitted: memory does not grow with the study
+PATIENCE = 60.0  # s without a finished block, after which the reason is told
 ATTEMPTS = 3  # in which no block is finished because processes end
 
 Progress = Callable[[int, int], None]  # takes (runs that are done, all runs)
@@ -31,6 +35,8 @@ def run(
     workers: int | None = None,
     scheduler: str | None = None,
     on_progress: Progress | None = None,
+    on_wait: Callable[[str], None] = warnings.warn,
+    pool: Workers | None = None,
 ) -> StudyResult:
     """Run a study, or what is missing of it in the folder, and return its table.
 
@@ -41,6 +47,8 @@ def run(
         scheduler: the address of a Dask scheduler, whose workers run the study in place of processes of this machine,
             or "local" for a Dask cluster on this machine. Workers need this package in the same version.
         on_progress: called with (runs that are done, all runs) after each block.
+        on_wait: called with a line on why no run is finished, after a minute without one, where that is known.
+        pool: workers that have been started already, and are used first.
 
     Raises:
         SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
@@ -56,9 +64,12 @@ def run(
         raise SceneError(f"workers = {workers}: must be at least 1")
     store = Store(Path(folder), checked, len(listed))
     with store.locked():
-        _run_missing(store, checked, (workers, scheduler), on_progress or (lambda *_: None))
+        starts = itertools.chain(
+            () if pool is None else (nullcontext(pool),), (start_workers(workers, scheduler) for _ in itertools.count())
+        )
+        _run_missing(store, checked, starts, (on_progress or (lambda *_: None), on_wait))
         store.merge()
-        result = StudyResult(checked, store.folder, store.read())
+        result = StudyResult(checked, store.folder)
         record_selected(result)
     return result
 
@@ -81,15 +92,21 @@ def check_cases(study: Study) -> CaseList:
     return listed
 
 
-def _run_missing(store: Store, study: Study, where: tuple[int | None, str | None], on_progress: Progress) -> None:
-    """Run the blocks that are missing and write their rows; those of a process that ended are tried again."""
+def _run_missing(
+    store: Store,
+    study: Study,
+    starts: Iterator[AbstractContextManager[Workers]],
+    tell: tuple[Progress, Callable[[str], None]],
+) -> None:
+    """Run the blocks that are missing and write their rows; those of a process that ended are tried by new workers."""
+    on_progress, on_wait = tell
     attempts = ATTEMPTS
     while missing := store.missing():
         done = store.cases - sum(len(store.cases_of(block)) for block in missing)
         on_progress(done, store.cases)
         try:
-            with start_workers(*where) as workers:
-                for block, rows in _results(store, study, missing, workers):
+            with next(starts) as workers:
+                for block, rows in _results(store, study, missing, workers, on_wait):
                     store.write(block, rows)
                     done, attempts = done + len(rows), ATTEMPTS
                     on_progress(done, store.cases)
@@ -101,8 +118,10 @@ def _run_missing(store: Store, study: Study, where: tuple[int | None, str | None
     on_progress(store.cases, store.cases)
 
 
-def _results(store: Store, study: Study, blocks: list[int], workers: Workers) -> Iterator[tuple[int, Rows]]:
-    """Yield (block, rows) as workers finish them."""
+def _results(
+    store: Store, study: Study, blocks: list[int], workers: Workers, on_wait: Callable[[str], None]
+) -> Iterator[tuple[int, Rows]]:
+    """Yield (block, rows) as workers finish them; call `on_wait` where they finish none for a known reason."""
     task = study.model_dump_json(), store.identity["scene"], store.identity["versions"]
     pending, waiting = dict[Future[Rows], int](), iter(blocks)
     while True:
@@ -111,7 +130,10 @@ def _results(store: Store, study: Study, blocks: list[int], workers: Workers) ->
             pending[workers.executor.submit(run_block, *task, numbers.start, numbers.stop)] = block
         if not pending:
             return
-        for future in wait(pending, return_when=FIRST_COMPLETED).done:
+        done = wait(pending, PATIENCE, FIRST_COMPLETED).done
+        if not done and (complaint := workers.complaint()) is not None:
+            on_wait(complaint)
+        for future in done:
             yield pending.pop(future), future.result()
 
 
@@ -133,4 +155,4 @@ def run_block(study: str, scene: str, versions: dict[str, str], first: int, end:
         differing = ", ".join(key for key in sorted(mine.keys() | versions) if mine.get(key) != versions.get(key))
         raise SceneError(f"a worker has other versions than this process: {differing}")
     listed, document = _cases_of(study, scene)
-    return [row_of(listed[i], document) for i in range(first, end)]
+    return rows_of([listed[i] for i in range(first, end)], document)

@@ -21,25 +21,27 @@ def selected_cases(result: StudyResult) -> list[int]:
     Raises:
         SceneError: the figure of `worst` is not in the table, or is none.
     """
-    wanted, table = result.study.recordings, result.table
-    number, status = np.array(table["case"]), np.array(table["status"])
+    wanted = result.study.recordings
+    if not (wanted.failures or wanted.every or wanted.worst):
+        return []
+    number, status = result.column("case"), result.column("status")
     chosen: set[int] = set()
     if wanted.failures:
         chosen |= set(number[status != OK].tolist())
     if wanted.every is not None:
         chosen |= set(number[number % wanted.every == 0].tolist())
     if wanted.worst is not None:
-        values = _figure(table, wanted.worst.metric)
+        values = _figure(result, wanted.worst.metric)
         order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
     return sorted(chosen)
 
 
-def _figure(table: Any, metric: str) -> Any:
-    if metric not in table.column_names:
-        raise SceneError(f"study: {unknown_key(metric, table.column_names, 'figure', 'of recordings.worst.metric')}")
+def _figure(result: StudyResult, metric: str) -> Any:
+    if metric not in result.types:
+        raise SceneError(f"study: {unknown_key(metric, list(result.types), 'figure', 'of recordings.worst.metric')}")
     try:
-        return np.array(table[metric].to_numpy(), dtype=float)
+        return np.array(result.column(metric), dtype=float)
     except (TypeError, ValueError):
         raise SceneError(f"study: recordings.worst.metric = {metric!r}: is text, not a number") from None
 

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,8 @@ def read_result(folder: Path) -> "StudyResult":
         raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")
     if not (folder / "table.parquet").is_file():
         raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
-    study = load_study(json.loads((folder / "study.json").read_text())["study"])
-    return StudyResult(study, folder, load_pyarrow("pyarrow.parquet").read_table(folder / "table.parquet"))
+    load_pyarrow()
+    return StudyResult(load_study(json.loads((folder / "study.json").read_text())["study"]), folder)
 
 
 def columns_of(figure: str, columns: Sequence[str]) -> list[str]:
@@ -44,16 +45,38 @@ def columns_of(figure: str, columns: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True, repr=False)
 class StudyResult:
-    """A study that has been run: a row for each run, samples in order, the variants of one after the other."""
+    """A study that has been run: a row for each run, samples in order, the variants of one after the other.
+
+    Figures are read from the file column by column; only `table` holds all of them.
+    """
 
     study: Study
     folder: Path  # with table.parquet and recordings
-    table: Any  # pyarrow.Table
+
+    @cached_property
+    def table(self) -> Any:
+        """The whole table, a `pyarrow.Table`."""
+        return load_pyarrow("pyarrow.parquet").read_table(self.folder / "table.parquet")
+
+    @cached_property
+    def types(self) -> dict[str, str]:
+        """The types of the table's columns by name, such as double, int64 and string."""
+        schema = load_pyarrow("pyarrow.parquet").read_schema(self.folder / "table.parquet")
+        return {field.name: str(field.type) for field in schema}
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return int(load_pyarrow("pyarrow.parquet").read_metadata(self.folder / "table.parquet").num_rows)
+
+    def column(self, name: str) -> npt.NDArray[Any]:
+        """Return a column of the table, an entry for each run: numbers, NaN where a run has none, or text and None."""
+        columns = load_pyarrow("pyarrow.parquet").read_table(self.folder / "table.parquet", columns=[name])
+        return columns[name].to_numpy(zero_copy_only=False)
 
     def __repr__(self) -> str:
         """Return name, runs and failures in one line."""
-        failed = int(np.sum(np.array(self.table["status"]) != OK))
-        return f"<StudyResult of {self.study.name!r}: {len(self.table)} runs, {failed} failed, {self.folder}>"
+        failed = int(np.sum(self.column("status") != OK))
+        return f"<StudyResult of {self.study.name!r}: {len(self)} runs, {failed} failed, {self.folder}>"
 
     def to_dataframe(self) -> Any:
         """Return the table as a `pandas.DataFrame`; needs the package pandas."""
@@ -67,19 +90,19 @@ class StudyResult:
         Raises:
             SceneError: there is no such figure or variant.
         """
-        rows, columns = self._rows_of(variant), columns_of(name, self.table.column_names)
-        values = np.max([np.array(self.table[column].to_pylist(), dtype=float) for column in columns], axis=0)[rows]
-        return np.where(np.array(self.table["status"])[rows] == OK, values, np.nan)
+        rows, columns = self._rows_of(variant), columns_of(name, list(self.types))
+        values = np.max([np.array(self.column(column), dtype=float) for column in columns], axis=0)[rows]
+        return np.where(self.column("status")[rows] == OK, values, np.nan)
 
     def failed(self, variant: str) -> npt.NDArray[np.bool_]:
         """Return of all samples (n,) whether the run under a variant failed; raises SceneError without the variant."""
-        return np.array(self.table["status"])[self._rows_of(variant)] != OK
+        return self.column("status")[self._rows_of(variant)] != OK
 
     def _rows_of(self, variant: str) -> npt.NDArray[np.bool_]:
         names = list(self.study.variant_changes)
         if variant not in names:
             raise SceneError(unknown_key(variant, names, "variant"))
-        return np.array(self.table["variant"]) == variant
+        return self.column("variant") == variant
 
     def differences(self, figure: str) -> dict[str, PairedDifference]:
         """Return how each further variant differs from the first one in a figure, on the same samples."""

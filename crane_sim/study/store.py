@@ -23,7 +23,10 @@ from crane_sim.study.runs import FIRST_COLUMNS
 from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time
-MAX_BLOCK = 64  # cases: at most as many are run again after an interruption, for each worker
+MIN_BLOCKS = 64
+"""Blocks of a study that has as many cases: what is lost by an interruption is less than a part of it, per worker."""
+LARGE_BLOCK, MANY_BLOCKS, MAX_BLOCK = 64, 400, 256
+"""Cases of a block that large studies have; these in more than MANY_BLOCKS have up to MAX_BLOCK: a file costs time."""
 _INTEGERS = ("case", "sample", "seed", "steps", "events")
 
 
@@ -64,7 +67,8 @@ class Store:
             SceneError: the folder holds another study, or cannot be written.
         """
         self.folder, self.cases = folder, cases
-        self.block = min(MAX_BLOCK, max(1, cases // 64))
+        small, large = min(LARGE_BLOCK, cases // MIN_BLOCKS), min(MAX_BLOCK, cases // MANY_BLOCKS)
+        self.block = max(1, small, large)
         self.identity = identity_of(study)
         self.hash = hash_of(self.identity)
         self._rows, self._file = folder / "rows", folder / "study.json"
@@ -154,10 +158,6 @@ class Store:
         for file in files:
             file.unlink()
         self._rows.rmdir()
-
-    def read(self) -> Any:
-        """Return the table, a `pyarrow.Table`."""
-        return load_pyarrow("pyarrow.parquet").read_table(self.table_file)
 
 
 def batched(files: Sequence[Path], size: int) -> Iterator[Sequence[Path]]:

@@ -15,7 +15,7 @@ SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort",
 
 def shown_figures(result: StudyResult) -> list[str]:
     """Return the columns of the table that a summary shows."""
-    numbers = [field.name for field in result.table.schema if str(field.type) in ("double", "int64")]
+    numbers = [name for name, kind in result.types.items() if kind in ("double", "int64")]
     return [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
 
 
@@ -29,7 +29,7 @@ def summarise(result: StudyResult) -> dict[str, Any]:
     }
     return {
         "study": result.study.name,
-        "runs": len(result.table),
+        "runs": len(result),
         "failures": {variant: int(result.failed(variant).sum()) for variant in variants},
         "failure_differences": {other: each._asdict() for other, each in result.failure_differences().items()},
         "figures": figures,
@@ -62,6 +62,8 @@ def spread_of(values: npt.NDArray[np.float64]) -> dict[str, float | int | None]:
 
 def first_errors(result: StudyResult, most: int = 5) -> list[str]:
     """Return lines on the first runs that failed."""
-    rows = result.table.select(["case", "variant", "error"]).to_pylist()
-    lines = [f"case {row['case']}, {row['variant']}: {row['error']}" for row in rows if row["error"]]
-    return [*lines[:most], *[f"... and {len(lines) - most} more"] * (len(lines) > most)]
+    errors = result.column("error")
+    failed = [i for i, error in enumerate(errors) if error]
+    case, variant = result.column("case"), result.column("variant")
+    lines = [f"case {case[i]}, {variant[i]}: {errors[i]}" for i in failed[:most]]
+    return [*lines, *[f"... and {len(failed) - most} more"] * (len(failed) > most)]

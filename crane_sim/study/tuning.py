@@ -90,14 +90,16 @@ def tune(
     loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:
         search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
-    front = sorted(
-        (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
-    )
-    if not front:
-        raise SceneError("study: tune: in every trial a run failed, or had no such figure; widen or move the ranges")
-    chosen = choose(front, checked.tune)
-    trials = _count_finished(search)  # more than the study's, where the folder has more
-    judged = run(_held_out(training, checked.tune.changes, chosen), place / f"held_out_{trials}", workers)
+        front = sorted(
+            (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
+        )
+        if not front:
+            line = "study: tune: in every trial a run failed, or had no such figure; widen or move the ranges"
+            raise SceneError(line)
+        chosen = choose(front, checked.tune)
+        trials = _count_finished(search)  # more than the study's, where the folder has more
+        held_out = _held_out(training, checked.tune.changes, chosen)
+        judged = run(held_out, place / f"held_out_{trials}", workers, pool=pool)
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
     _write_gains(place / "gains.yaml", chosen)
     return TuningResult(front, chosen, trials, infeasible, judged, checked.tune.objectives, checked.tune.changes)
@@ -286,7 +288,7 @@ def summarise(result: TuningResult) -> dict[str, Any]:
         "changes": result.changes,
         "chosen": {name: {"gains": each.gains, "means": each.values} for name, each in result.chosen.items()},
         "baseline": baseline,
-        "samples": len(result.held_out.table) // len(variants),
+        "samples": len(result.held_out) // len(variants),
         "held_out": held_out,
     }
 

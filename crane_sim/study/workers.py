@@ -4,7 +4,7 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
@@ -26,6 +26,7 @@ class Workers(NamedTuple):
 
     executor: Executor
     parallel: int
+    complaint: Callable[[], str | None] = lambda: None  # returns why no task can be finished now, in one line
 
 
 def errors_of_ended_workers() -> tuple[type[BaseException], ...]:
@@ -107,4 +108,10 @@ def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
             client.wait_for_workers(1, timeout=_FIRST_WORKER)
         except TimeoutError:
             raise SceneError(f"scheduler = {scheduler!r}: has no workers") from None
-        yield Workers(client.get_executor(pure=False), sum(client.nthreads().values()))
+
+        def complain() -> str | None:
+            return (
+                None if client.nthreads() else f"scheduler = {scheduler!r}: has lost all its workers; waiting for one"
+            )
+
+        yield Workers(client.get_executor(pure=False), sum(client.nthreads().values()), complain)

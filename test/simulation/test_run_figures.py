@@ -52,7 +52,7 @@ def errors(energy: np.ndarray, cuts: tuple[int, ...] = ()) -> tuple[float, float
     """Return the balance of a run of 1000 periods whose kinetic energies are (1000,), under held random efforts."""
     rng = np.random.default_rng(1)
     q, u = np.cumsum(rng.normal(0.0, 1.0, (1000, 2)), axis=0), rng.normal(0.0, 1e3, (1000, 2))
-    balance, nothing = EnergyBalance(0.0, metered=False), np.zeros(1000)
+    balance, nothing = EnergyBalance(0.0, metered=False, nu=2), np.zeros(1000)
     for parts in zip(*(np.split(part, cuts) for part in (q, u, nothing, energy, nothing)), strict=True):
         balance.extend(*parts)
     return balance.errors(q[-1] + 1.0, float(energy[-1]), 0.0)
@@ -66,7 +66,7 @@ def test_the_balance_knows_no_blocks() -> None:
 
 def test_the_largest_error_of_the_balance_is_kept() -> None:
     """Energy that comes and goes again is in the largest error, and not in the one at the end."""
-    balance, none = EnergyBalance(1.0, metered=True), np.zeros((3, 0))
+    balance, none = EnergyBalance(1.0, metered=True, nu=0), np.zeros((3, 0))
     balance.extend(none, none, np.array([0.0, 0.5, 0.5]), np.array([1.0, 2.0, 1.5]), np.zeros(3))
     end, largest = balance.errors(np.zeros(0), 1.5, 0.5)
     assert (end, largest) == (0.0, 0.5 / 2.0)  # J, of the 2 J that were in play

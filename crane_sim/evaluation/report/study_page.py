@@ -169,13 +169,12 @@ def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
 
 def _scatters(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
     """Yield the section of figures against the parameters that are numbers."""
-    variant = np.array(result.table["variant"])
+    variant = result.column("variant")
     drawings = []
     for key in result.study.parameters:
-        column = result.table[PARAMETER + key]
-        if str(column.type) not in ("double", "int64"):
+        if result.types[PARAMETER + key] not in ("double", "int64"):
             continue
-        values = np.array(column.to_pylist(), float)
+        values = np.array(result.column(PARAMETER + key), float)
 
         def draw(axes: Any, name: str, key: str = key, values: Any = values) -> None:
             for color, each in zip(COLORS * 9, result.study.variant_changes, strict=False):
@@ -191,7 +190,7 @@ def _scatters(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
 
 def _worst(result: StudyResult, names: Sequence[str]) -> str:
     """Return the section of the runs with the largest figures, with links to their recordings."""
-    case, variant = np.array(result.table["case"]), np.array(result.table["variant"])
+    case, variant = result.column("case"), result.column("variant")
     rows = []
     for name in names:
         for each in result.study.variant_changes:

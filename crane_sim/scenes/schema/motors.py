@@ -15,6 +15,8 @@ def motor_of(file: SceneFile, joint: str) -> MotorGroup | None:
     Raises:
         SceneError: the joint is not driven by force or torque, or keys of the motor contradict each other.
     """
+    if not file.actuators:
+        return None
     key = f"actuators.{group_name(file.actuators, joint, 'motor')}.motor"
     motor = merge_groups(file.actuators, joint, ActuatorGroup).motor
     unit = dict(zip(file.actuated, file.effort_units, strict=True)).get(joint)

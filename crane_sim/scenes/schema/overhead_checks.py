@@ -69,8 +69,10 @@ def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
 
 
 def _check_finite(name: str, shape: Any) -> None:
+    if shape is None:
+        return
     with np.errstate(all="ignore"):
-        finite = shape is None or np.all(np.isfinite(shape.motion().coefficients))
+        finite = np.all(np.isfinite(shape.motion().coefficients))
     if not finite:
         raise SceneError(f"{name}: its values are too large for numbers of the machine")
 

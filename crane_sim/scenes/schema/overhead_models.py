@@ -25,7 +25,7 @@ from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
-from crane_sim.scenes.schema.overhead_groups import AxisGroup, BristleGroup, FrictionGroup, JointsGroup
+from crane_sim.scenes.schema.overhead_groups import AxisGroup, JointsGroup
 from crane_sim.scenes.schema.overhead_stiffness import stiffest
 from crane_sim.trajectories.base_motion import AXES, Base, MountedBase, SplineBase
 from crane_sim.trajectories.profiles import Shape
@@ -92,8 +92,8 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
     lengths, masses = np.array(file.parts.lengths), np.array(file.parts.masses)
     distances = np.cumsum(lengths) - lengths[0]
     light = masses[:-1]
-    mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3))
-    nodes, payload = np.stack([masses, distances]), float(masses[-1])
+    mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3)) if len(light) else (0.0,) * 3
+    nodes, payload = np.array([masses, distances]), float(masses[-1])
     cable = Line(float(lengths[0]), mass, first, second, payload, float(distances[-1]), nodes)
     trolley = trolley_of(file)
     return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
@@ -283,8 +283,8 @@ def switches_of(file: OverheadCrane) -> Switches | None:
     """Return the conditions that switch the model or end the run, None without any."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
-    groups = {"friction": file.friction or FrictionGroup(), "lugre": file.lugre or BristleGroup()}
-    has_friction = any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group)
+    groups = {"friction": file.friction, "lugre": file.lugre}
+    has_friction = any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group or ())
     has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
     if not (
         any(axes) or has_hoist or has_friction or file.events or file.cable.slack == "stop" or file.cable.tension_only

@@ -1,0 +1,69 @@
+"""Many scenes of one kind as columns: trees of NamedTuples whose numbers are arrays, one entry for each scene."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from crane_sim.files.errors import SceneError
+from crane_sim.laws import with_initial_state
+from crane_sim.scenes.scene import Scene
+from crane_sim.stepping.batch import Driven, Sampled
+
+ONE_KIND = "a batch takes one kind of model, method and law"
+
+
+def extract_drive(scene: Scene) -> Driven:
+    """Return method, model and source of a scene, its law with its initial state."""
+    return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
+
+
+def columns(trees: Sequence[Any], path: str = "") -> Any:
+    """Return the tree whose numbers are arrays over all trees; None and the types of NamedTuples stay.
+
+    Raises:
+        SceneError: the trees are not of one type; it names the first one that differs from tree 0, and where.
+    """
+    first = trees[0]
+    if not _are_alike(trees):
+        _complain(trees, path[:-1])
+    if first is None:
+        return None
+    if not isinstance(first, tuple):
+        return np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
+    names = getattr(first, "_fields", range(len(first)))
+    parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
+    return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
+
+
+def _are_alike(trees: Sequence[Any]) -> bool:
+    """Return whether the roots of trees are of one compiled type."""
+    types = set(map(type, trees))
+    if len(types) > 1:
+        return types <= {int, float, bool}
+    (kind,) = types
+    sizes = [tree.shape for tree in trees] if issubclass(kind, np.ndarray) else map(len, trees) if kind is tuple else ()
+    return len(set(sizes)) <= 1
+
+
+def _complain(trees: Sequence[Any], path: str) -> None:
+    """Raise SceneError for the first tree that is not like tree 0."""
+    for i, tree in enumerate(trees):
+        if (form := _form(tree)) != (expected := _form(trees[0])):
+            raise SceneError(f"crane {i}: {path} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
+
+
+def _form(tree: Any) -> str:
+    """Return in words what decides on the compiled type of a tree's root."""
+    if isinstance(tree, np.ndarray):
+        return f"an array of {' x '.join(map(str, tree.shape))}"
+    if type(tree) is tuple:
+        return f"{len(tree)} values"
+    return "a number" if isinstance(tree, int | float) else "none" if tree is None else type(tree).__name__
+
+
+def kind_of(tree: Any) -> Any:
+    """Return what decides on the compiled type of a tree: two trees of one kind can be columns of one."""
+    if isinstance(tree, tuple):
+        return type(tree), *map(kind_of, tree)
+    return tree.shape if isinstance(tree, np.ndarray) else None if tree is None else float
