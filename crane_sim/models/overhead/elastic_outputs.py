@@ -4,8 +4,8 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
-from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.moving_base import base_kinematics_at
+from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.base_load import to_world_in_place
 from crane_sim.models.overhead.elastic import (
     ElasticCrane,
