@@ -95,6 +95,11 @@ def project(p, x):
     return x
 
 
+@lean_generic
+def project_in_place(p, x):
+    """Project a state that is an array onto the model's constraints, as `project` does, and return nothing."""
+
+
 @generic
 def effort(u, p, t, x):
     """Return the efforts (nu,) of the source u for model p at (t, x). A tuple is held as it is."""
