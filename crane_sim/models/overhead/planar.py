@@ -78,6 +78,7 @@ from crane_sim.models.supports.rails import (
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.lanes import use_wide_vectors
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
@@ -159,6 +160,7 @@ def _(forces, t, w):
 @lean_routine
 def forward_dynamics(p, t, x, tau, w):
     """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
+    use_wide_vectors()
     nq, first, modes = layout_of(p)
     fill_links(p, x, w)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
