@@ -49,6 +49,12 @@ def workspace(p):
 
 
 @lean_generic
+def position_count(p):
+    """Return the number n of positions in a state that is an array: the derivative of x[:n] is x[n : 2 n]."""
+    raise NotImplementedError
+
+
+@lean_generic
 def rhs_into(p, t, x, u, out, work):
     """Write the time derivative of the state, an array, into `out`; `work` is a `workspace` of the model."""
     raise NotImplementedError
