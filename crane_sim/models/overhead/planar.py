@@ -25,6 +25,7 @@ from crane_sim.models.cables.chain import (
     add_joints,
     add_node_acceleration,
     assemble_rhs,
+    fill_sines,
     joint_energy,
     joint_power,
     massless_hoist_acceleration,
@@ -76,7 +77,6 @@ from crane_sim.models.supports.rails import (
     mode_after_stop,
 )
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.lanes import use_wide_vectors
 from crane_sim.trajectories.inputs import value_at
@@ -137,8 +137,7 @@ def fill_links(p, x, w):
     """Fill the work array with the links' kinematics."""
     nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
-    for k in range(n):
-        w[SIN, k], w[COS, k] = sincos(x[first + k])
+    fill_sines(n, (w[SIN], w[COS]), (x[first:],))
     for k in range(n):
         w[RATE, k] = x[nq + first + k]
     w[LENGTH, 0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
