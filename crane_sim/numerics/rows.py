@@ -98,7 +98,8 @@ def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
         def generate(context, builder, signature, args):
             def pointers(kinds, rows):
                 parts = [builder.extract_value(rows, i) for i in range(len(kinds))]
-                return [context.make_array(kind)(context, builder, part).data for kind, part in zip(kinds, parts, strict=True)]
+                pairs = zip(kinds, parts, strict=True)
+                return [context.make_array(kind)(context, builder, part).data for kind, part in pairs]
 
             targets, sources = pointers(outputs, args[1]), pointers(inputs, args[2])
 
