@@ -19,7 +19,7 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.status import OK, TOO_MANY_STEPS
-from crane_sim.integrators.step_control import adaptive_step, copy_state
+from crane_sim.integrators.step_control import adaptive_step
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
 from crane_sim.numerics.states import replace_field
 from crane_sim.system import project_in_place
@@ -77,22 +77,22 @@ def _(method, scratch, p, t, x, u, h, end, out):
 
 @lean_routine
 def fill_steps(method, scratch, p, t, u, h, until, end, before, x):
-    """Advance the state x from time t to a step that covers `until`; `before` is filled with the state before that one.
+    """Advance the state x from time t to a step that covers `until`, to and fro between the arrays x and `before`.
 
     Returns:
-        (time before the last step, time, size to try next, evaluations, steps, steps rejected, status)
+        (time before the last step, time, size to try next, evaluations, steps, steps rejected, status, whether the
+        state is in `before`, and the state before it in x)
     """
-    start, evaluations, steps, rejected, status = t, 0, 0, 0, OK
+    start, evaluations, steps, rejected, status, swapped = t, 0, 0, 0, OK, False
     while t < until and status == OK:
-        start = t
-        copy_state(x, before)
+        start, x, before, swapped = t, before, x, not swapped
         t, h, n, failed, status = step_into(method, scratch, p, t, before, u, h, end, x)
         evaluations, rejected = evaluations + n, rejected + failed
         if status == OK or t > start:
             steps += 1
         if status == OK and steps >= max_steps(method) and t < until:
             status = TOO_MANY_STEPS
-    return start, t, h, evaluations, steps, rejected, status
+    return start, t, h, evaluations, steps, rejected, status, swapped
 
 
 @take_array_steps.register(RK4)
@@ -110,9 +110,11 @@ def advance_array(method, p, u, integration, t, end):
     if integration.t >= t or integration.status != OK:
         return integration
     before, x = np.empty_like(integration.x), integration.x.copy()
-    start, now, h, evaluations, steps, rejected, status = fill_steps(
+    start, now, h, evaluations, steps, rejected, status, swapped = fill_steps(
         method, integration.scratch, p, integration.t, u, integration.h, t, end, before, x
     )
+    if swapped:
+        x, before = before, x
     return Integration(
         start,
         before,

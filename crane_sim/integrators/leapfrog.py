@@ -14,6 +14,8 @@ from crane_sim.files.types import Positive
 from crane_sim.integrators.array_steps import advance_array, step_into, take_array_steps
 from crane_sim.integrators.integration import MAX_STAGES, equal_step, explicit_step, stages, status_of
 from crane_sim.numerics.jit import lean_routine
+from crane_sim.numerics.lanes import use_wide_vectors
+from crane_sim.numerics.rows import elementwise
 from crane_sim.system import position_count, project_in_place, rhs_into
 
 CARRIED = MAX_STAGES + 4  # row of a scratch: the derivative that the next step begins with
@@ -29,6 +31,19 @@ class Leapfrog(NamedTuple):
         return 1.0 / frequency
 
 
+@elementwise
+def kick(x, rate, h):
+    """Fill x after a time h."""
+    return (x + h * rate,)
+
+
+@elementwise
+def kick_twice(x, rate, h):
+    """Fill x after times h and 2 h."""
+    middle = x + h * rate
+    return middle, middle + h * rate
+
+
 @lean_routine
 def leap(p, t, x, u, h, scratch, first, out):
     """Write the state one step after (t, x) into `out`, and the derivative there into row CARRIED of the scratch.
@@ -40,14 +55,12 @@ def leap(p, t, x, u, h, scratch, first, out):
     n, rate, middle, half = position_count(p), scratch.rows[CARRIED], scratch.rows[0], 0.5 * h
     if first:
         rhs_into(p, t, x, u, rate, scratch.work)
-    for i in range(n, len(x)):
-        middle[i] = x[i] + half * rate[i]
-        out[i] = middle[i] + half * rate[i]
-    for i in range(n):
-        out[i] = x[i] + h * middle[n + i]
+    use_wide_vectors()
+    others = len(x) - n  # velocities and what is behind them
+    kick_twice(others, (middle[n:], out[n:]), (x[n:], rate[n:], half))
+    kick(n, (out,), (x, middle[n:], h))
     rhs_into(p, t + h, out, u, rate, scratch.work)
-    for i in range(n, len(x)):
-        out[i] = middle[i] + half * rate[i]
+    kick(others, (out[n:],), (middle[n:], rate[n:], half))
 
 
 @explicit_step.register(Leapfrog)

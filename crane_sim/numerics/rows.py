@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import overload
 
-from crane_sim.numerics.arrays import _fma, _in_blocks, _part
+from crane_sim.numerics.arrays import _broadcast, _fma, _in_blocks, _part
 from crane_sim.numerics.elementary import sincos, sincos_of_residue
 from crane_sim.numerics.jit import LEAN, intrinsic
 
@@ -84,27 +84,36 @@ def sincos_in_lanes(angle: Any) -> tuple[Any, Any]:
 def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
     """Return a function (n, outputs, inputs) that fills the first n of each output row with f of those of the inputs.
 
-    f takes a float from each input and returns one for each output, by +, -, *, /, `fma` and `sincos_in_lanes`. Rows
-    that are written are none of those that are read.
+    f takes a float from each input, a row or a float, and returns one for each output, by +, -, *, /, `fma` and
+    `sincos_in_lanes`. Rows that are written are none of those that are read.
     """
 
     def fill(n: int, outputs: tuple[Any, ...], inputs: tuple[Any, ...]) -> None:
         for k in range(n):
-            for row, value in zip(outputs, f(*(row[k] for row in inputs)), strict=True):
+            for row, value in zip(outputs, f(*(x if isinstance(x, float) else x[k] for x in inputs)), strict=True):
                 row[k] = value
 
     @intrinsic
     def fill_blocks(typing_context, n, outputs, inputs):
         def generate(context, builder, signature, args):
-            def pointers(kinds, rows):
-                parts = [builder.extract_value(rows, i) for i in range(len(kinds))]
-                pairs = zip(kinds, parts, strict=True)
-                return [context.make_array(kind)(context, builder, part).data for kind, part in pairs]
+            def parts(kinds, values):
+                """Return the addresses of rows, and the floats."""
+                found = [(kind, builder.extract_value(values, i)) for i, kind in enumerate(kinds)]
+                arrays = [isinstance(kind, types.Array) for kind in kinds]
+                return [
+                    context.make_array(kind)(context, builder, value).data if is_row else value
+                    for (kind, value), is_row in zip(found, arrays, strict=True)
+                ]
 
-            targets, sources = pointers(outputs, args[1]), pointers(inputs, args[2])
+            def load(value, at, width):
+                if not isinstance(value.type, ir.PointerType):
+                    return Lanes(builder, _broadcast(builder, value, width))
+                return Lanes(builder, builder.load(_part(builder, value, at, width), align=8))
+
+            targets, sources = parts(outputs, args[1]), parts(inputs, args[2])
 
             def block(width, at):
-                values = [Lanes(builder, builder.load(_part(builder, row, at, width), align=8)) for row in sources]
+                values = [load(source, at, width) for source in sources]
                 for row, value in zip(targets, f(*values), strict=True):
                     builder.store(values[0].of(value), _part(builder, row, at, width), align=8)
 
