@@ -49,6 +49,12 @@ def workspace(p):
 
 
 @lean_generic
+def position_count(p):
+    """Return the number n of positions in a state that is an array: the derivative of x[:n] is x[n : 2 n]."""
+    raise NotImplementedError
+
+
+@lean_generic
 def rhs_into(p, t, x, u, out, work):
     """Write the time derivative of the state, an array, into `out`; `work` is a `workspace` of the model."""
     raise NotImplementedError
@@ -93,6 +99,11 @@ def solve_shifted(p, factors, b):
 def project(p, x):
     """Return the state projected onto the model's constraints, an array in place; integrators do so after steps."""
     return x
+
+
+@lean_generic
+def project_in_place(p, x):
+    """Project a state that is an array onto the model's constraints, as `project` does, and return nothing."""
 
 
 @generic

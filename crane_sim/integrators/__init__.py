@@ -4,6 +4,7 @@ A method is a NamedTuple of its settings; its type chooses the kernels. A method
 size) and, when it controls its error, `advance` (one accepted step of a size it chooses).
 """
 
+from crane_sim.integrators.array_steps import take_smooth_steps
 from crane_sim.integrators.events import EventLog, apply_pending_events, handle_events, make_event_log
 from crane_sim.integrators.integration import (
     Integration,
@@ -18,7 +19,7 @@ from crane_sim.integrators.integration import (
     step,
 )
 from crane_sim.integrators.status import OK, TOO_MANY_STEPS, Status
-from crane_sim.numerics.jit import kernel
+from crane_sim.numerics.jit import generic, kernel
 from crane_sim.numerics.states import replace_field
 from crane_sim.system import switching
 
@@ -45,9 +46,20 @@ __all__ = [
 @kernel
 def integrate_to(method, p, u, integration, t, end):
     """Return the integration advanced until it covers time t [s], by steps that do not pass the instant `end` [s]."""
+    return take_steps(switching(p), method, p, u, integration, t, end)
+
+
+@generic
+def take_steps(switches, method, p, u, integration, t, end):
+    """Return the result of `integrate_to`; a step of a model that switches ends at its first event."""
     limit = integration.steps + max_steps(method)
     while integration.t < t and integration.status == OK:
-        integration = handle_events(switching(p), method, p, u, advance(method, p, u, integration, end))
+        integration = handle_events(switches, method, p, u, advance(method, p, u, integration, end))
         if integration.steps >= limit and integration.t < t:
             integration = replace_field(integration, "status", TOO_MANY_STEPS)
     return integration
+
+
+@take_steps.register(type(None))
+def _(switches, method, p, u, integration, t, end):
+    return take_smooth_steps(integration.x, method, p, u, integration, t, end)

@@ -1,6 +1,6 @@
 """State of an integration, and the generic functions that a method answers."""
 
-from math import ceil, isfinite
+from math import ceil, inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ MAX_STAGES = 12
 class Scratch(NamedTuple):
     """Work arrays of steps of an array state (n,), allocated once for a run, undefined between steps."""
 
-    rows: Any  # (MAX_STAGES + 4, n): of the stages, then the state at a stage, then three that `events` needs
+    rows: Any  # (MAX_STAGES + 5, n): of the stages, the state at a stage, three that `events` needs, one of `leapfrog`
     work: Any  # the model's workspace
 
 
@@ -28,7 +28,7 @@ def scratch(x, p):
 
 @scratch.register(np.ndarray)
 def _(x, p):
-    return Scratch(np.empty((MAX_STAGES + 4, len(x))), workspace(p))
+    return Scratch(np.empty((MAX_STAGES + 5, len(x))), workspace(p))
 
 
 NO_GUARD = -1
@@ -107,7 +107,21 @@ def add_evaluations(integration, evaluations):
 @kernel
 def status_of(x):
     """Return the status of an integration in state x."""
-    return OK if isfinite(squared_error_norm(x, x, x, 0.0, 1.0)) else NOT_FINITE
+    return OK if is_finite(x) else NOT_FINITE
+
+
+@lean_generic
+def is_finite(x):
+    """Return whether every number of the state, squared, is finite."""
+    return isfinite(squared_error_norm(x, x, x, 0.0, 1.0))
+
+
+@is_finite.register(np.ndarray)
+def _(x):
+    overflows = 0  # counted, not left at the first one: a loop without a jump becomes vectors
+    for i in range(len(x)):
+        overflows += 0 if x[i] * x[i] < inf else 1
+    return overflows == 0
 
 
 @generic

@@ -10,6 +10,7 @@ import numpy as np
 from crane_sim.integrators.integration import Scratch
 from crane_sim.numerics.arrays import accumulate
 from crane_sim.numerics.jit import kernel, lean_generic, lean_routine
+from crane_sim.numerics.lanes import use_wide_vectors
 from crane_sim.numerics.states import add, weighted_sum
 from crane_sim.system import rhs, rhs_into
 
@@ -42,6 +43,7 @@ def evaluate_stage(p, t, x, u, h, row, node, ks):
 @lean_routine
 def fill_stages(scratch, p, t, x, u, h, a, c):
     """Fill the stages after the first one, of a dense tableau a, c."""
+    use_wide_vectors()
     rows, count = scratch.rows, len(a)
     y = rows[count]
     for s in range(1, count):

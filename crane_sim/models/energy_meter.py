@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from crane_sim import system
-from crane_sim.numerics.jit import generic, lean_generic
+from crane_sim.numerics.jit import lean_generic
 
 
 class Meter(NamedTuple):
@@ -21,7 +20,7 @@ def _(meter):
     return 0
 
 
-@generic
+@lean_generic
 def meter_entry(meter, value):
     """Return the value of the meter, or its rate, as a tuple, empty where there is none."""
     return ()
@@ -32,18 +31,7 @@ def _(meter, value):
     return (value,)
 
 
-@generic
-def append_power(meter, derivative, p, t, x, u):
-    """Return the derivative of a state of two parts, with the supplied power appended where the crane is metered."""
-    return derivative
-
-
-@append_power.register(Meter)
-def _(meter, derivative, p, t, x, u):
-    return (derivative[0], derivative[1], system.power(p, t, x, u))
-
-
-@generic
+@lean_generic
 def metered_state(meter, x):
     """Return the initial state, with no energy supplied yet where the crane is metered."""
     return x
@@ -54,7 +42,7 @@ def _(meter, x):
     return (x[0], x[1], 0.0)
 
 
-@generic
+@lean_generic
 def metered_like(meter, x, projected):
     """Return the projected state with the meter's reading of x kept."""
     return projected
@@ -65,7 +53,7 @@ def _(meter, x, projected):
     return (projected[0], projected[1], x[2])
 
 
-@generic
+@lean_generic
 def reading(meter, x):
     """Return the meter's reading [J], 0 where there is none."""
     return 0.0

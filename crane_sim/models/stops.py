@@ -4,7 +4,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
-from crane_sim.numerics.jit import generic, lean_kernel
+from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.system import Switching
 
 MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
@@ -21,7 +21,7 @@ class Stops(NamedTuple):
     taut: float = 0.0  # 1: a run ends when the rope goes slack, 0: the rope is a rod that can push
 
 
-@generic
+@lean_generic
 def switching_of(stops, positions):
     """Return the result of `system.switching` for a crane with these stops, None for a crane without.
 

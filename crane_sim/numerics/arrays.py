@@ -144,10 +144,19 @@ def array_square(e, x, y, rtol, atol):
 
 @lean_routine
 def rows_square(h, weights, ks, x, y, rtol, atol):
-    """Return the `array_square` of the sum of h weights[j] ks[j], which takes the row after those for itself."""
-    count = len(weights)
-    accumulate(h, weights, count, ks, None, ks[count])
-    return array_square(ks[count], x, y, rtol, atol)
+    """Return the `array_square` of the sum of h weights[j] ks[j], which takes the row after those for itself.
+
+    Squares first, then their sum: the divisions become vectors, and only the additions wait for each other.
+    """
+    count, total = len(weights), 0.0
+    squares = ks[count]
+    accumulate(h, weights, count, ks, None, squares)
+    for i in range(len(x)):
+        ratio = squares[i] / (atol + rtol * max(abs(x[i]), abs(y[i])))
+        squares[i] = ratio * ratio
+    for i in range(len(x)):
+        total += squares[i]
+    return total
 
 
 @intrinsic

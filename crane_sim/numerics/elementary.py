@@ -25,8 +25,8 @@ _LIBRARY.fma.restype, _LIBRARY.fma.argtypes = ctypes.c_double, [ctypes.c_double]
 
 
 def fma(a: float, b: float, c: float) -> float:
-    """Return a b + c, rounded once."""
-    return _LIBRARY.fma(a, b, c)
+    """Return a b + c, rounded once; a float, or what has its own `fma`, such as `rows.Lanes`."""
+    return a.fma(b, c) if hasattr(a, "fma") else _LIBRARY.fma(a, b, c)
 
 
 @intrinsic
@@ -52,11 +52,8 @@ _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and taking it away rounds to a
 
 
 @kernel
-def sincos(angle):
-    """Return (sine, cosine) of an angle [rad], within 1.2e-16 up to 1e5 rad and within an angle's own last digit above.
-
-    Beyond 1e15 rad, where neighbouring doubles are a radian apart, what is returned means nothing.
-    """
+def sincos_of_residue(angle):
+    """Return (quarters of a turn in an angle [rad], a whole number, then sine and cosine of what is left of it)."""
     k = (angle * _TWO_OVER_PI + _ROUND) - _ROUND
     first = fma(k, -_HALF_PI, angle)
     rest = k * _HALF_PI_REST
@@ -72,6 +69,16 @@ def sincos(angle):
     high = fma(z2, fma(z, -1.13596475577881948265e-11, 2.08757232129817482790e-09), middle)
     w = fma(z, -0.5, 1.0)
     c = w + fma(z2, fma(z2, high, low), fma(-x, y, fma(z, -0.5, 1.0 - w)))
+    return k, s, c
+
+
+@kernel
+def sincos(angle):
+    """Return (sine, cosine) of an angle [rad], within 1.2e-16 up to 1e5 rad and within an angle's own last digit above.
+
+    Beyond 1e15 rad, where neighbouring doubles are a radian apart, what is returned means nothing.
+    """
+    k, s, c = sincos_of_residue(angle)
     quarter = int(k)  # of a turn, with its sign
     s, c = (c, s) if quarter & 1 else (s, c)
     s = -s if quarter & 2 else s

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from crane_sim import system
 from crane_sim.files.types import Angle, Real
-from crane_sim.numerics.jit import generic, lean_generic
+from crane_sim.numerics.jit import lean_generic
 from crane_sim.trajectories.piecewise import find_piece, table_complaint
 
 
@@ -88,7 +88,7 @@ def _(channel, t):
     return values[low] + (values[high] - values[low]) * (t - times[low]) / (times[high] - times[low])
 
 
-@generic
+@lean_generic
 def values_at(inputs, t):
     """Return the values of all inputs (nu,) at time t."""
     return ()

@@ -21,6 +21,7 @@ from crane_sim.integrators import (
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.models.loads import RigidLoad
@@ -32,7 +33,7 @@ from crane_sim.stepping.periods import begin
 NAME, VERSION = "crane_sim", version("crane_sim")
 STEPS = sweep_values(1.0, 1e-5, 8)  # s
 TOLERANCES = sweep_values(1e-1, 1e-13, 8)  # relative; the absolute one is a hundredth of it
-FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3}
+FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3, "leapfrog": Leapfrog}
 ADAPTIVE: dict[str, Any] = {"dopri5": DOPRI5, "dop853": DOP853, "rodas": Rodas}
 METHODS = (*FIXED, *ADAPTIVE)
 
@@ -68,10 +69,15 @@ class CraneSimEngine:
         self.compile_times: dict[str, float] = {}
 
     def methods(self) -> list[str]:
-        """Return the names of the methods that fit the scene: rodas needs array states, gauss no events."""
+        """Return the names of the methods that fit the scene: rodas and leapfrog need array states, gauss no events."""
         has_array_state = system.rhs_into.has_implementation(type(self.p))
         smooth = begin(self.p, self.q, self.v)[0].event_log is None
-        return [m for m in METHODS if (m != "rodas" or has_array_state) and (m != "gauss" or smooth)]
+        fits = {
+            "rodas": has_array_state,
+            "leapfrog": system.position_count.has_implementation(type(self.p)),
+            "gauss": smooth,
+        }
+        return [method for method in METHODS if fits.get(method, True)]
 
     def runs(self, method: str, steps: Sequence[float] = STEPS) -> list[Run]:
         """Return the sweep of one method, coarsest first; compiles it, and records the compile time [s].

@@ -19,7 +19,7 @@ COLOURS = {
     "Exudyn": "#b5559c",
     "scipy": "#8c8c8c",
 }
-MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "rodas": "P"}
+MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "rodas": "P", "leapfrog": "*"}
 MIN_ERROR, MAX_ERROR = 1e-12, 3.0  # m, range of the axis of errors
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.jit import lean_generic, lean_kernel, routine
+from crane_sim.numerics.rows import elementwise, sincos_in_lanes
 
 
 class Chain(NamedTuple):
@@ -92,12 +93,22 @@ def solve_links(rods, w, top):
     angular_accelerations(w, top)
 
 
+@elementwise
+def fill_sines(angle):
+    """Fill sines and cosines of angles."""
+    return sincos_in_lanes(angle)
+
+
+@elementwise
+def fill_bends(s, c, s_below, c_below, inv_mass):
+    """Fill cosines and sines of bends, over the mass between, from sines and cosines of a link and the one below."""
+    return (s * s_below + c * c_below) * inv_mass, (c * s_below - s * c_below) * inv_mass
+
+
 @lean_kernel
 def link_angles(w):
     """Fill the rows of the bends."""
-    for k in range(w.shape[1] - 2):
-        w[BEND_COS, k] = (w[SIN, k] * w[SIN, k + 1] + w[COS, k] * w[COS, k + 1]) * w[INV_MASS, k]
-        w[BEND_SIN, k] = (w[COS, k] * w[SIN, k + 1] - w[SIN, k] * w[COS, k + 1]) * w[INV_MASS, k]
+    fill_bends(w.shape[1] - 2, (w[BEND_COS], w[BEND_SIN]), (w[SIN], w[COS], w[SIN, 1:], w[COS, 1:], w[INV_MASS]))
 
 
 @lean_kernel

@@ -77,6 +77,11 @@ def _(p, x):
     return x
 
 
+@system.project_in_place.register(FallsCrane)
+def _(p, x):
+    normalise(p, x)
+
+
 @lean_routine
 def normalise(p, x):
     """Give the quaternion its length 1, and take from its rates what is not across it."""

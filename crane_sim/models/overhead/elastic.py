@@ -151,10 +151,10 @@ def axes_motion(p, x):
 
 
 @lean_kernel
-def base_load(p, t, x):
+def base_load(base, p, x):
     """Return the Load of trolley and bridge, as `axes_load` does."""
     position, velocity = axes_motion(p, x)
-    return axes_load(base_kinematics_at(p.base, p.gravity, t), p.trolley, p.bridge, p.share, position, velocity)
+    return axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
 
 
 @lean_generic
@@ -283,8 +283,8 @@ def write_elastic_derivative(p, t, x, tau, out):
     nq, _, _, modes = elastic_layout(p)
     n, tension, lost = link_pull(p, x, 0)
     lost = assemble_rhs(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
-    supplied = drive_upper_end(p, t, x, tau, n, tension, out) + add_node_forces(p.forces, p, t, x, out) - lost
     base = base_kinematics_at(p.base, p.gravity, t)
+    supplied = drive_upper_end(p, t, x, tau, base, n, tension, out) + add_node_forces(p.forces, p, t, x, out) - lost
     supplied += add_base_accelerations(base, p, x, out)
     supplied += add_elastic_wind(p.wind, p, base, t, x, out)
     for i in range(nq):
@@ -320,10 +320,10 @@ def write_vector(out, i, d, ax, ay, az):
 
 
 @lean_kernel
-def drive_upper_end(p, t, x, tau, n, tension, out):
+def drive_upper_end(p, t, x, tau, base, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)
-    load = base_load(p, t, x)
+    load = base_load(base, p, x)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
     out[nq] = bias_acc + inv_mass * tension * n[0] + inv_mass * load.x
     supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + load.power

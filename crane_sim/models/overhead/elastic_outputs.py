@@ -4,6 +4,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
+from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.base_load import to_world_in_place
 from crane_sim.models.overhead.elastic import (
@@ -125,7 +126,7 @@ def has_damper(damping):
 @smallest_guard.register(ElasticCrane)
 def _(p, t, x, tau, work):
     nq, first, d, modes = elastic_layout(p)
-    ((nx, ny, _), tension, _), load = link_pull(p, x, 0), base_load(p, t, x)
+    ((nx, ny, _), tension, _), load = link_pull(p, x, 0), base_load(base_kinematics_at(p.base, p.gravity, t), p, x)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + load.x), encode(Guard.FRICTION, 0))
     best = limits_guard(p.switches, best, 0, x[0])
     if d == 3:
@@ -151,7 +152,7 @@ def link_guard(p, x, k, taut):
 
 @mode_of_stopped_axis.register(ElasticCrane)
 def _(p, t, x, tau, axis, mode):
-    (n, tension, _), load = link_pull(p, x, 0), base_load(p, t, x)
+    (n, tension, _), load = link_pull(p, x, 0), base_load(base_kinematics_at(p.base, p.gravity, t), p, x)
     if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
         return mode_after_stop(p.trolley, mode, tau, 0, tension * n[0] + load.x)
     return mode_after_stop(p.bridge, mode, tau, input_count(p.trolley), tension * n[1] + load.y)

@@ -25,6 +25,7 @@ from crane_sim.models.cables.chain import (
     add_joints,
     add_node_acceleration,
     assemble_rhs,
+    fill_sines,
     joint_energy,
     joint_power,
     massless_hoist_acceleration,
@@ -76,8 +77,8 @@ from crane_sim.models.supports.rails import (
     mode_after_stop,
 )
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.lanes import use_wide_vectors
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
@@ -136,8 +137,7 @@ def fill_links(p, x, w):
     """Fill the work array with the links' kinematics."""
     nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
-    for k in range(n):
-        w[SIN, k], w[COS, k] = sincos(x[first + k])
+    fill_sines(n, (w[SIN], w[COS]), (x[first:],))
     for k in range(n):
         w[RATE, k] = x[nq + first + k]
     w[LENGTH, 0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
@@ -159,6 +159,7 @@ def _(forces, t, w):
 @lean_routine
 def forward_dynamics(p, t, x, tau, w):
     """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
+    use_wide_vectors()
     nq, first, modes = layout_of(p)
     fill_links(p, x, w)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))

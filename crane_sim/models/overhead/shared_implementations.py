@@ -41,6 +41,13 @@ def _(p, t, q, v):
     return (q[0], q[1], q[2], v[0], v[1], v[2], *meter_entry(p.energy_meter, 0.0))
 
 
+@system.position_count.register(PlanarCrane)
+@system.position_count.register(SpatialCrane)
+@system.position_count.register(ElasticCrane)
+def _(p):
+    return layout_of(p)[0]
+
+
 @system.acceleration.register(PlanarCrane)
 @system.acceleration.register(SpatialCrane)
 @system.acceleration.register(ElasticCrane)

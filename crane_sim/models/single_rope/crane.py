@@ -32,7 +32,7 @@ from crane_sim.models.effects import (
     add_drag,
     swing_moments,
 )
-from crane_sim.models.energy_meter import Meter, append_power, metered_like, metered_state, reading
+from crane_sim.models.energy_meter import Meter, metered_like, metered_state, reading
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.moving_base import (
     BaseState,
@@ -80,7 +80,7 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
@@ -115,9 +115,12 @@ class CraneMotion(NamedTuple):
     tension: float
     tip_force: tuple[float, float, float]  # N, of rope and swing joints on the tip
     efforts: Any  # on the joints (nu,): of drives, base, friction of joints and of the swing
+    base: Any  # BaseKinematics in the axes of the support's frame, None for a base at rest
+    flow: Any  # of the wind in those axes, None without
+    driven: Any  # N m, N, efforts (nu,) of drives, base and wind alone
 
 
-@generic
+@lean_generic
 def add_swing_friction(friction, rope_state, force, reaction, tau, support):
     """Return (force on the payload, reaction on the tip, joint efforts) with the swing joints' friction added.
 
@@ -140,7 +143,7 @@ def _(friction, rope_state, force, reaction, tau, support):
     return force, reaction, tau
 
 
-@generic
+@lean_generic
 def friction_power(friction, rope_state):
     """Return the power [W] that the swing joints' friction takes out, negative."""
     _, _, _, w1, w2 = swing_angles(rope_state)
@@ -153,7 +156,7 @@ def _(friction, rope_state):
     return 0.0
 
 
-@generic
+@lean_generic
 def add_payload_force(payload_force, force, p, t, xs):
     """Return the force (3,) [N] plus that on the payload at time t, in the axes of the support's frame."""
     return force
@@ -167,13 +170,13 @@ def _(payload_force, force, p, t, xs):
     return force[0] + x, force[1] + y, force[2] + z
 
 
-@kernel
+@lean_kernel
 def base_of(p, t, xs):
     """Return the base at time t in the axes of the support's frame, None where it rests."""
     return turned_about_z(base_kinematics_at(p.base, p.gravity, t), yaw(p.support, xs))
 
 
-@kernel
+@lean_kernel
 def solve_motion(p, t, x, tau):
     """Return the Motion of crane p at time t in state x under joint efforts tau."""
     xs, xc = x[0], x[1]
@@ -185,8 +188,8 @@ def solve_motion(p, t, x, tau):
     flow, air = airflow_at(p.wind, p.base, t, yaw(p.support, xs)), airspeed(base, position, moving)
     force = add_payload_force(p.force, add_drag(p.drag, force, air), p, t, xs)
     force = add_wind(flow, p.load.windage, force, position, air)
-    tau = with_wind(p.support, with_base(p.support, tau, base, pose), flow, base, pose)
-    tau = add_joint_friction(p.friction, tau, rope_state, x)
+    driven = with_wind(p.support, with_base(p.support, tau, base, pose), flow, base, pose)
+    tau = add_joint_friction(p.friction, driven, rope_state, x)
     force, reaction, tau = add_swing_friction(p.swing_friction, rope_state, force, (0.0, 0.0, 0.0), tau, p.support)
     tension = rope_tension(p.cable, p, pose, rope_state, tau, force, reaction)
     nx, ny, nz = tension * rope_state.n[0], tension * rope_state.n[1], tension * rope_state.n[2]
@@ -196,32 +199,61 @@ def solve_motion(p, t, x, tau):
     inverse = 1.0 / p.load.mass
     inertial = ((force[0] - nx) * inverse, (force[1] - ny) * inverse, (force[2] - nz) * inverse)
     payload_acceleration = frame_acceleration(inertial, position, velocity, w, w_dot)
-    return CraneMotion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau)
+    return CraneMotion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau, base, flow, driven)
 
 
 @system.rhs.register(Crane)
 def _(p, t, x, u):
     xs, xc = x[0], x[1]
-    motion = solve_motion(p, t, x, system.effort(u, p, t, x))
+    tau = system.effort(u, p, t, x)
+    motion = solve_motion(p, t, x, tau)
     derivative = (*xs[3:], *motion.support_acceleration), (*xc[3:], *motion.payload_acceleration)
-    derivative = append_power(p.energy_meter, derivative, p, t, x, u)
+    derivative = append_power(p.energy_meter, derivative, p, t, x, tau, motion)
     return append_contact_rates(p.friction, derivative, x, motion.rope_state.rate)
+
+
+@lean_generic
+def append_power(meter, derivative, p, t, x, tau, motion):
+    """Return the derivative of a state of two parts, with the supplied power appended where the crane is metered."""
+    return derivative
+
+
+@append_power.register(Meter)
+def _(meter, derivative, p, t, x, tau, motion):
+    return (derivative[0], derivative[1], supplied_power(p, t, x, tau, motion))
 
 
 @system.power.register(Crane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    motion = solve_motion(p, t, x, tau)
-    tau = add_joint_friction(p.friction, tau, motion.rope_state, x)
-    position, moving, base = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], motion.pose.yaw_rate), base_of(p, t, x[0])
-    flow, air = airflow_at(p.wind, p.base, t, yaw(p.support, x[0])), airspeed(base, position, moving)
+    return supplied_power(p, t, x, tau, solve_motion(p, t, x, tau))
+
+
+@lean_kernel
+def supplied_power(p, t, x, tau, motion):
+    """Return the power [W] that drives, imposed motions, forces and losses supply; motion: by `solve_motion`."""
+    position, moving = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], motion.pose.yaw_rate)
+    air = airspeed(motion.base, position, moving)
     force = add_payload_force(p.force, add_drag(p.drag, (0.0, 0.0, 0.0), air), p, t, x[0])
-    force = add_wind(flow, p.load.windage, force, position, air)
-    (fx, fy, fz), (vx, vy, vz) = add_imposed(base, p.load.mass, force, position, moving), moving
-    driven = with_wind(p.support, with_base(p.support, tau, base, motion.pose), flow, base, motion.pose)
-    joints = drive_power(p.support, driven, motion.pose, motion.tip_force)
+    force = add_wind(motion.flow, p.load.windage, force, position, air)
+    (fx, fy, fz), (vx, vy, vz) = add_imposed(motion.base, p.load.mass, force, position, moving), moving
+    joints = drive_power(p.support, driven_efforts(p.friction, p, x, tau, motion), motion.pose, motion.tip_force)
+    tau = add_joint_friction(p.friction, tau, motion.rope_state, x)
     joints = joints + winch_power(p.cable, tau, motion.rope_state, motion.tension)
     return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, motion.rope_state)
+
+
+@lean_generic
+def driven_efforts(friction, p, x, tau, motion):
+    """Return the joint efforts (nu,) of drives, friction of the joints, base and wind."""
+    tau = add_joint_friction(friction, tau, motion.rope_state, x)
+    tau = with_base(p.support, tau, motion.base, motion.pose)
+    return with_wind(p.support, tau, motion.flow, motion.base, motion.pose)
+
+
+@driven_efforts.register(type(None))
+def _(friction, p, x, tau, motion):
+    return motion.driven
 
 
 @system.project.register(Crane)
@@ -285,7 +317,7 @@ def _(p, t, x):
     return base_energy_of(base_state(p.base, t, yaw(p.support, x[0])), p, x)
 
 
-@generic
+@lean_generic
 def base_energy_of(base, p, x):
     """Return (kinetic, potential) energy [J] in the world less those relative to the base; `base`: `base_state`."""
     return 0.0, 0.0

@@ -21,7 +21,7 @@ from crane_sim.models.supports.friction import (
     is_held,
 )
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.numerics.jit import generic, kernel, lean_generic
+from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry, replace_field
 
 STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
@@ -36,7 +36,7 @@ class Contacts(NamedTuple):
     rope: Friction | LuGre | None  # N, of a winch driven by force, in terms of the rope
 
 
-@generic
+@lean_generic
 def hold_joints(friction, pose, x):
     """Return the posture of state x with the joints that friction holds."""
     return pose
@@ -49,7 +49,7 @@ def _(friction, pose, x):
     return replace_field(pose, "free", (*free, not is_held(friction.rope, rope)))
 
 
-@generic
+@lean_generic
 def add_joint_friction(friction, tau, rope_state, x):
     """Return the joint efforts tau plus those of friction, which a joint that sticks has none of."""
     return tau
@@ -66,7 +66,7 @@ def _(friction, tau, rope_state, x):
     )
 
 
-@generic
+@lean_generic
 def winch_effort(friction, tau, rate, contact):
     """Return the winch's effort with friction as a tuple, empty for a winch without one."""
     return tau[3:]
@@ -85,7 +85,7 @@ def _(friction, p, pose, rope_state, tau, force, reaction):
     return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
 
 
-@kernel
+@lean_kernel
 def loads_of(p, motion):
     """Return the efforts (slew, boom, jib, winch) that friction holds where a joint sticks, at a Motion of crane p."""
     gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
@@ -130,7 +130,7 @@ def _(friction, best, x, rate, loads):
     return smaller_guard(best, winch, encode(Guard.FRICTION, WINCH))
 
 
-@kernel
+@lean_kernel
 def stop_joint(x, joint, rope_state):
     """Return state x with a joint at rest whose friction has ended its motion, and held."""
     xs, xc = x[0], x[1]
@@ -141,7 +141,7 @@ def stop_joint(x, joint, rope_state):
     return (xs, xc, *x[2:-1], replace_entry(x[-1], joint, 0.0))
 
 
-@kernel
+@lean_kernel
 def after_guard(friction, joint, contact, loads):
     """Return the new contact of a joint whose guard has failed in `contact`, at rest against `loads`."""
     if joint == 0:
@@ -155,13 +155,13 @@ def after_guard(friction, joint, contact, loads):
     return mode
 
 
-@kernel
+@lean_kernel
 def with_contact(x, joint, contact):
     """Return state x with the contact of a joint replaced, and the number of that event."""
     return (*x[:-1], replace_entry(x[-1], joint, contact)), friction_event(joint, contact)
 
 
-@generic
+@lean_generic
 def append_contacts(friction, x, v):
     """Return the initial state x with the contacts of joints at velocities v (nq,) appended."""
     return x
@@ -178,7 +178,7 @@ def _(friction, x, v):
     return (*x, (*turning, initial_contact(friction.rope, rate)))
 
 
-@generic
+@lean_generic
 def append_contact_rates(friction, derivative, x, rate):
     """Return the derivative of state x with those of the contacts appended; `rate` is the rope's [m/s]."""
     return derivative
@@ -192,7 +192,7 @@ def _(friction, derivative, x, rate):
     return (*derivative, rates)
 
 
-@generic
+@lean_generic
 def keep_contacts(friction, x, projected, rope_state):
     """Return the projected state with the contacts of x, the rope at rest where friction holds its winch."""
     return projected

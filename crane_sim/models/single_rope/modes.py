@@ -16,7 +16,7 @@ from crane_sim.models.single_rope.joint_friction import (
 from crane_sim.models.stops import Stops, describe_stop, length_guard, switching_of
 from crane_sim.models.supports import forward_kinematics, support_guard
 from crane_sim.models.supports.friction import either, retake_of
-from crane_sim.numerics.jit import generic, lean_generic, lean_routine
+from crane_sim.numerics.jit import lean_generic, lean_routine
 from crane_sim.system import Switching
 
 POSITIONS = 6  # of support and payload
@@ -28,7 +28,7 @@ def _(p):
     return friction_switching(p.friction, p.stops)
 
 
-@generic
+@lean_generic
 def friction_switching(friction, stops):
     """Return the result of `system.switching` for a crane with this friction of its joints."""
     return switching_of(stops, POSITIONS)
@@ -76,7 +76,7 @@ def _(p, t, x, u, number):
     return switch_joint(p.friction, p, t, x, u, number)
 
 
-@generic
+@lean_generic
 def switch_joint(friction, p, t, x, u, number):
     """Return the result of `system.apply_reset_map` for a crane with this friction of its joints."""
     return x, number, False

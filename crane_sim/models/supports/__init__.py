@@ -10,24 +10,24 @@ change of the tip's coordinates in it.
 """
 
 from crane_sim.models.moving_base import BaseKinematics
-from crane_sim.numerics.jit import generic, kernel, lean_generic
+from crane_sim.numerics.jit import lean_generic, lean_kernel
 
 _COORDINATES = 3  # of most supports
 
 
-@generic
+@lean_generic
 def forward_kinematics(support, xs):
     """Return a NamedTuple of what state xs fixes: at least tip (3,), tip_velocity (3,), yaw_rate."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def support_acceleration(support, pose, gravity, tau, force):
     """Return the joint accelerations under joint efforts tau and a force (3,) [N] on the tip."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def joint_loads(support, pose, gravity, tau, force, qdd):
     """Return the efforts that the joints that friction holds are held against; arguments of `support_acceleration`.
 
@@ -36,19 +36,19 @@ def joint_loads(support, pose, gravity, tau, force, qdd):
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def tip_acceleration(support, pose, qdd):
     """Return (second rate of change of the tip's coordinates (3,), yaw acceleration) at joint accelerations qdd."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def tip_mobility(support, pose, n):
     """Return nᵀ J Mc⁻¹ Jᵀ n [1/kg]: the tip's acceleration along the unit vector n for a unit force along n."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def joint_mobilities(support, pose):
     """Return the acceleration of each joint [1/kg or 1/(kg m²)] for a unit effort on it, a tuple: no other one moves.
 
@@ -57,7 +57,7 @@ def joint_mobilities(support, pose):
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def tip_levers(support, pose, n):
     """Return the tip's velocity along the unit vector n for a unit rate of each joint, a tuple: Jᵀ n."""
     raise NotImplementedError
@@ -75,13 +75,13 @@ def contact_count(support):
     return 0
 
 
-@generic
+@lean_generic
 def add_yaw_moment(support, tau, couple):
     """Return the joint efforts tau plus those of a couple [N m] about the vertical, applied to the support."""
     raise NotImplementedError
 
 
-@kernel
+@lean_kernel
 def with_base(support, tau, base, pose):
     """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
 
@@ -91,7 +91,7 @@ def with_base(support, tau, base, pose):
     return add_base_efforts(base, support, tau, pose)
 
 
-@generic
+@lean_generic
 def add_base_efforts(base, support, tau, pose):
     """Return the result of `with_base`: tau itself for a base at rest."""
     return tau
@@ -102,13 +102,13 @@ def _(base, support, tau, pose):
     return add_imposed_efforts(support, base, tau, pose)
 
 
-@generic
+@lean_generic
 def add_imposed_efforts(support, base, tau, pose):
     """Return the joint efforts tau plus those of the inertial forces of a moving base on the support's masses."""
     return tau
 
 
-@generic
+@lean_generic
 def with_wind(support, tau, flow, base, pose):
     """Return the joint efforts tau plus those of the wind on the support's own bodies.
 
@@ -118,37 +118,37 @@ def with_wind(support, tau, flow, base, pose):
     return tau
 
 
-@generic
+@lean_generic
 def drive_power(support, tau, pose, force):
     """Return the power [W] of joint efforts tau with a force (3,) [N] on the tip."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def yaw(support, xs):
     """Return the angle [rad] of the support's frame about z."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def support_polyline(support, xs):
     """Return the support's polyline, base to tip, in its own frame: a tuple of (x, y, z)."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def support_kinetic(support, pose):
     """Return the support's kinetic energy [J], without rope and payload."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def support_potential(support, pose, gravity):
     """Return the support's potential energy [J] of gravity and joint springs, without rope and payload."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def support_base_energy(support, base, pose, gravity):
     """Return (kinetic, potential) energy [J] of the support's masses in the world less those relative to the base.
 
@@ -158,7 +158,7 @@ def support_base_energy(support, base, pose, gravity):
     return 0.0, 0.0
 
 
-@generic
+@lean_generic
 def coordinate_count(support):
     """Return the number of the support's coordinates, 3 by default."""
     return _COORDINATES
@@ -170,43 +170,43 @@ def trailing_count(support):
     return 0
 
 
-@generic
+@lean_generic
 def support_guard(support, best, xs):
     """Return the smallest guard of `crane_sim.models.guards`, the travel limits of the support counted in."""
     return best
 
 
-@generic
+@lean_generic
 def support_polyline_size(support):
     """Return the number of points of the support's polyline."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def joint_coordinates(support, p, x):
     """Return (q, v), the joint coordinates of the crane p on this support in state x."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def state_from_joints(support, p, q, v):
     """Return (support state, payload state) of the crane p on this support at joint coordinates q, v."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def joint_accelerations(support, p, motion):
     """Return the joint accelerations of the crane p on this support, at this Motion."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def actuated_joints(support, p, x):
     """Return (q, v) of the actuated joints only."""
     raise NotImplementedError
 
 
-@generic
+@lean_generic
 def efforts_from_row(support, p, row):
     """Return the efforts in the array `row` as a tuple."""
     raise NotImplementedError

@@ -15,7 +15,7 @@ from crane_sim.models.supports.friction import (
 )
 from crane_sim.models.supports.reeving import Reeving
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
-from crane_sim.trajectories.profiles import Motion, evaluate_motion
+from crane_sim.trajectories.profiles import Motion, motion_acceleration
 
 HOIST = 2  # index of the hoist among the joints that friction can hold, after trolley and bridge
 
@@ -76,7 +76,7 @@ def hoist_response(hoist, t, tau, x, i):
 
 @hoist_response.register(PrescribedHoist)
 def _(hoist, t, tau, x, i):
-    return 0.0, evaluate_motion(hoist.profile, t)[2]
+    return 0.0, motion_acceleration(hoist.profile, t)
 
 
 @hoist_response.register(ForceHoist)

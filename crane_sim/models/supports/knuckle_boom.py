@@ -51,7 +51,7 @@ from crane_sim.models.supports import (
 )
 from crane_sim.models.wind_load import RodWindage
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
 
 
 class Rod(NamedTuple):
@@ -112,7 +112,7 @@ class KnucklePosture(NamedTuple):
     free: Any = None  # (slew, boom, jib), which of them friction does not hold; None: all are free
 
 
-@generic
+@lean_generic
 def turning_inertia(axial, inertia, c, s):
     """Return (inertia about the vertical, -½ its derivative by the elevation) of a rod; none where axial is absent."""
     return 0.0, 0.0
@@ -123,7 +123,7 @@ def _(axial, inertia, c, s):
     return inertia * c * c + axial * s * s, (inertia - axial) * s * c
 
 
-@generic
+@lean_generic
 def motor_inertia(motors, inertias):
     """Return the inertias (slew, boom, jib) with those of the motors added."""
     return inertias
@@ -193,7 +193,7 @@ def _(free, coupling):
     return coupling if free[1] and free[2] else 0.0
 
 
-@kernel
+@lean_kernel
 def _solve_luff(pose, b2, b3):
     """Solve the 2x2 system of boom and jib."""
     c = free_coupling(pose.free, pose.c)
@@ -201,7 +201,7 @@ def _solve_luff(pose, b2, b3):
     return (pose.jib_inertia * b2 - c * b3) * inverse, (pose.boom_inertia * b3 - c * b2) * inverse
 
 
-@kernel
+@lean_kernel
 def _moments(support, pose, gravity, tau, force):
     """Return the moments [N m] that accelerate slew, boom and jib."""
     boom, jib = support.boom, support.jib

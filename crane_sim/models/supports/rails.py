@@ -24,7 +24,7 @@ from crane_sim.models.supports.friction import (
 )
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.jit import lean_generic
-from crane_sim.trajectories.profiles import Motion, evaluate_motion
+from crane_sim.trajectories.profiles import Motion, motion_acceleration
 
 
 class ForceAxis(NamedTuple):
@@ -79,7 +79,7 @@ def _(axis, t, tau, i, v, mode):
 
 @axis_response.register(PrescribedAxis)
 def _(axis, t, tau, i, v, mode):
-    return 0.0, evaluate_motion(axis.motion, t)[2]
+    return 0.0, motion_acceleration(axis.motion, t)
 
 
 @lean_generic

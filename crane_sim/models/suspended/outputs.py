@@ -78,6 +78,11 @@ def _(p, x):
     return x
 
 
+@system.project_in_place.register(SuspendedCrane)
+def _(p, x):
+    straighten(p, x)
+
+
 @lean_routine
 def straighten(p, x):
     """Give unit vectors and quaternion their length 1, and take from their rates what is not across them."""

@@ -6,6 +6,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rodas import Rodas
 
 
@@ -67,7 +68,9 @@ def implicit(method: Any, requirements: MethodRequirements) -> bool:
 
 
 def check_fit(method: Any, model: Any, continuous: bool) -> None:
-    """Raise SceneError when a method with linear systems meets a model or a source that it cannot differentiate."""
+    """Raise SceneError when a method meets a model whose state it does not understand, or a source it cannot take."""
+    if isinstance(method, Leapfrog) and not system.position_count.has_implementation(type(model)):
+        raise SceneError("integrator.method = 'leapfrog': takes overhead cranes of several links; this one dop853")
     if not isinstance(method, Rodas):
         return
     if not system.rhs_into.has_implementation(type(model)):

@@ -1,0 +1,131 @@
+"""Steps of an array state up to an instant, for models that do not switch: all in one piece, between two buffers.
+
+What `integrate_to` does step by step, without an allocation or a reference counted at each of them.
+"""
+
+import numpy as np
+
+from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.integration import (
+    Integration,
+    advance,
+    equal_step,
+    explicit_step,
+    max_steps,
+    stages,
+    status_of,
+)
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.integrators.rodas import Rodas
+from crane_sim.integrators.status import OK, TOO_MANY_STEPS
+from crane_sim.integrators.step_control import adaptive_step
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
+from crane_sim.numerics.states import replace_field
+from crane_sim.system import project_in_place
+
+
+@kernel
+def take_single_steps(method, p, u, integration, t, end):
+    """Return the integration advanced until it covers time t [s], step by step; arguments of `integrate_to`."""
+    limit = integration.steps + max_steps(method)
+    while integration.t < t and integration.status == OK:
+        integration = advance(method, p, u, integration, end)
+        if integration.steps >= limit and integration.t < t:
+            integration = replace_field(integration, "status", TOO_MANY_STEPS)
+    return integration
+
+
+@generic
+def take_smooth_steps(x, method, p, u, integration, t, end):
+    """Return the result of `integrate_to` for a model that does not switch, from its state x."""
+    return take_single_steps(method, p, u, integration, t, end)
+
+
+@take_smooth_steps.register(np.ndarray)
+def _(x, method, p, u, integration, t, end):
+    return take_array_steps(method, p, u, integration, t, end)
+
+
+@generic
+def take_array_steps(method, p, u, integration, t, end):
+    """Return the result of `take_smooth_steps` of an array; a method that answers `step_into` registers here, too."""
+    return take_single_steps(method, p, u, integration, t, end)
+
+
+@lean_generic
+def step_into(method, scratch, p, t, x, u, h, end, out):
+    """Write the state one accepted step after (t, x) into `out`, of a method with error control.
+
+    Returns:
+        (time after the step, size to try next, evaluations, steps rejected, status)
+    """
+    _, t, h, n, rejected, status = adaptive_step(method, scratch, p, t, x, u, h, end, out)
+    if status == OK:
+        project_in_place(p, out)
+    return t, h, n, rejected, status
+
+
+@step_into.register(RK4)
+@step_into.register(RK8)
+def _(method, scratch, p, t, x, u, h, end, out):
+    h, after = equal_step(method.step, t, end)
+    explicit_step(method, p, t, x, u, h, scratch, out)
+    project_in_place(p, out)
+    return after, h, stages(method), 0, status_of(out)
+
+
+@lean_routine
+def fill_steps(method, scratch, p, t, u, h, until, end, before, x):
+    """Advance the state x from time t to a step that covers `until`, to and fro between the arrays x and `before`.
+
+    Returns:
+        (time before the last step, time, size to try next, evaluations, steps, steps rejected, status, whether the
+        state is in `before`, and the state before it in x)
+    """
+    start, evaluations, steps, rejected, status, swapped = t, 0, 0, 0, OK, False
+    while t < until and status == OK:
+        start, x, before, swapped = t, before, x, not swapped
+        t, h, n, failed, status = step_into(method, scratch, p, t, before, u, h, end, x)
+        evaluations, rejected = evaluations + n, rejected + failed
+        if status == OK or t > start:
+            steps += 1
+        if status == OK and steps >= max_steps(method) and t < until:
+            status = TOO_MANY_STEPS
+    return start, t, h, evaluations, steps, rejected, status, swapped
+
+
+@take_array_steps.register(RK4)
+@take_array_steps.register(RK8)
+@take_array_steps.register(DOP853)
+@take_array_steps.register(DOPRI5)
+@take_array_steps.register(Rodas)
+def _(method, p, u, integration, t, end):
+    return advance_array(method, p, u, integration, t, end)
+
+
+@routine
+def advance_array(method, p, u, integration, t, end):
+    """Return the integration advanced as by `fill_steps`."""
+    if integration.t >= t or integration.status != OK:
+        return integration
+    before, x = np.empty_like(integration.x), integration.x.copy()
+    start, now, h, evaluations, steps, rejected, status, swapped = fill_steps(
+        method, integration.scratch, p, integration.t, u, integration.h, t, end, before, x
+    )
+    if swapped:
+        x, before = before, x
+    return Integration(
+        start,
+        before,
+        now,
+        x,
+        h,
+        integration.evaluations + evaluations,
+        integration.steps + steps,
+        integration.rejected + rejected,
+        status,
+        integration.terminal_guard,
+        integration.event_log,
+        integration.scratch,
+    )

@@ -1,0 +1,92 @@
+"""Steps of array states: in one piece as one by one; the leapfrog method: its order, price, independence of samples."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from crane_sim import system
+from crane_sim.files.errors import SceneError
+from crane_sim.integrators import Integration, Status, advance, integrate_to, start
+from crane_sim.integrators.dop853 import DOP853, RK8
+from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.leapfrog import Leapfrog
+from crane_sim.integrators.rk4 import RK4
+from crane_sim.scenes.scene import load_scene
+
+
+class Whirl(NamedTuple):
+    """x'' = -4 x + 0.3 v^2 + sin(3 t), and the integral of x v behind them: state [x, v, integral], an array."""
+
+    unused: float = 0.0
+
+
+@system.rhs_into.register(Whirl)
+def _(p, t, x, u, out, work):
+    out[0], out[1], out[2] = x[1], -4.0 * x[0] + 0.3 * x[1] * x[1] + np.sin(3.0 * t), x[0] * x[1]
+
+
+@system.workspace.register(Whirl)
+def _(p):
+    return np.zeros(1)
+
+
+@system.position_count.register(Whirl)
+def _(p):
+    return 1
+
+
+START = np.array([0.5, 0.0, 0.0])
+
+
+def integrate(method: Any, end: float, samples: Any = ()) -> Integration:
+    """Return the integration to `end`, stopped at samples on the way by steps that may go beyond."""
+    integration = start(Whirl(), 0.0, START, None)
+    for t in (*samples, end):
+        integration = integrate_to(method, Whirl(), (), integration, t, end)
+    return integration
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr)
+def test_steps_in_one_piece_are_those_one_by_one(method: Any) -> None:
+    """The loop over steps of an array state has the bits, counters and last step of a loop over `advance`."""
+    single = start(Whirl(), 0.0, START, None)
+    while single.t < 2.0:
+        single = advance(method, Whirl(), (), single, 2.0)
+    whole = integrate(method, 2.0)
+    assert np.array_equal(whole.x, single.x) and np.array_equal(whole.x0, single.x0)
+    assert whole._replace(x=0, x0=0, scratch=0) == single._replace(x=0, x0=0, scratch=0)
+    assert np.array_equal(START, [0.5, 0.0, 0.0])
+
+
+@pytest.mark.interpreted
+def test_steps_in_one_piece_end_where_a_state_is_not_finite() -> None:
+    """A fixed step to a state that is not a number is the last one, and has been counted."""
+    integration = start(Whirl(), 0.0, np.array([1e200, 1e200, 0.0]), None)
+    integration = integrate_to(RK4(0.1), Whirl(), (), integration, 1.0, 1.0)
+    assert (integration.status, integration.steps, integration.evaluations) == (Status.NOT_FINITE, 1, 4)
+
+
+@pytest.mark.interpreted
+def test_leapfrog_is_of_order_two() -> None:
+    """Halving the step divides the errors by 4, with a force by the square of the velocity and one of time."""
+    exact = integrate(RK8(0.01), 3.0).x
+    errors = [np.linalg.norm(integrate(Leapfrog(h), 3.0).x - exact) for h in (0.02, 0.01)]
+    assert errors[1] < 1e-3
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.interpreted
+def test_leapfrog_evaluates_once_a_step_wherever_it_is_sampled() -> None:
+    """A period takes an evaluation for each step and one at its start, and has the same bits with samples in it."""
+    whole, sampled = integrate(Leapfrog(0.1), 1.0), integrate(Leapfrog(0.1), 1.0, samples=(0.07, 0.31, 0.32, 0.77))
+    assert (whole.steps, whole.evaluations) == (sampled.steps, sampled.evaluations) == (10, 11)
+    assert np.array_equal(whole.x, sampled.x)
+
+
+def test_leapfrog_takes_overhead_cranes_of_several_links_alone() -> None:
+    """A crane whose state is no array of positions and velocities is refused with one line."""
+    with pytest.raises(SceneError, match="'leapfrog': takes overhead cranes of several links; this one dop853"):
+        load_scene("knuckle_springs", {"integrator": {"method": "leapfrog", "step": 1e-3}})
+    assert load_scene("overhead_chain", {"integrator": {"method": "leapfrog", "step": 1e-3}}).method == Leapfrog(1e-3)
