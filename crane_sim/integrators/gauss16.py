@@ -81,8 +81,8 @@ B_TWICE = tuple(b * (1.0 - c) for b, c in zip(B, C, strict=True))
 _NODES, _WEIGHTS, _WEIGHTS_TWICE = np.array(C), np.array(B), np.array(B_TWICE)
 _ONCE, _TWICE, _SERIES = (np.ascontiguousarray(matrix.T) for matrix in (A, A_TWICE, SERIES))
 MAX_SWEEPS = 24  # of one step; a step that takes more is too long
-SETTLED = 0.1  # of the tolerance: what the sweeps may leave
-CONTRACTION = 0.05
+SETTLED = 0.3  # of the tolerance: what the sweeps may leave
+CONTRACTION = 0.1
 """Factor by which a sweep should shrink what is left: longer steps cost more sweeps than they save."""
 BASE, WEIGHT = STAGES, STAGES + 1
 """Lanes behind the stages: the state at the step's begin, and squared weights of changes of its derivative."""
