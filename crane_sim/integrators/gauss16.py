@@ -7,9 +7,10 @@ table 25.4. Positions whose rates are entries of the state (`system.rate_entries
 accelerations, which halves the sweeps that a vibration takes (Hairer, Norsett, Wanner, "Solving Ordinary Differential
 Equations I", 2nd ed., II.14, collocation for y'' = f).
 
-Error: with c_k the coefficients of the derivative's Legendre series over the step and N its norm of the last two,
-N (c_6, c_7) / N (c_4, c_5) is what two orders shrink by. A weight of the derivative at order k moves the end by its
-share in the propagated perturbation, which shrinks alike: so an error of order 16 is about N (c_6, c_7) ratio^4.
+Error: the derivative's Legendre series over the step has coefficients c_k; two orders shrink them by the ratio
+r = |c_6, c_7| / |c_4, c_5|. What the series leaves out begins at order 8 and is orthogonal to all polynomials below, so
+it moves the end by its product with the propagator's order 8 only, which shrinks alike: the estimate is
+h |c_6, c_7| r^4.
 """
 
 from math import inf, sqrt
@@ -80,8 +81,10 @@ A, A_TWICE, SERIES = _tableau()
 B_TWICE = tuple(b * (1.0 - c) for b, c in zip(B, C, strict=True))
 _NODES, _WEIGHTS, _WEIGHTS_TWICE = np.array(C), np.array(B), np.array(B_TWICE)
 _ONCE, _TWICE, _SERIES = (np.ascontiguousarray(matrix.T) for matrix in (A, A_TWICE, SERIES))
+WEIGHTING = 30.0
 MAX_SWEEPS = 24  # of one step; a step that takes more is too long
 SETTLED = 0.3  # of the tolerance: what the sweeps may leave
+FIRST, STATE, NEW = 1, 9, 10  # rows of a scratch: derivatives at the stages from FIRST on, state, new derivative
 CONTRACTION = 0.1
 """Factor by which a sweep should shrink what is left: longer steps cost more sweeps than they save."""
 BASE, WEIGHT = STAGES, STAGES + 1
@@ -89,7 +92,8 @@ BASE, WEIGHT = STAGES, STAGES + 1
 
 
 class Gauss16(NamedTuple):
-    """Gauss collocation of order 16 for tight tolerances; error control by the rms of error / (atol + rtol |x|)."""
+    """Gauss collocation of order 16, for tight tolerances; error control by the rms of error / (atol + rtol |x|),
+    where |x| is the most that an entry is within the step, by its rate at the begin."""
 
     rtol: Positive = 1e-12  # -, relative tolerance
     atol: NonNegative = 1e-14  # state's unit, absolute tolerance
@@ -110,7 +114,7 @@ def begin_stages(entries, x, k1, h, rtol, atol, ys, ks):
     put_lane(ys, BASE, x)
     put_lane(ks, BASE, k1)
     for i in range(len(ys)):
-        weight = h / (atol + rtol * abs(ys[i, BASE]))
+        weight = h / (atol + rtol * (abs(ys[i, BASE]) + abs(h * ks[i, BASE])))
         ys[i, WEIGHT] = weight * weight
         for j in range(STAGES):
             ys[i, j] = ks[i, j] = ks[i, BASE]
@@ -213,6 +217,66 @@ def collocate(method, p, t, x, u, h, k1):
 def solve_step(scratch, method, p, t, x, u, h, k1, out):
     """Return the result of `collocate`; an array state is written into `out`, and its derivatives are in scratch."""
     return collocate(method, p, t, x, u, h, k1)
+
+
+@solve_step.register(Scratch)
+def _(scratch, method, p, t, x, u, h, k1, out):
+    error, sweeps = collocate_array(method, p, t, x, u, h, scratch.rows, scratch.work, out)
+    return None, error, sweeps
+
+
+@lean_routine
+def collocate_array(method, p, t, x, u, h, rows, work, out):
+    """Write the state one step after (t, x) into `out`; return (error, sweeps) as of `collocate`.
+
+    The rows are the derivative at (t, x), those at the stages, and three more to work with. Each stage takes the
+    newest derivatives of the others.
+    """
+    fill_rows(rows)
+    enough, moved, contraction, sweeps = SETTLED * SETTLED * len(x), inf, 1.0, 0
+    while sweeps < MAX_SWEEPS and contraction * moved > enough:
+        before, moved, sweeps = moved, 0.0, sweeps + 1
+        for j in range(STAGES):
+            accumulate(h, A[j], STAGES, rows[FIRST:], x, rows[STATE])
+            rhs_into(p, t + _NODES[j] * h, rows[STATE], u, rows[NEW], work)
+            moved += take_stage(rows, FIRST + j, x, h, method.rtol, method.atol)
+        contraction = moved / before if sweeps > 1 else 1.0
+    accumulate(h, _WEIGHTS, STAGES, rows[FIRST:], x, out)
+    last, before = 0.0, 0.0
+    for k in range(4, STAGES):
+        accumulate(h, SERIES[k], STAGES, rows[FIRST:], None, rows[NEW])
+        square = row_square(rows, x, h, method.rtol, method.atol)
+        last, before = (last + square, before) if k > 5 else (last, before + square)
+    error = limit_contraction(combine_estimates(last / len(x), before / len(x)), sqrt(contraction))
+    return error if contraction * moved <= enough else inf, sweeps
+
+
+@lean_kernel
+def fill_rows(rows):
+    """Copy the derivative at the begin, row 0, to all stages."""
+    for j in range(FIRST, FIRST + STAGES):
+        for i in range(rows.shape[1]):
+            rows[j, i] = rows[0, i]
+
+
+@lean_routine
+def take_stage(rows, j, x, h, rtol, atol):
+    """Move the new derivative into row j; return the squared norm of the change."""
+    for i in range(len(x)):
+        new = rows[NEW, i]
+        rows[NEW, i] = h * (new - rows[j, i])
+        rows[j, i] = new
+    return row_square(rows, x, h, rtol, atol)
+
+
+@lean_kernel
+def row_square(rows, x, h, rtol, atol):
+    """Return the squared norm of the row NEW, a change of the state."""
+    total = 0.0
+    for i in range(len(x)):
+        ratio = rows[NEW, i] / (atol + rtol * (abs(x[i]) + abs(h * rows[0, i])))
+        total += ratio * ratio
+    return total
 
 
 @step_with_error.register(Gauss16)
