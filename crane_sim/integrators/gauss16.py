@@ -81,10 +81,10 @@ A, A_TWICE, SERIES = _tableau()
 B_TWICE = tuple(b * (1.0 - c) for b, c in zip(B, C, strict=True))
 _NODES, _WEIGHTS, _WEIGHTS_TWICE = np.array(C), np.array(B), np.array(B_TWICE)
 _ONCE, _TWICE, _SERIES = (np.ascontiguousarray(matrix.T) for matrix in (A, A_TWICE, SERIES))
-WEIGHTING = 30.0
-MAX_SWEEPS = 24  # of one step; a step that takes more is too long
+MANY_SWEEPS, MAX_SWEEPS = 8, 24  # of one step: beyond them the next one is to contract faster, or this one is rejected
 SETTLED = 0.3  # of the tolerance: what the sweeps may leave
 FIRST, STATE, NEW = 1, 9, 10  # rows of a scratch: derivatives at the stages from FIRST on, state, new derivative
+MARGIN = 10.0  # between tolerance and aim: what errors vary by from step to step, or steps would be rejected in turn
 CONTRACTION = 0.1
 """Factor by which a sweep should shrink what is left: longer steps cost more sweeps than they save."""
 BASE, WEIGHT = STAGES, STAGES + 1
@@ -182,13 +182,16 @@ def combine_estimates(last, before):
 
 
 @lean_kernel
-def limit_contraction(error, contraction):
-    """Return the error, or as much of the tolerance as makes the next step contract by CONTRACTION at most."""
+def aim(error, contraction):
+    """Return the error as step control is to see it: an accepted one as large as makes the next step shorter in time.
+
+    The size of the next step aims at an error MARGIN below the tolerance, and at a contraction of CONTRACTION.
+    """
     power = contraction / CONTRACTION
     power *= power
     power *= power
     power *= power
-    return max(error, min(1.0, power * power))
+    return max(MARGIN * error, power * power) if error > 1.0 else min(1.0, max(MARGIN * error, power * power))
 
 
 @lean_routine
@@ -209,7 +212,7 @@ def collocate(method, p, t, x, u, h, k1):
         moved = update_stages(entries, h, ys, ks)
         contraction = moved / before if sweeps > 1 else 1.0
     y = end_of_step(entries, h, ys, ks, x)
-    error = limit_contraction(estimate_error(entries, ys, ks), sqrt(contraction))
+    error = aim(estimate_error(entries, ys, ks), sqrt(contraction) if sweeps > MANY_SWEEPS else 0.0)
     return y, error if contraction * moved <= enough else inf, sweeps
 
 
@@ -247,7 +250,8 @@ def collocate_array(method, p, t, x, u, h, rows, work, out):
         accumulate(h, SERIES[k], STAGES, rows[FIRST:], None, rows[NEW])
         square = row_square(rows, x, h, method.rtol, method.atol)
         last, before = (last + square, before) if k > 5 else (last, before + square)
-    error = limit_contraction(combine_estimates(last / len(x), before / len(x)), sqrt(contraction))
+    estimate = combine_estimates(last / len(x), before / len(x))
+    error = aim(estimate, sqrt(contraction) if sweeps > MANY_SWEEPS else 0.0)
     return error if contraction * moved <= enough else inf, sweeps
 
 
