@@ -15,6 +15,7 @@ from crane_sim.cli import report
 from crane_sim.cli.compare import compare_runs
 from crane_sim.cli.help_lines import HELP, CommandGroup
 from crane_sim.cli.identify import identify_parameters
+from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
@@ -100,6 +101,7 @@ def plot(runs: tuple[Path, ...], output: Path | None) -> None:
 
     Of several runs of one crane: one curve a run of each quantity that all have, with one legend.
     """
+    install_groups("plots")
     from crane_sim.evaluation.report.figure import KINDS, save_comparison_figure, save_run_figure
 
     recordings = [recording_of(run) for run in runs or (None,)]
@@ -124,6 +126,7 @@ def write_report(run: Path | None, output: Path | None) -> None:
     from crane_sim.evaluation.report.page import save_page
 
     if run is not None and run.is_dir():
+        install_groups("plots", "study")
         from crane_sim.evaluation.report.study_page import save_study_page
 
         file = output_of(output, run / "report", ".html")
@@ -143,6 +146,7 @@ def scenes(folder: str | None, as_json: bool) -> None:
     """List the catalogue, one line each."""
     check_folder(folder)
     if folder is not None:
+        install_groups("plots")
         from crane_sim.evaluation.documentation.scenes_page import save_page
 
         save_page(folder)
@@ -179,10 +183,12 @@ def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) 
     if not (build or serve):
         if folder is not None:
             raise SceneError("crane docs --output: needs --build or --serve")
+        install_groups(*["plots"] * bool(pages))
         command.docs(pages)
         return
     if pages:
         raise SceneError(f"crane docs {pages[0]}: the site has all pages; leave out the name")
+    install_groups("docs")
     command.build(folder, serve)
 
 
@@ -257,6 +263,7 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
     from crane_sim.evaluation.reproduce import show
 
     check_folder(folder)
+    install_groups(*["plots"] * (folder is not None))
     show(item, as_json, folder)
 
 
@@ -268,6 +275,7 @@ def league(folder: str | None, as_json: bool) -> None:
     from crane_sim.cli.league import league as print_league
 
     check_folder(folder)
+    install_groups(*["plots"] * (folder is not None))
     print_league(as_json, folder)
 
 
@@ -296,11 +304,12 @@ def test(arguments: tuple[str, ...]) -> None:
     tree = config_folder().parent
     if not (tree / "test").is_dir():
         raise SceneError(f"{tree}: has no tests; run this in the source tree")
+    install_groups(*(name for name in GROUPS if name != "peers"))
     os.chdir(tree)
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-for command in (view, shot, clip, replay, compare_runs, sweep, tune, identify_parameters):
+for command in (view, shot, clip, replay, compare_runs, sweep, tune, identify_parameters, install_packages):
     app.add_command(command)
 
 

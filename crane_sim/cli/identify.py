@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from crane_sim.cli import report
+from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
 from crane_sim.files.errors import SceneError
 
@@ -47,6 +48,7 @@ def identify_parameters(
 
     The folder gets the scene with the estimates, all figures, and a picture of fit against data.
     """
+    install_groups("plots")
     from crane_sim.identification import identify
 
     loaded = load_scene_with_options(scene, settings=settings)
@@ -69,7 +71,7 @@ def _names(text: str) -> list[str]:
 def check_output(folder: Path) -> None:
     """Make the folder; SceneError: it cannot be made, or the picture cannot be drawn."""
     if find_spec("matplotlib") is None:
-        raise SceneError("the picture needs the Python package matplotlib, which is not installed")
+        raise SceneError("the picture needs the Python package matplotlib (pip install matplotlib)")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

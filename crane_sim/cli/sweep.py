@@ -16,6 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from crane_sim.cli import report
+from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option
 
 if TYPE_CHECKING:
@@ -39,8 +40,11 @@ def sweep(
     """
     from crane_sim import study as studies
     from crane_sim.study import object_store
+    from crane_sim.study.sensitivity import HEADS
 
     checked = studies.load_study(study)
+    if scheduler is not None or copy_to is not None or checked.design in HEADS:
+        install_groups("study")
     if copy_to is not None:
         object_store.check_store(copy_to)
     folder = output or Path("runs") / (checked.name or study.stem)

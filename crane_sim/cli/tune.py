@@ -11,6 +11,7 @@ import click
 from rich.console import Console
 from rich.table import Column, Table
 
+from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.report import json_value
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.cli.sweep import format_cell, show_progress
@@ -38,6 +39,7 @@ def tune(
     from crane_sim.study.form import load_study
 
     checked = load_study(study)
+    install_groups("study")
     if trials is not None and checked.tune is not None:
         checked = checked.model_copy(update={"tune": checked.tune.model_copy(update={"trials": trials})})
     folder = output or Path("runs") / (checked.name or study.stem)

@@ -20,7 +20,7 @@ def save_figure(draw: Callable[[Any, Any], None], data: Any, file: Path, dpi: in
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        print(f"no {file.name}: the figure needs matplotlib, which is not installed", file=sys.stderr)
+        print(f"no {file.name}: the figure needs matplotlib (./crane install plots)", file=sys.stderr)
         return False
     figure = Figure(layout="constrained")
     draw(figure, data)

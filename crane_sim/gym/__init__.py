@@ -13,7 +13,7 @@ from crane_sim.files.errors import SceneError
 try:
     import gymnasium
 except ModuleNotFoundError:
-    raise SceneError("gymnasium is not installed: environments need it (pip install 'crane_sim[gym]')") from None
+    raise SceneError("gymnasium is not installed: environments need it (./crane install gym)") from None
 
 from crane_sim.gym.environment import CraneEnv
 from crane_sim.gym.task import DEFAULT_SCENES

@@ -40,7 +40,7 @@ def make_tools() -> None:
     Raises:
         RuntimeError: the wheels could not be installed; one line.
     """
-    lock = config_folder().parent / "requirements-interfaces.lock"
+    lock = config_folder().parent / Path("requirements", "interfaces.lock")
     complete = _TOOLS / "crane.stamp"
     if complete.is_file() and complete.read_text() == lock.read_text():
         return
@@ -49,7 +49,7 @@ def make_tools() -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", str(_TOOLS / "bin" / "python")]
     log_run(
         [*pip, "install", "--no-deps", "--require-hashes", "-r", str(lock)],
-        "the wheels of requirements-interfaces.lock; is the network there?",
+        "the wheels of requirements/interfaces.lock; is the network there?",
     )
     _correct_includes()
     complete.write_text(lock.read_text())

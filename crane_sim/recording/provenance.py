@@ -42,5 +42,5 @@ def _machine() -> dict[str, str]:
 
 def _lock() -> dict[str, str]:
     """Return the hash of the tree's lock file; an installed package has none."""
-    file = config_folder().parent / "requirements.lock"
+    file = config_folder().parent / Path("requirements", "run.lock")
     return {"lock_sha256": hashlib.sha256(file.read_bytes()).hexdigest()} if file.is_file() else {}

@@ -203,7 +203,7 @@ class RecordedRun:
         try:
             pandas = import_module("pandas")  # an optional package, wanted here only
         except ImportError:
-            line = "a data frame needs the Python package pandas, which is not installed (extra `pandas`)"
+            line = "a data frame needs the Python package pandas, which is not installed (./crane install study)"
             raise SceneError(f"{line}; run.columns() has the same columns without it") from None
         columns = self.columns()
         frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)

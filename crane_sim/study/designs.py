@@ -78,5 +78,5 @@ def load_salib(module: str) -> Any:
     try:
         return import_module(f"SALib.{module}")
     except ModuleNotFoundError:
-        line = "SALib is not installed: designs of sensitivity need it (pip install 'crane_sim[study]')"
+        line = "SALib is not installed: designs of sensitivity need it (./crane install study)"
         raise SceneError(line) from None

@@ -34,7 +34,7 @@ def _file_system(url: str) -> tuple[Any, str]:
     try:
         fsspec = import_module("fsspec")
     except ModuleNotFoundError:
-        raise SceneError("fsspec is not installed: --copy-to needs it (pip install 'crane_sim[study]')") from None
+        raise SceneError("fsspec is not installed: --copy-to needs it (./crane install study)") from None
     try:
         store, place = fsspec.core.url_to_fs(url)
     except (ImportError, ValueError) as error:

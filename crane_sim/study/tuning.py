@@ -112,7 +112,7 @@ def _load_optuna() -> Any:
     try:
         optuna = import_module("optuna")
     except ModuleNotFoundError:
-        raise SceneError("optuna is not installed: crane tune needs it (pip install 'crane_sim[study]')") from None
+        raise SceneError("optuna is not installed: crane tune needs it (./crane install study)") from None
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna
 

@@ -93,7 +93,7 @@ def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
     try:
         distributed = import_module("distributed")
     except ModuleNotFoundError:
-        raise SceneError("dask is not installed: --scheduler needs it (pip install 'crane_sim[study]')") from None
+        raise SceneError("dask is not installed: --scheduler needs it (./crane install study)") from None
     with ExitStack() as stack:
         if scheduler == LOCAL:
             options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}

@@ -69,7 +69,7 @@ def test_the_feedback_damps_the_swing_as_it_says() -> None:
     assert frequency == pytest.approx(OMEGA * sqrt(1.0 - 0.2**2), rel=0.02)
 
 
-@pytest.mark.long(cases=["zv"])
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["zv", "zvd"])
 def test_shaped_speeds_leave_no_swing(kind: str) -> None:
     """An operator's ramp of speed excites a full swing, the shaped one a small part of it."""

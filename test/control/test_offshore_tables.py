@@ -70,6 +70,7 @@ def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
     assert (tmp_path / "offshore.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_the_harmonic_observer_beats_learning_at_resonance() -> None:
     """Its error is a twentieth of the adaptive law's, and its tip is accelerated no harder."""
     learnt, observed = (simulate("offshore_resonant", law).summary for law in (None, "harmonic"))

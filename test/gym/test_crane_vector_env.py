@@ -86,7 +86,7 @@ COMPILED = {
 }
 
 
-@pytest.mark.long(cases=["states that are arrays, sensors"])
+@pytest.mark.long
 @pytest.mark.parametrize("kind", COMPILED)
 def test_compiled_cranes_are_single_environments(kind: str) -> None:
     """The same compiled, on two threads, with failures."""

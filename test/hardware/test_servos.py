@@ -212,6 +212,7 @@ def test_a_position_drive_arrives_within_its_limits() -> None:
 EXACT = RAMP | {"gain": inf}
 
 
+@pytest.mark.long(cases=["position"])
 @pytest.mark.parametrize("drive", ["velocity", "position"])
 def test_an_infinite_gain_is_exact(drive: str) -> None:
     """With an infinite gain the trolley follows its reference, which swings the payload as a prescribed motion."""

@@ -129,7 +129,7 @@ def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, mon
     assert (ticks[-1] - ticks[0]) / len(steps) == pytest.approx(10 * PERIOD, rel=0.5)  # the executor may come late
 
 
-@pytest.mark.long(cases=["open loop"])
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["realtime", "open loop"])
 def test_single_steps_without_a_controller(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In real time and open loop, too, a paused plant can be reset, stepped and resumed."""

@@ -67,6 +67,7 @@ def wait_at_speed(stick: Joystick, expected: dict[str, float]) -> None:
     wait_for(lambda: abs(stick.velocities["rope"] - expected["rope"]) < 1e-4, "the winch at its speed")
 
 
+@pytest.mark.long
 def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The drives take exactly the levers' speeds; switch, loss, stop and hanging node stop the crane; the run repeats.
 

@@ -21,7 +21,8 @@ esac
 
 def run_setup_script(folder: Path, pip_code: int) -> subprocess.CompletedProcess[str]:
     """Return exit code and output of the script when installing ends with `pip_code`."""
-    for name in ("crane", "requirements.lock", "setup.py"):
+    (folder / "requirements").mkdir(exist_ok=True)
+    for name in ("crane", "requirements/run.lock", "setup.py"):
         shutil.copy(ROOT / name, folder / name)
     python = folder / "python"
     python.write_text(FAKE_PYTHON)

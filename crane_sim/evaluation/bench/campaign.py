@@ -77,7 +77,7 @@ def measure(samples: int = SAMPLES, winds: Sequence[str] = tuple(WINDS)) -> dict
     try:
         version = cranebench_campaign.find_version()
     except EngineUnavailable as reason:
-        raise SceneError(f"bench campaign: {reason}; .venv/bin/pip install -r requirements-peers.lock") from None
+        raise SceneError(f"bench campaign: {reason}; ./crane install peers") from None
     campaigns = {wind: _compare(cranebench_campaign.make_design(samples), wind) for wind in winds}
     return {"version": version, "samples": samples, "campaigns": campaigns, "machine": machine()}
 

@@ -34,7 +34,7 @@ REPEAT = """## How to repeat it
 ```console
 ./crane bench                  scenes, this simulator and hand-written C
 ./crane bench --quick          four of them, under a minute once they are compiled
-./crane bench --peers          every engine that is installed: .venv/bin/pip install -r requirements-peers.lock
+./crane bench --peers          every engine that is installed: ./crane install peers
 ./crane bench PART             lockstep, realtime, start, memory, recording, groups, batch, studies, bodies, campaign,
                                stiff
 ./crane bench page             writes page and figure anew from the data

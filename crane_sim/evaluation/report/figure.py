@@ -108,7 +108,9 @@ def _matplotlib() -> tuple[Any, Any]:
         from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError:
-        raise SceneError("a figure needs the Python package matplotlib, which is not installed") from None
+        raise SceneError(
+            "a figure needs the Python package matplotlib, which is not installed (./crane install plots)"
+        ) from None
     return rc_context, Figure
 
 

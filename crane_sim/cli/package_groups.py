@@ -1,0 +1,118 @@
+"""Groups of packages that only some commands need, installed into the tree's environment by the first that does."""
+
+import fcntl
+import hashlib
+import importlib
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import click
+from rich.console import Console
+from rich.table import Table
+
+from crane_sim.files.catalogue import config_folder
+from crane_sim.files.errors import SceneError, did_you_mean
+
+
+class PackageGroup(NamedTuple):
+    """What a group of packages is for, and its size."""
+
+    purpose: str
+    size: int  # MB, installed
+
+
+GROUPS = {
+    "plots": PackageGroup("figures: plot, report, reproduce, league --save", 80),
+    "study": PackageGroup("studies: sweep, tune, identify", 240),
+    "gym": PackageGroup("environments of Gymnasium", 4),
+    "docs": PackageGroup("the documentation site: docs --build, --serve", 45),
+    "test": PackageGroup("the test suite", 420),
+    "peers": PackageGroup("other engines: bench --peers, bodies, campaign", 1500),
+}
+
+
+def install_groups(*names: str) -> None:
+    """Install those groups that the tree's environment lacks; an environment of another making is left as it is.
+
+    Raises:
+        RuntimeError: the packages could not be installed; one line.
+    """
+    if not _is_of_this_tree():
+        return
+    with _lock():
+        for name in names:
+            if not _stamp(name).is_file() or _stamp(name).read_text() != _digest(name):
+                _install(name)
+
+
+def check_names(names: tuple[str, ...]) -> None:
+    """Check that groups exist, and that they can be installed here.
+
+    Raises:
+        SceneError: one line.
+    """
+    for name in names:
+        if name not in GROUPS:
+            raise SceneError(f"{name}: no such group of packages{did_you_mean(name, GROUPS)} ({', '.join(GROUPS)})")
+    if names and not _is_of_this_tree():
+        raise SceneError(f"{sys.prefix}: not made by ./crane; install the packages with pip: 'crane_sim[{names[0]}]'")
+
+
+def _is_of_this_tree() -> bool:
+    """Return whether the script `crane` of this tree made the environment: its stamp names the tree."""
+    made = Path(sys.prefix, "crane.stamp")
+    return made.is_file() and made.read_text().splitlines()[-1] == str(config_folder().parent)
+
+
+def _install(name: str) -> None:
+    log = Path(sys.prefix, "install.log")
+    line = f"crane: installing the packages for {GROUPS[name].purpose} (once, {GROUPS[name].size} MB)"
+    options = ("--disable-pip-version-check", "--no-deps", "--no-compile", "--require-hashes")
+    command = [sys.executable, "-m", "pip", "install", *options, "-r", str(_lock_file(name))]
+    print(line, file=sys.stderr, flush=True)
+    with log.open("a") as out:
+        code = subprocess.run(command, stdout=out, stderr=out, check=False).returncode
+    if code:
+        what = f"the packages of {_lock_file(name)} could not be installed"
+        raise RuntimeError(f"{what}; is the network there? (all that pip said: {log})")
+    _stamp(name).parent.mkdir(exist_ok=True)
+    _stamp(name).write_text(_digest(name))
+    importlib.invalidate_caches()
+
+
+@contextmanager
+def _lock() -> Iterator[None]:
+    """Let one process at a time install packages."""
+    with Path(sys.prefix, "groups.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _lock_file(name: str) -> Path:
+    return config_folder().parent / "requirements" / f"{name}.lock"
+
+
+def _digest(name: str) -> str:
+    return hashlib.sha256(_lock_file(name).read_bytes()).hexdigest()
+
+
+def _stamp(name: str) -> Path:
+    return Path(sys.prefix, "groups", f"{name}.sha256")
+
+
+@click.command("install")
+@click.argument("groups", nargs=-1, metavar="[GROUP ...]")
+def install_packages(groups: tuple[str, ...]) -> None:
+    """Install groups of packages that only some commands need, which they do themselves; without GROUP, list them."""
+    check_names(groups)
+    install_groups(*groups)
+    table = Table(box=None, pad_edge=False)
+    for heading in ("group", "MB", "installed", "for"):
+        table.add_column(heading, overflow="fold")
+    for name, group in GROUPS.items():
+        table.add_row(name, str(group.size), "yes" if _stamp(name).is_file() else "no", group.purpose)
+    Console().print(table)

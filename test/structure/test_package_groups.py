@@ -1,0 +1,82 @@
+"""Groups of packages: which there are, and when they are installed."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from crane_sim.cli import package_groups
+from crane_sim.cli.package_groups import GROUPS, check_names, install_groups
+from crane_sim.files.errors import SceneError
+
+REQUIREMENTS = Path(__file__).parents[2] / "requirements"
+FAKE_PYTHON = "#!/bin/sh\necho \"$@\" >>'{log}'\nexit {code}\n"
+
+
+def pins_of(group: str) -> set[str]:
+    """Return the pinned versions of a lock file, with their conditions."""
+    return {line.rstrip(" \\\n") for line in (REQUIREMENTS / f"{group}.lock").open() if re.match(r"\S+==", line)}
+
+
+def make_environment(folder: Path, monkeypatch: pytest.MonkeyPatch, code: int = 0) -> Path:
+    """Make a fake environment of this tree the running one; return the file of what its Python was called with."""
+    (folder / "crane.stamp").write_text(f"0 0\n{REQUIREMENTS.parent}\n")
+    python, calls = folder / "python", folder / "calls"
+    python.write_text(FAKE_PYTHON.format(log=calls, code=code))
+    python.chmod(0o755)
+    calls.touch()
+    monkeypatch.setattr(sys, "prefix", str(folder))
+    monkeypatch.setattr(sys, "executable", str(python))
+    return calls
+
+
+def test_every_group_agrees_with_a_run() -> None:
+    """Each group has both files, pins with hashes, and the versions of a run's packages."""
+    run = {pin.partition("==")[0]: pin for pin in pins_of("run") if ";" not in pin}
+    for group in GROUPS:
+        assert (REQUIREMENTS / f"{group}.in").is_file()
+        pins = pins_of(group)
+        assert pins
+        for pin in pins:
+            name = pin.partition("==")[0]
+            assert run.get(name, pin).partition(" ;")[0] == pin.partition(" ;")[0]
+        text = (REQUIREMENTS / f"{group}.lock").read_text()
+        assert text.count("--hash=sha256:") >= len(pins) and "://" not in text
+
+
+def test_a_group_is_installed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first call installs the group's lock file, the second nothing, one with another lock file again."""
+    calls = make_environment(tmp_path, monkeypatch)
+    install_groups("gym")
+    install_groups("gym")
+    assert len(calls.read_text().splitlines()) == 1 and "gym.lock" in calls.read_text()
+    (tmp_path / "groups" / "gym.sha256").write_text("of an older lock file")
+    install_groups("gym")
+    assert len(calls.read_text().splitlines()) == 2
+
+
+def test_a_failed_installation_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where pip fails, the line names the lock file and the log, and the next call tries again."""
+    calls = make_environment(tmp_path, monkeypatch, code=1)
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match=r"study\.lock could not be installed.*install\.log") as failure:
+            install_groups("study")
+        assert "\n" not in str(failure.value)
+    assert len(calls.read_text().splitlines()) == 2
+
+
+def test_other_environments_are_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In an environment that ./crane did not make for this tree, nothing is installed, and `crane install` says so."""
+    calls = make_environment(tmp_path, monkeypatch)
+    (tmp_path / "crane.stamp").write_text("0 0\n/another/tree\n")
+    install_groups("plots")
+    assert not calls.read_text()
+    with pytest.raises(SceneError, match="not made by ./crane"):
+        check_names(("plots",))
+
+
+def test_an_unknown_group_names_the_others() -> None:
+    """A mistyped group fails in one line with the nearest name and all of them."""
+    with pytest.raises(SceneError, match=r"plts: no such group of packages, did you mean 'plots'\?.*study"):
+        package_groups.check_names(("plts",))
