@@ -107,6 +107,15 @@ def project_in_place(p, x):
 
 
 @generic
+def rate_entries(p):
+    """Return ((first, count), ...): each `count` entries of the state from `first` on have the next `count` as rates.
+
+    Entries are counted through nested tuples. By default none are said to have.
+    """
+    return ((0, 0),)
+
+
+@generic
 def effort(u, p, t, x):
     """Return the efforts (nu,) of the source u for model p at (t, x). A tuple is held as it is."""
     return u

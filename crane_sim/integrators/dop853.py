@@ -116,7 +116,7 @@ def _error(ks, x, y, h, rtol, atol):
 def _(method, scratch, k1, p, t, x, u, h, out):
     ks = dop853_stages(scratch, k1, p, t, x, u, h)
     y = add_weighted(x, h, B, ks, out)
-    return y, _error(ks, x, result_of(out, y), h, method.rtol, method.atol)
+    return y, _error(ks, x, result_of(out, y), h, method.rtol, method.atol), STAGES - 1
 
 
 @max_steps.register(DOP853)

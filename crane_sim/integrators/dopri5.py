@@ -67,7 +67,8 @@ def _(scratch, k1, p, t, x, u, h):
 def _(method, scratch, k1, p, t, x, u, h, out):
     ks = dopri5_stages(scratch, k1, p, t, x, u, h)
     y = add_weighted(x, h, B, ks, out)
-    return y, sqrt(error_square(h, E, ks, x, result_of(out, y), method.rtol, method.atol) / dimension(x))
+    error = sqrt(error_square(h, E, ks, x, result_of(out, y), method.rtol, method.atol) / dimension(x))
+    return y, error, STAGES - 1
 
 
 @max_steps.register(DOPRI5)

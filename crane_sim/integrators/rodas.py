@@ -116,7 +116,7 @@ def reach_stage(s, x, ks, y):
 
 @step_with_error.register(Rodas)
 def _(method, scratch, k1, p, t, x, u, h, out):
-    return None, try_step(method, p, t, x, u, h, scratch.rows[0], out)
+    return None, try_step(method, p, t, x, u, h, scratch.rows[0], out), STAGES + 1
 
 
 @routine

@@ -7,7 +7,6 @@ import numpy as np
 from crane_sim.integrators.integration import (
     Scratch,
     allocate,
-    stages,
     take_state,
     with_step,
 )
@@ -27,7 +26,7 @@ MAX_STEPS = 1_000_000
 
 @lean_generic
 def step_with_error(method, scratch, k1, p, t, x, u, h, out):
-    """Return (the state one step of size h after (t, x), its error relative to the tolerance).
+    """Return (the state one step of size h after (t, x), its error relative to the tolerance, evaluations).
 
     k1 is the derivative at (t, x) as of `runge_kutta.first_stage`; a rejected step does not change it. An array state
     is written into `out` instead.
@@ -98,8 +97,8 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
-        y, error = step_with_error(method, scratch, k1, p, t, x, u, size, out)
-        n += stages(method) - 1
+        y, error, evaluations = step_with_error(method, scratch, k1, p, t, x, u, size, out)
+        n += evaluations
         factor = min(growth, max(MIN_FACTOR, SAFETY * error ** (-1.0 / order))) if error > 0.0 else growth
         if error <= 1.0:
             return y, end if last else t + size, max(size * factor, h if last else 0.0), n, rejected, OK

@@ -56,7 +56,7 @@ def accumulate(typing_context, h, weights, count, ks, x, out):
             def term(j):
                 factor = builder.fmul(args[0], builder.load(builder.gep(factors, [j])))
                 row = builder.load(_part(builder, rows.data, builder.add(builder.mul(j, stride), at), width), align=8)
-                return _broadcast(builder, factor, width), row
+                return broadcast(builder, factor, width), row
 
             total = _sum(builder, term, args[2])
             if start is not None:
@@ -74,11 +74,11 @@ def _sum(builder: Any, term: Any, count: Any) -> Any:
     total = cgutils.alloca_once_value(builder, builder.fmul(*term(count.type(0))))
     with cgutils.for_range(builder, count, start=count.type(1), intp=count.type) as loop:
         factor, row = term(loop.index)
-        builder.store(_fma(builder, factor, row, builder.load(total)), total)
+        builder.store(fused(builder, factor, row, builder.load(total)), total)
     return builder.load(total)
 
 
-def _fma(builder: Any, a: Any, b: Any, c: Any) -> Any:
+def fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, floats or vectors of them, each rounded once."""
     if not isinstance(a.type, ir.VectorType):
         return builder.fma(a, b, c)
@@ -104,7 +104,7 @@ def _address(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return first
 
 
-def _broadcast(builder: Any, value: Any, width: int) -> Any:
+def broadcast(builder: Any, value: Any, width: int) -> Any:
     """Return a vector that holds the float `value` in every lane."""
     if width == 1:
         return value

@@ -11,6 +11,7 @@ from crane_sim.integrators import Status, dense_output, dop853, dopri5, gauss, i
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.gauss16 import Gauss16
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.jit import entry_point
 
@@ -177,7 +178,7 @@ def test_reading_between_steps_changes_nothing() -> None:
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01)], ids=["dop853", "rk4"])
+@pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01), Gauss16()], ids=["dop853", "rk4", "gauss16"])
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
     """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
     integration = integrate(method, FiniteTimeBlowUp(), (1.0,), 2.0)
@@ -192,7 +193,7 @@ def test_a_state_that_is_not_finite_is_reported() -> None:
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
-    "method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1)], ids=lambda m: type(m).__name__
+    "method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1), Gauss16()], ids=lambda m: type(m).__name__
 )
 def test_rest_stays_rest(method: Any) -> None:
     """Every method leaves a state at rest exactly where it is."""

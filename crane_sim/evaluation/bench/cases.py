@@ -8,8 +8,9 @@ import numpy.typing as npt
 from crane_sim.evaluation.reproduce.hardcases import hardcase_references
 from crane_sim.scenes.scene import Scene, load_scene
 
-LEVELS = (1e-2, 1e-4, 1e-6, 1e-9)
+LEVELS = (1e-2, 1e-4, 1e-6, 1e-9, 1e-12)
 """Errors [m] at which engines are compared: the distance of the payload from its reference at the end."""
+MIN_TRUST = 20.0  # times its error bound: what a reference can tell; a finer error is not asked of its case
 
 
 class Case(NamedTuple):
@@ -51,6 +52,11 @@ class ReferenceSolution(NamedTuple):
     error_bound: float  # m
     tension: float | None  # N, of an elastic cable at the end
     attitude: npt.NDArray[np.float64] | None = None  # (3, 3) rotation of a rigid load at the end
+
+
+def is_asked(level: float, error_bound: float) -> bool:
+    """Return whether a reference with this error bound [m] can tell an error `level` [m]."""
+    return level >= MIN_TRUST * error_bound
 
 
 def case_scene(case: Case) -> Scene:

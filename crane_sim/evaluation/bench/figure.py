@@ -13,14 +13,24 @@ COLOURS = {
     NAME: RED,
     "hand C": "#222222",
     "CasADi C": "#8a6bbf",
+    "heyoka": "#1f9e9e",
     "Pinocchio": BLUE,
     "MuJoCo": GREEN,
     "Drake": "#d98c21",
     "Exudyn": "#b5559c",
     "scipy": "#8c8c8c",
 }
-MARKS = {"rk4": "o", "rk8": "s", "gauss": "^", "dopri5": "v", "dop853": "D", "rodas": "P", "leapfrog": "*"}
-MIN_ERROR, MAX_ERROR = 1e-12, 3.0  # m, range of the axis of errors
+MARKS = {
+    "rk4": "o",
+    "rk8": "s",
+    "gauss": "^",
+    "dopri5": "v",
+    "dop853": "D",
+    "gauss16": "*",
+    "rodas": "P",
+    "leapfrog": "X",
+}
+MIN_ERROR, MAX_ERROR = 1e-14, 3.0  # m, range of the axis of errors
 
 
 def draw_benchmark(figure: Any, scenes: dict[str, Any]) -> None:

@@ -20,12 +20,15 @@ the distance of the payload at the end from a reference whose own error is known
 `test/reference`, which shares no code with the simulator. A timing repeats short runs for 2 ms at least; compiling,
 loading and building models are not timed. What may be the cheapest at an error is timed in up to 20 more rounds in
 which all engines take turns, so that other programs hit all of them; the least time counts. Runs that fail, diverge or
-are slower stay in the data. Take the ratios, not the times: they were measured on a shared virtual machine.
+are slower stay in the data; a dash stands where an engine does not reach an error, or the reference cannot tell it
+(20 times its own error bound). Take the ratios, not the times: they were measured on a shared virtual machine.
 
 - **crane_sim**: the integrators of the scene files on the compiled equations, without rows of results.
 - **hand C** (`crane_sim/evaluation/bench/floor`): each crane by hand, as fast as we can make it: fused multiply-adds,
   vectors, its own coordinates, a leapfrog method where it pays. It models nothing but its one crane.
 - **CasADi C**: the generated right-hand side, in the same C loops.
+- **heyoka**: Taylor's method of an order that the tolerance sets, its recurrences compiled; each crane by hand in the
+  form that is cheapest for it, chains by their tensions.
 - **Pinocchio**: a C++ loop around `aba`. **MuJoCo**, **Drake**: their own steppers and integrators.
   **scipy**: `solve_ivp` over numpy. Each with its best method and setting.
 """

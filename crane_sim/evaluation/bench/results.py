@@ -3,14 +3,17 @@
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.bench.cases import LEVELS
+from crane_sim.evaluation.bench.cases import LEVELS, is_asked
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.peers import GENERAL
 from crane_sim.evaluation.bench.sweep import WorkPrecisionPoint, cheapest
 
-HAND_C, GENERATED = "hand C", "CasADi C"
+HAND_C, GENERATED, TAYLOR = "hand C", "CasADi C", "heyoka"
 MAX_OF_HAND_C, MIN_OF_GENERAL, MIN_OF_S4 = 1.5, 15.0, 10.0
 """The targets: our time by that of hand-written C at most; general engines' time by ours at least, and on S4."""
+CHAINS, MIN_OF_TAYLOR_ON_CHAINS = ("S3a", "S3b", "S4"), 5.0
+MIN_OF_TAYLOR = {1e-4: 1.5, 1e-6: 1.5, 1e-9: 1.5, 1e-12: 1.0}
+"""The same of heyoka's time by ours: on chains, and on other scenes by the error [m]."""
 
 
 class Target(NamedTuple):
@@ -22,6 +25,7 @@ class Target(NamedTuple):
     general: str  # the best general multibody engine, "none" when none reaches the error
     of_general: float | None  # its time by ours
     of_generated: float | None  # the time of CasADi's generated C by ours
+    of_taylor: float | None = None  # heyoka's time by ours
 
     def verdict(self) -> str:
         """Return "holds", or which of the targets are missed."""
@@ -33,6 +37,9 @@ class Target(NamedTuple):
             missed.append("general")
         if self.of_generated is not None and self.of_generated < 1.0:
             missed.append("CasADi")
+        of_chains = MIN_OF_TAYLOR_ON_CHAINS if self.case in CHAINS else MIN_OF_TAYLOR.get(self.level, 0.0)
+        if self.of_taylor is not None and self.of_taylor < of_chains:
+            missed.append("heyoka")
         return f"misses {', '.join(missed)}" if missed else "holds"
 
 
@@ -42,17 +49,18 @@ def points_of(scene: dict[str, Any]) -> list[WorkPrecisionPoint]:
     return [point._replace(error=float("inf") if point.error is None else point.error) for point in points]
 
 
-def best(points: Iterable[WorkPrecisionPoint]) -> dict[str, list[WorkPrecisionPoint | None]]:
-    """Return for each engine its cheapest point at each of LEVELS."""
+def best(points: Iterable[WorkPrecisionPoint], error_bound: float = 0.0) -> dict[str, list[WorkPrecisionPoint | None]]:
+    """Return for each engine its cheapest point at each of LEVELS; None where the reference cannot tell such an error."""
     by_engine: dict[str, list[WorkPrecisionPoint]] = {}
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)
-    return {engine: [cheapest(ours, level) for level in LEVELS] for engine, ours in by_engine.items()}
+    asked = [level if is_asked(level, error_bound) else -1.0 for level in LEVELS]
+    return {engine: [cheapest(ours, level) for level in asked] for engine, ours in by_engine.items()}
 
 
 def targets(case: str, scene: dict[str, Any]) -> list[Target]:
     """Return the comparisons of a measured scene at every error that ours reaches."""
-    best_points, rows = best(points_of(scene)), []
+    best_points, rows = best(points_of(scene), scene.get("trusted", 0.0)), []
     for i, level in enumerate(LEVELS):
         ours = best_points.get(NAME, [None] * len(LEVELS))[i]
         if ours is None:
@@ -65,5 +73,6 @@ def targets(case: str, scene: dict[str, Any]) -> list[Target]:
         general = min(times.keys() & set(GENERAL), key=lambda engine: times[engine], default="none")
         hand_c = times.get(HAND_C)
         of_hand_c = 1.0 / hand_c if hand_c else None
-        rows.append(Target(case, level, of_hand_c, general, times.get(general), times.get(GENERATED)))
+        generals = general, times.get(general), times.get(GENERATED)
+        rows.append(Target(case, level, of_hand_c, *generals, times.get(TAYLOR)))
     return rows

@@ -17,7 +17,7 @@ SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not
 ROUNDS, PATIENCE = 20, 10.0
 """Timings of each promising run, while all those of one engine take less than PATIENCE [s]; at least three."""
 CLOSE = 1.3  # times the cheapest one's time at an error: runs that may well be the cheapest
-BEST = 1e-11  # m, an error below which finer settings are not tried
+BEST = 2e-13  # m, an error below which finer settings are not tried
 
 
 class WorkPrecisionPoint(NamedTuple):

@@ -60,6 +60,11 @@ def supplied_power(p, x, tau):
     return axis_power(p.trolley, tau, 0, x[3], tension * nx) - lost
 
 
+@system.rate_entries.register(SpringCrane)
+def _(p):
+    return ((0, 3),)
+
+
 @layout_of.register(SpringCrane)
 def _(p):
     return 3, 1, 6 + meter_size(p.energy_meter)

@@ -202,6 +202,11 @@ def solve_motion(p, t, x, tau):
     return CraneMotion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau, base, flow, driven)
 
 
+@system.rate_entries.register(Crane)
+def _(p):
+    return ((0, 3), (6, 3))
+
+
 @system.rhs.register(Crane)
 def _(p, t, x, u):
     xs, xc = x[0], x[1]

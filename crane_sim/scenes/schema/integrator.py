@@ -4,14 +4,21 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
+from crane_sim.files.types import Positive
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.gauss16 import Gauss16
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rodas import Rodas
 
 
 class Auto(NamedTuple):
-    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary has the choice and its reason."""
+    """`rodas` for stiff cables, `gauss16` for a tight `rtol` where nothing is sampled or switches and the state has few
+    entries, `gauss` for long horizons without an `rtol`, else `dop853`; the summary has the choice and its reason."""
+
+    rtol: Positive | None = (
+        None  # -, relative tolerance; the absolute one is a hundredth of it; absent: the method's own
+    )
 
 
 class MethodRequirements(NamedTuple):
@@ -26,6 +33,7 @@ class MethodRequirements(NamedTuple):
 
 
 STIFF_FREQUENCY = 2e4  # rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
+TIGHT = 1e-8  # relative tolerance, from which on order 16 in lanes is faster (measured: `crane bench`)
 LONG_HORIZON = 1e4  # rad, of swinging, from which a bounded energy error matters more than speed
 GAUSS_STEP_FACTOR = 0.08
 """Step of the Gauss method times the frequency: energy errors of 1e-10 (measured: `crane reproduce hardcases`)."""
@@ -40,15 +48,15 @@ def needs_frequency(method: Any) -> bool:
     return isinstance(method, Auto) or hasattr(method, "safe_step")
 
 
-def choose_method(method: Any, requirements: MethodRequirements) -> tuple[Any, str | None]:
-    """Return (method, reason of an automatic choice or None).
+def choose_method(method: Any, requirements: MethodRequirements, long_state: bool = False) -> tuple[Any, str | None]:
+    """Return (method, reason of an automatic choice or None); a long state is an array.
 
     Raises:
         SceneError: a fixed step is too large for the stiffest motion, or a setting is out of range.
     """
     _check_range(method)
     if isinstance(method, Auto):
-        return _choice(requirements)
+        return _choice(requirements, method.rtol, long_state)
     largest = getattr(method, "safe_step", None)
     if largest is None or not requirements.frequency:  # without motion any step is safe
         return method, None
@@ -64,7 +72,7 @@ def choose_method(method: Any, requirements: MethodRequirements) -> tuple[Any, s
 
 def implicit(method: Any, requirements: MethodRequirements) -> bool:
     """Return whether a scene runs with the method that solves linear systems, for which a state is an array."""
-    return isinstance(_choice(requirements)[0] if isinstance(method, Auto) else method, Rodas)
+    return isinstance(choose_method(method, requirements)[0], Rodas)
 
 
 def check_fit(method: Any, model: Any, continuous: bool) -> None:
@@ -80,7 +88,7 @@ def check_fit(method: Any, model: Any, continuous: bool) -> None:
 
 
 def _check_range(method: Any) -> None:
-    rtol, step = getattr(method, "rtol", MAX_RTOL), getattr(method, "step", MIN_STEP)
+    rtol, step = getattr(method, "rtol", None) or MAX_RTOL, getattr(method, "step", MIN_STEP)
     if rtol > MAX_RTOL:
         raise SceneError(f"integrator.rtol = {rtol:g}: must be at most {MAX_RTOL:g}")
     if rtol < MIN_RTOL:
@@ -91,10 +99,14 @@ def _check_range(method: Any) -> None:
         raise SceneError(f"integrator.step = {step:g}: must be at least {MIN_STEP:g} s")
 
 
-def _choice(requirements: MethodRequirements) -> tuple[Any, str]:
-    frequency = requirements.frequency
+def _choice(requirements: MethodRequirements, rtol: float | None, long_state: bool) -> tuple[Any, str]:
+    frequency, tolerances = requirements.frequency, () if rtol is None else (rtol, 0.01 * rtol)
     if frequency is not None and requirements.elastic and frequency > STIFF_FREQUENCY and not requirements.continuous:
-        return Rodas(), f"rodas: the springs are stiff ({frequency:.3g} rad/s)"
+        return Rodas(*tolerances), f"rodas: the springs are stiff ({frequency:.3g} rad/s)"
+    if rtol is not None and rtol <= TIGHT and requirements.smooth and not long_state:
+        return Gauss16(*tolerances), "gauss16: a tight tolerance, and nothing switches or is sampled"
+    if rtol is not None:
+        return DOP853(*tolerances), "dop853: no method that is faster at this tolerance fits"
     if frequency and requirements.smooth and requirements.swing_angle > LONG_HORIZON and not requirements.elastic:
         step = GAUSS_STEP_FACTOR / frequency
         return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({requirements.duration:g} s)"

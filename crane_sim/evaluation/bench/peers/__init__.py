@@ -4,11 +4,12 @@ from crane_sim.evaluation.bench.engine import Engine, EngineUnavailable
 from crane_sim.evaluation.bench.peers.casadi_c import CasadiC
 from crane_sim.evaluation.bench.peers.drake_engine import Drake
 from crane_sim.evaluation.bench.peers.hand_c import HandC
+from crane_sim.evaluation.bench.peers.heyoka_taylor import Heyoka
 from crane_sim.evaluation.bench.peers.mujoco_engine import MuJoCo
 from crane_sim.evaluation.bench.peers.pinocchio_engine import Pinocchio
 from crane_sim.evaluation.bench.peers.scipy_ivp import Scipy
 
-HAND_C, PEERS = (HandC,), (HandC, CasadiC, Pinocchio, MuJoCo, Drake, Scipy)
+HAND_C, PEERS = (HandC,), (HandC, CasadiC, Heyoka, Pinocchio, MuJoCo, Drake, Scipy)
 GENERAL = ("Pinocchio", "MuJoCo", "Drake")
 """General multibody engines."""
 

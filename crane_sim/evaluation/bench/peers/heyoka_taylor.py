@@ -1,0 +1,226 @@
+"""heyoka: Taylor's method of an order that the tolerance sets, its recurrences compiled by LLVM.
+
+Each crane by hand in the form that is cheapest for it: one link in closed form, the knuckle crane in its slewing frame,
+the spring's crane in Cartesian coordinates, chains by their tensions. `state_equations` takes the class of its numbers,
+so that `test/reference/taylor.py` can solve the same equations in quadruple precision.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim.evaluation.bench.engine import EngineUnavailable, Run, RunResult, sweep_values
+from crane_sim.evaluation.bench.loops import OutputFunction
+from crane_sim.evaluation.bench.peers.hand_c import c_loop_input
+from crane_sim.evaluation.bench.problem import Chain, KnuckleCrane, Problem, Spring
+
+Array = npt.NDArray[np.float64]
+Equations = list[tuple[Any, Any]]  # (variable, its derivative)
+Number = Callable[[float], Any]
+TOLERANCES, COARSE_TOLERANCES = sweep_values(1e-2, 1e-16, 4), sweep_values(1e-2, 1e-16, 1)  # of chains: slow to compile
+MAX_UNROLLED = 10  # links, with whose recurrences written out one by one
+
+
+def load_heyoka() -> Any:
+    """Return the module.
+
+    Raises:
+        EngineUnavailable: it is not installed.
+    """
+    try:
+        return import_module("heyoka")
+    except ImportError:
+        raise EngineUnavailable("heyoka is not installed") from None
+
+
+class Heyoka:
+    """heyoka's adaptive integrator."""
+
+    name = "heyoka"
+    unsupported_scenes: ClassVar[dict[str, str]] = {}
+
+    def __init__(self) -> None:
+        """Import heyoka.
+
+        Raises:
+            EngineUnavailable: it is not installed.
+        """
+        self._hy = load_heyoka()
+        self.version = str(self._hy.__version__)
+
+    def unsupported_reason(self, problem: Problem) -> str | None:
+        """Return None: every problem is supported."""
+        return None
+
+    def runs(self, problem: Problem) -> list[Run]:
+        """Return the sweep of tolerances, with the recurrences written out and, of chains, in compact mode."""
+        equations, start, outputs = state_equations(self._hy, problem, float)
+        links = len(problem.masses) if isinstance(problem, Chain) else 1
+        modes = [False] * (links <= MAX_UNROLLED) + [True] * (links > 1)
+        runs = []
+        for compact in modes:
+            for tol in COARSE_TOLERANCES if links > 1 else TOLERANCES:
+                integrator = self._hy.taylor_adaptive(equations, start.tolist(), tol=tol, compact_mode=compact)
+                execute = make_execute(integrator, start, problem.duration, outputs)
+                runs.append(Run(self.name, "taylor, compact" if compact else "taylor", tol, execute))
+        return runs
+
+
+def make_execute(integrator: Any, start: Array, duration: float, outputs: OutputFunction) -> Callable[[int], RunResult]:
+    """Return the function that integrates the whole duration a number of times."""
+    state = integrator.state  # a view
+
+    def execute(repetitions: int) -> RunResult:
+        outcome: tuple[Any, ...] = ()
+        for _ in range(repetitions):
+            integrator.time = 0.0
+            state[:] = start
+            outcome = integrator.propagate_until(duration)
+        payload, tension = outputs(state.copy())
+        return RunResult(payload, None, int(outcome[3]), tension)
+
+    return execute
+
+
+def batch(problem: Problem, starts: Array, tol: float, masses: Sequence[float]) -> tuple[Array, float]:
+    """Return (payloads (n, 3) at the end [m], wall time [s]) of cranes that differ in payload mass, in SIMD lanes.
+
+    Args:
+        problem: one crane, whose payload mass is a parameter of the equations here.
+        starts: (n, states), n a multiple of heyoka's lanes.
+        tol: relative tolerance.
+        masses: (n,) kg.
+
+    Raises:
+        EngineUnavailable: heyoka is not installed.
+    """
+    hy = load_heyoka()
+    equations, _, outputs = state_equations(hy, _with_payload(problem, hy.par[0]), lambda x: x)
+    lanes = hy.recommended_simd_size()
+    integrator = hy.taylor_adaptive_batch(
+        equations, np.zeros((starts.shape[1], lanes)), pars=np.ones((1, lanes)), tol=tol
+    )
+    ends = np.empty_like(starts)
+    began = time.perf_counter()
+    for first in range(0, len(starts), lanes):
+        integrator.set_time(0.0)
+        integrator.state[:] = starts[first : first + lanes].T
+        integrator.pars[0] = masses[first : first + lanes]
+        integrator.propagate_until(problem.duration)
+        ends[first : first + lanes] = integrator.state.T
+    wall_time = time.perf_counter() - began
+    return np.array([outputs(end)[0] for end in ends]), wall_time
+
+
+def _with_payload(problem: Problem, mass: Any) -> Problem:
+    if isinstance(problem, Chain):
+        return problem._replace(masses=[mass])  # only of a single link
+    return problem._replace(payload=mass)
+
+
+def state_equations(hy: Any, problem: Problem, number: Number) -> tuple[Equations, Array, OutputFunction]:
+    """Return (equations of the state, its initial value, output function); `number` makes parameters of floats."""
+    if isinstance(problem, Spring):
+        return _spring(hy, problem, number)
+    if isinstance(problem, KnuckleCrane):
+        return _knuckle(hy, problem, number)
+    return _single(hy, problem, number) if len(problem.masses) == 1 else _chain(hy, problem, number)
+
+
+def _single(hy: Any, p: Chain, number: Number) -> tuple[Equations, Array, OutputFunction]:
+    x, angle, v, w = hy.make_vars("x", "angle", "v", "w")
+    trolley, mass, length, g = (number(value) for value in (p.trolley, p.masses[0], p.lengths[0], p.gravity))
+    s, c = hy.sin(angle), hy.cos(angle)
+    acceleration = mass * s * (length * w * w + g * c) / (trolley + mass * s * s)
+    turning = -(g * s + c * acceleration) / length
+
+    def outputs(state: Array) -> tuple[Array, None]:
+        return np.array([state[0] + length * np.sin(state[1]), 0.0, -length * np.cos(state[1])]), None
+
+    start = np.array([0.0, p.angles[0], 0.0, 0.0])
+    return [(x, v), (angle, w), (v, acceleration), (w, turning)], start, outputs
+
+
+def _spring(hy: Any, p: Spring, number: Number) -> tuple[Equations, Array, OutputFunction]:
+    x, px, pz, v, vx, vz = hy.make_vars("x", "px", "pz", "v", "vx", "vz")
+    trolley, mass, rest, stiffness, g = map(number, (p.trolley, p.payload, p.length, p.stiffness, p.gravity))
+    rx = px - x
+    pull = stiffness - stiffness * rest / hy.sqrt(rx * rx + pz * pz)
+    accelerations = (pull * rx / trolley, -pull * rx / mass, -pull * pz / mass - g)
+    equations = list(zip((x, px, pz, v, vx, vz), (v, vx, vz, *accelerations), strict=True))
+    c_input = c_loop_input(p)
+    return equations, c_input.state, c_input.outputs
+
+
+def _chain(hy: Any, p: Chain, number: Number) -> tuple[Equations, Array, OutputFunction]:
+    """Return the chain by its tensions, a tridiagonal system solved from the trolley down."""
+    n = len(p.masses)
+    x, v = hy.make_vars("x", "v")
+    angles = hy.make_vars(*(f"a{k}" for k in range(n)))
+    rates = hy.make_vars(*(f"w{k}" for k in range(n)))
+    m, lengths = [number(mass) for mass in p.masses.tolist()], [number(length) for length in p.lengths.tolist()]
+    trolley, g, one = number(p.trolley), number(p.gravity), number(1.0)
+    inverse = [one / mass for mass in m]
+    s, c = [hy.sin(a) for a in angles], [hy.cos(a) for a in angles]
+    bends = [(hy.cos(b - a), hy.sin(b - a)) for a, b in zip(angles[:-1], angles[1:], strict=True)]
+    pivot = [inverse[0] + s[0] * s[0] / trolley, *(inverse[k] + inverse[k + 1] for k in range(n - 1))]
+    t = [length * w * w for length, w in zip(lengths, rates, strict=True)]
+    t[0] += g * c[0]
+    for k in range(1, n):
+        off = bends[k - 1][0] * inverse[k - 1]
+        ratio = off / pivot[k - 1]
+        pivot[k] = pivot[k] - ratio * off
+        t[k] = t[k] + ratio * t[k - 1]
+    t[-1] = t[-1] / pivot[-1]
+    for k in range(n - 2, -1, -1):
+        t[k] = (t[k] + bends[k][0] * inverse[k] * t[k + 1]) / pivot[k]
+    acceleration = t[0] * s[0] / trolley
+    across = [-g * s[0] - c[0] * acceleration, *[None] * (n - 1)]
+    for k in range(n - 1):
+        across[k] = across[k] + bends[k][1] * inverse[k] * t[k + 1]
+        across[k + 1] = -(bends[k][1] * inverse[k] * t[k])
+    turning = [a / length for a, length in zip(across, lengths, strict=True)]
+    equations = list(zip((x, *angles, v, *rates), (v, *rates, acceleration, *turning), strict=True))
+
+    def outputs(state: Array) -> tuple[Array, None]:
+        a = state[1 : n + 1]
+        return np.array([state[0] + p.lengths @ np.sin(a), 0.0, -(p.lengths @ np.cos(a))]), None
+
+    return equations, np.array([0.0, *p.angles, *np.zeros(n + 1)]), outputs
+
+
+def _knuckle(hy: Any, p: KnuckleCrane, number: Number) -> tuple[Equations, Array, OutputFunction]:
+    """Return the knuckle crane, its payload in the slewing frame."""
+    names = ("alpha", "beta", "gamma", "x", "y", "z", "wa", "wb", "wg", "vx", "vy", "vz")
+    variables = hy.make_vars(*names)
+    _, beta, gamma, x, y, z, wa, wb, wg, vx, vy, vz = variables
+    lb, mb, ib, axial_b = map(number, p.boom)
+    lj, mj, ij, axial_j = map(number, p.jib)
+    tower, m, g = map(number, (p.tower, p.payload, p.gravity))
+    (kb, kg, kr), (b0, g0, r0) = map(number, p.stiffness), map(number, p.neutral)
+    half, quarter = number(0.5), number(0.25)
+    k3, jb, jj = half * lb * lj * mj, ib + lb * lb * (quarter * mb + mj), ij + quarter * lj * lj * mj
+    sb, cb, sg, cg = hy.sin(beta), hy.cos(beta), hy.sin(gamma), hy.cos(gamma)
+    r = lb * cb + lj * cg
+    ex, ez = x - r, z - lb * sb - lj * sg
+    pull = kr - kr * r0 / hy.sqrt(ex * ex + y * y + ez * ez)
+    fr, ft, fz = pull * ex, pull * y, pull * ez
+    p1, p2 = (jb - axial_b) * cb + k3 * cg, (jj - axial_j) * cg + k3 * cb
+    c, s = k3 * (cb * cg + sb * sg), k3 * (sb * cg - cb * sg)
+    hb, hg, couple = sb * p1, sg * p2, kg * (gamma - beta - g0)
+    b2 = couple - kb * (beta - b0) - s * wg * wg - hb * wa * wa
+    b2 += lb * (cb * fz - sb * fr) - g * lb * (half * mb + mj) * cb
+    b3 = s * wb * wb - couple - hg * wa * wa + lj * (cg * fz - sg * fr) - half * g * lj * mj * cg
+    number_two = number(2.0)
+    wa_dot = (r * ft + number_two * wa * (hb * wb + hg * wg)) / (tower + axial_b + axial_j + cb * p1 + cg * p2)
+    det = jb * jj - c * c
+    ax = number_two * wa * vy + wa * wa * x + wa_dot * y - fr / m
+    ay = wa * wa * y - number_two * wa * vx - wa_dot * x - ft / m
+    accelerations = (wa_dot, (jj * b2 - c * b3) / det, (jb * b3 - c * b2) / det, ax, ay, -fz / m - g)
+    c_input = c_loop_input(p)
+    equations = list(zip(variables, (wa, wb, wg, vx, vy, vz, *accelerations), strict=True))
+    return equations, c_input.state, c_input.outputs
