@@ -10,7 +10,7 @@ from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, set_aside
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.live import LiveServer
-from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous
+from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous, compact
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
+MANY_BLOCKS = 60  # half a minute of real time: with more of them a viewer is slow to open the file
 MESSAGE_TIMEOUT = 2.0  # s without a message after which missing ones count as lost
 _SETTLING_TIME = 0.3  # s without one after which a run of unknown length counts as complete
 
@@ -68,7 +69,7 @@ class Recorder:
         self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, previous.after)
         self._simulation_state = ""
         self.last_step, self._last_time = previous.after, 0.0  # written, s of wall time
-        self._last_message = time.monotonic()
+        self._last_message, self._blocks = time.monotonic(), 0
         self.write_error = ""
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
@@ -142,8 +143,17 @@ class Recorder:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
         That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
-        could not be joined within `within` seconds stay as they are, and are named as `parts`.
+        could not be joined within `within` seconds stay as they are, and are named as `parts`; a file of many blocks
+        that could not be compacted by then has them.
         """
+        began = time.monotonic()
+        entries = self._complete(summary, within)
+        if self._blocks > MANY_BLOCKS and not {"error", "parts"} & entries.keys():
+            compact(Path(entries["recording"]), within - (time.monotonic() - began))
+        return entries
+
+    def _complete(self, summary: Mapping[str, Any], within: float) -> dict[str, Any]:
+        """Complete the file, or the one that its parts are joined into; return what `finish` does."""
         began = time.monotonic()
         self.save()
         steps = summary.get("steps", self.last_step)
@@ -175,6 +185,7 @@ class Recorder:
             self._attempt(lambda: self._session.write(rows))
         if not rows or self.write_error:
             return
+        self._blocks += 1
         step, written_at = rows[-1].step, time.monotonic()
         simulated = (step - self.last_step) * self._scene.period
         self._session.pace(step, simulated / max(written_at - self._last_time, 1e-9))
@@ -192,9 +203,9 @@ class Recorder:
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
-        finished = self.finish({"scene": self._scene.name, "ended_by": "reset"})
+        finished = self._complete({"scene": self._scene.name, "ended_by": "reset"}, LIMIT)
         self._assembler = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
-        self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
+        self.last_step, self._last_time, self.passes, self._blocks = 0, 0.0, self.passes + 1, 0
         recorded, self._session.recorded = self._session.recorded, 0
         if self.write_error:
             self._steps_before_reset += recorded
