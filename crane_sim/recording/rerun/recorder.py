@@ -14,6 +14,7 @@ from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous, compact
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
+from crane_sim.simulation.hardware import is_sensed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -66,7 +67,7 @@ class Recorder:
         self._live = None if live_port is None else LiveServer(live_port)
         self._session = Session(scene, path, self._live, self._pass_id, repairs=complete_file is None)
         self._session.recorded = previous.recorded
-        self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, previous.after)
+        self._assembler = _new_assembler(scene, previous.after)
         self._simulation_state = ""
         self.last_step, self._last_time = previous.after, 0.0  # written, s of wall time
         self._last_message, self._blocks = time.monotonic(), 0
@@ -75,13 +76,17 @@ class Recorder:
         self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
-        """Take the joint state (nq,) of a stamp [ns]."""
+        """Take the joint state (nq,) of a stamp [ns], as sensors show it."""
         self._last_message = time.monotonic()
         if self._assembler.follows_reset(stamp):
             self._start_over()
         if not self._last_time:
             self._last_time = self._last_message
         self._assembler.add_state(stamp, q, v)
+
+    def true_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
+        """Take the true state (nq,) of a stamp, of a scene with sensors."""
+        self._assembler.add_true_state(stamp, q, v)
 
     def effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) applied from a stamp on."""
@@ -204,7 +209,7 @@ class Recorder:
         A file that could not be written stays as it is, and has no step behind the reset.
         """
         finished = self._complete({"scene": self._scene.name, "ended_by": "reset"}, LIMIT)
-        self._assembler = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
+        self._assembler = _new_assembler(self._scene)
         self.last_step, self._last_time, self.passes, self._blocks = 0, 0.0, self.passes + 1, 0
         recorded, self._session.recorded = self._session.recorded, 0
         if self.write_error:
@@ -218,6 +223,11 @@ class Recorder:
         self.on_reset()
         session = self._attempt(lambda: Session(self._scene, self._path, self._live, self._pass_id))
         self._session = session or self._session
+
+
+def _new_assembler(scene: Scene, after: int = 0) -> StepAssembler:
+    """Return an assembler of a scene's steps behind the step `after`."""
+    return StepAssembler(scene.period_ns, scene.reference, scene.sampled, after, is_sensed(scene))
 
 
 def warm_up(scene: Scene) -> None:
