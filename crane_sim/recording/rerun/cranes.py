@@ -152,6 +152,9 @@ class RobotVisual:
             if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand.frame), static=True)
+        if "tip_z" in layout.joints:  # the head of a boom that is not modelled would be a riddle
+            name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", radii=0.0, show_labels=True)
+            rec.log("suspension_point", rr.CoordinateFrame("tip_link"), name, static=True)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
         """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""
