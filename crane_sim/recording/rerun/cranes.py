@@ -44,6 +44,9 @@ Vector = tuple[float, float, float]
 Colors: TypeAlias = "NDArray[np.uint8]"  # red, green, blue along the last axis
 
 
+LABEL = (226, 230, 236)
+
+
 CABLE_RADIUS_RATIO = 0.0035  # radius of a rope, of the crane's size
 
 
@@ -153,7 +156,7 @@ class RobotVisual:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand.frame), static=True)
         if "tip_z" in layout.joints:  # the head of a boom that is not modelled would be a riddle
-            name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", radii=0.0, show_labels=True)
+            name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", colors=LABEL, radii=0.0)
             rec.log("suspension_point", rr.CoordinateFrame("tip_link"), name, static=True)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
