@@ -26,6 +26,7 @@ from crane_sim.description.solids import (
     Body,
     Shape,
     crate,
+    hydraulic_cylinder,
     point_mass,
 )
 
@@ -58,7 +59,8 @@ def add_knuckle_boom(robot: ElementTree.Element, support: Knuckle, joints: Seque
     add_link(
         robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * tower_inertia, 0.5 * tower_inertia, tower_inertia))
     )
-    add_link(robot, "boom_link", _beam(support.boom.length, 0.34 * unit), _rod_body(support.boom, slew_fraction))
+    boom = [*_beam(support.boom.length, 0.34 * unit), *_cylinders(support.boom.length, unit)]
+    add_link(robot, "boom_link", boom, _rod_body(support.boom, slew_fraction))
     add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod_body(support.jib, slew_fraction))
     add_comment(robot, _tower_comment(support, tower_inertia))
     _add_joints(robot, support, joints)
@@ -133,6 +135,12 @@ def _tower(unit: float) -> list[Shape]:
         Shape((0.75 * unit, 1.0 * unit, 0.55 * unit), (-0.68 * unit, 0.0, -0.13 * unit), DARK),
         Shape((0.5 * unit, 0.4 * unit, 0.62 * unit), (0.12 * unit, 0.56 * unit, -0.09 * unit), GLASS),
     ]
+
+
+def _cylinders(length: float, unit: float) -> list[Shape]:
+    """Return the cylinders of boom and jib, fixed to the boom as they are at about 40 degrees of elevation."""
+    luffing = hydraulic_cylinder((-0.12 * unit, -0.61 * unit), (0.36 * length, -0.28 * unit), 0.1 * unit)
+    return luffing + hydraulic_cylinder((0.5 * length, -0.22 * unit), (0.97 * length, -0.3 * unit), 0.07 * unit)
 
 
 def _beam(length: float, width: float) -> list[Shape]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import atan2, hypot, pi
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -39,6 +39,19 @@ class Body(NamedTuple):
     centre: Vector
     inertia: Vector
     products: Vector = (0.0, 0.0, 0.0)  # kg m², entries xy, xz, yz of the tensor
+
+
+def tube(start: Sequence[float], end: Sequence[float], radius: float, color: str) -> Shape:
+    """Return a cylinder between two points (x, z) [m] of the plane in which a boom luffs."""
+    along = end[0] - start[0], end[1] - start[1]
+    middle = (0.5 * (start[0] + end[0]), 0.0, 0.5 * (start[1] + end[1]))
+    return Shape((radius, hypot(*along)), middle, color, (0.0, atan2(*along), 0.0))
+
+
+def hydraulic_cylinder(foot: Sequence[float], eye: Sequence[float], radius: float) -> list[Shape]:
+    """Return barrel and rod from a foot to an eye (x, z) [m]; it hints at the drive, and is not simulated."""
+    end = tuple(a + 0.6 * (b - a) for a, b in zip(foot, eye, strict=True))
+    return [tube(foot, end, radius, DARK), tube(end, eye, 0.55 * radius, STEEL)]
 
 
 def crate(edge: float) -> list[Shape]:

@@ -30,7 +30,9 @@ from crane_sim.description.solids import (
     Body,
     Shape,
     crate,
+    hydraulic_cylinder,
     point_mass,
+    tube,
 )
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.actuated_support import bare_support
@@ -262,7 +264,10 @@ def _truss(start: float, end: float, unit: float) -> Shape:
 
 def _tower_head(size: float, unit: float) -> list[Shape]:
     back, top = COUNTER_JIB * size, 0.14 * size
+    apex, beam = (0.0, top + unit), 1.8 * unit
     return [
+        tube(apex, (0.6 * size, beam), 0.15 * unit, STEEL),
+        tube(apex, (0.5 * unit - back, beam), 0.15 * unit, STEEL),
         Shape((1.2 * unit, 1.2 * unit, top), (0.0, 0.0, 0.5 * top + unit), YELLOW),
         Shape((3.0 * unit, 2.0 * unit, 3.5 * unit), (1.5 * unit - back, 0.0, -0.2 * unit), DARK),
         Shape((1.6 * unit, 1.5 * unit, 2.0 * unit), (1.8 * unit, 1.6 * unit, 0.0), GLASS),
@@ -321,7 +326,8 @@ def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, bends: Any, s
     add_link(robot, "slew_link", _superstructure(unit), Body(0.0, ORIGIN, inertia))
     root = 2.0 * first.centre if first.centre else 0.5 * length
     thin = (0.0, first.inertia, first.inertia)
-    add_link(robot, "boom_link", _boom_section(root, 0.0, 1.3 * unit), Body(first.mass, (first.centre, 0.0, 0.0), thin))
+    shapes = _boom_section(root, 0.0, 1.3 * unit) + _luffing_cylinder(root, (ahead, above), unit)
+    add_link(robot, "boom_link", shapes, Body(first.mass, (first.centre, 0.0, 0.0), thin))
     drawn, thin = min(2.0 * second.centre, length), (0.0, second.inertia, second.inertia)
     body = Body(second.mass, (-second.centre, 0.0, 0.0), thin)
     add_link(robot, "telescope_link", _boom_section(drawn, -drawn, unit), body)
@@ -348,6 +354,13 @@ def _add_bent_boom(robot: ElementTree.Element, bends: FlexibleSupport, foot: tup
     ElementTree.SubElement(robot, "link", name="bent_link")
     add_joint(robot, "revolute", "vertical_deflection", (parent, "bent_link"), axis=RIGHT)
     return "bent_link"
+
+
+def _luffing_cylinder(length: float, foot: tuple[float, float], unit: float) -> list[Shape]:
+    """Return the cylinder below a boom, fixed to it as it is at 60 degrees of elevation; `foot` (x, z) of the boom."""
+    ahead, below = 1.4 * unit - foot[0], -0.4 * unit - foot[1]
+    x, z = 0.5 * ahead + 0.866 * below, -0.866 * ahead + 0.5 * below
+    return hydraulic_cylinder((x, z), (min(0.5 * length, 9.0 * unit), -0.7 * unit), 0.4 * unit)
 
 
 def _boom_section(length: float, start: float, width: float) -> list[Shape]:

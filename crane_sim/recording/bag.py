@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
@@ -13,6 +14,7 @@ from crane_sim.recording.mcap.metadata import RUN, read_metadata
 from crane_sim.recording.run import UnreadableRecording
 from crane_sim.recording.step_assembler import StepAssembler
 from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.hardware import is_sensed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 NEEDED = ("joint_states", "applied_effort")
-TAKEN = (*NEEDED, "joint_commands", "accepted_command", "held_command", "joint_trajectory")
+TAKEN = (*NEEDED, "true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")
 _SECOND = 1_000_000_000  # ns
 
 
@@ -35,6 +37,7 @@ class BaggedRun(NamedTuple):
     scene: Scene
     rows: list[Row]  # control steps
     lost: int  # steps before the last one whose messages are not all there
+    truth: bool  # the rows' states are the true ones: there are no sensors, or true states beside what they show
 
 
 def read_bag(path: Path) -> BaggedRun:
@@ -47,16 +50,18 @@ def read_bag(path: Path) -> BaggedRun:
     if "scene_file" not in properties:
         raise UnreadableRecording(f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version")
     scene = load_scene(yaml.safe_load(properties["scene_file"]))
-    decoder = _Decoder(scene)
     try:
-        for topic, message in _messages(path):
+        messages = list(_messages(path))
+        truth = any(topic == "true_states" for topic, _ in messages)
+        decoder = _Decoder(scene, truth)
+        for topic, message in messages:
             decoder.take(topic, message)
     except (ReaderError, SerdeError, OSError, ValueError) as error:
         raise UnreadableRecording(f"{path}: cannot be read: {str(error).partition(chr(10))[0]}") from None
     rows = decoder.steps.take(final=True)
     if not rows:
         raise UnreadableRecording(f"{path}: has no control step: no joint_states with an applied_effort of its stamp")
-    return BaggedRun(properties, scene, rows, decoder.steps.lost)
+    return BaggedRun(properties, scene, rows, decoder.steps.lost, truth or not is_sensed(scene))
 
 
 def _messages(path: Path) -> Iterator[tuple[str, Any]]:
@@ -81,12 +86,13 @@ def _name(connection: Connection) -> str:
 class _Decoder:
     """Passes the numbers of messages on to an assembler of steps, as a recorder does."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, truth: bool) -> None:
         self._scene, self._holds = scene, False
         self._kinds = dict(zip(scene.actuated, scene.commands, strict=True))
-        self.steps = StepAssembler(scene.period_ns, scene.reference, scene.sampled)
+        self.steps = StepAssembler(scene.period_ns, scene.reference, scene.sampled, sensed=truth)
         self._callbacks: Mapping[str, Callable[[int, Any], None]] = {
-            "joint_states": self._on_state,
+            "joint_states": partial(self._on_state, self.steps.add_state),
+            "true_states": partial(self._on_state, self.steps.add_true_state),
             "applied_effort": self._on_effort,
             "joint_commands": self._on_command,
             "accepted_command": self._on_accepted,
@@ -99,10 +105,10 @@ class _Decoder:
         stamp = message.header.stamp
         self._callbacks[topic](stamp.sec * _SECOND + stamp.nanosec, message)
 
-    def _on_state(self, stamp: int, message: Any) -> None:
+    def _on_state(self, add: Callable[[int, Sequence[float], Sequence[float]], None], stamp: int, message: Any) -> None:
         q, v = (_sort(self._scene.joint_names, message.name, each) for each in (message.position, message.velocity))
         if q is not None and v is not None:
-            self.steps.add_state(stamp, q, v)
+            add(stamp, q, v)
 
     def _on_effort(self, stamp: int, message: Any) -> None:
         effort = _sort(self._scene.actuated, message.name, message.effort)

@@ -8,9 +8,9 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.recording.base_frame import base_of, to_base, to_world
-from crane_sim.recording.layout import Block, select_tensions, sensed_coordinates
+from crane_sim.recording.layout import Block, select_tensions
 from crane_sim.recording.suspension import hanging_still
-from crane_sim.simulation.hardware import measure
+from crane_sim.simulation.hardware import is_sensed, measure
 from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_pressures
 from crane_sim.trajectories.base_motion import base_positions
 
@@ -43,7 +43,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     step = np.array([row.step for row in rows], dtype=np.int64)
     motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows))
     t = ((step - 1) * scene.period).astype(np.float64)
-    return _complete(scene, motion, derive(scene, t, q, v, effort))
+    return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(measured=_measured(rows))
 
 
 def block_of_rollout(rollout: Rollout) -> Block:
@@ -60,9 +60,7 @@ def block_of_rollout(rollout: Rollout) -> Block:
     step = np.arange(1, steps + 1)
     motion = Motion(step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference)
     block = _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
-    if not sensed_coordinates(scene.hardware, len(scene.joint_names)):
-        return block
-    return block._replace(measured=measure(scene, motion.q, motion.v))
+    return block._replace(measured=measure(scene, motion.q, motion.v)) if is_sensed(scene) else block
 
 
 def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
@@ -108,6 +106,11 @@ def _array(vectors: Any) -> Numbers:
 
 def _demands(rows: Sequence[Row], nu: int) -> Numbers:
     return _array((np.nan,) * nu if row.demanded is None else row.demanded for row in rows)
+
+
+def _measured(rows: Sequence[Row]) -> Numbers | None:
+    shown = [row.measured for row in rows if row.measured is not None]
+    return _array((*q, *v) for q, v in shown) if len(shown) == len(rows) else None
 
 
 def _base(scene: Scene, t: Numbers) -> Numbers | None:

@@ -63,14 +63,24 @@ def of_suspended(scene: Scene) -> Framing:
         return _beside_bridge(scene, size, ground)
     ends = scene.initial_q[0], (scene.reference or scene.initial_q)[0]
     heading, spread = 0.5 * sum(ends), 0.5 * abs(ends[1] - ends[0])
-    behind, reach, top = (0.35, 1.05, 0.17) if "trolley" in scene.joint_names else (0.2, 0.8, 1.05)
-    along = (-behind * size, reach * size)
-    aside = max(0.2 * size, reach * size * sin(min(spread, radians(90.0))))
-    corners = Rotation.from_euler("z", heading).apply(_corners(along, (-aside, aside), (ground, top * size)))
+    if "trolley" in scene.joint_names:
+        behind, reach, top = 0.35 * size, 1.05 * size, 0.17 * size
+    else:
+        behind, (reach, top) = 0.2 * size, _boom_extent(scene, size)
+    aside = max(0.2 * size, reach * sin(min(spread, radians(90.0))))
+    corners = Rotation.from_euler("z", heading).apply(_corners((-behind, reach), (-aside, aside), (ground, top)))
     eye, look_at = _look(corners, degrees(heading) - 70.0, 17.0)
     return Framing(
         size=size, ground=(0.0, 0.0, ground), ground_size=1.25 * size, eye=eye, look_at=look_at, deck=(0.6, 0.25)
     )
+
+
+def _boom_extent(scene: Scene, size: float) -> tuple[float, float]:
+    """Return how far out and how high a telescopic boom goes [m]: all that it can where it has no target."""
+    if scene.reference is None:
+        return 0.8 * size, 1.05 * size
+    (low, high), (_, length) = _span_of(scene, 1), _span_of(scene, 2)
+    return max(0.2 * size, 1.1 * length * cos(low)), 0.05 * size + 1.1 * length * sin(high)
 
 
 def _beside_bridge(scene: Scene, size: float, ground: float) -> Framing:

@@ -15,8 +15,6 @@ import yaml
 from crane_sim import system
 from crane_sim.description import urdf
 from crane_sim.description.workspace import validated_scene_file
-from crane_sim.hardware.faults import SENSOR_LOSS
-from crane_sim.hardware.records import ideal_sensors
 from crane_sim.recording import provenance
 from crane_sim.recording.base_frame import BASE, WORLD, base_of
 from crane_sim.recording.camera import (
@@ -32,13 +30,13 @@ from crane_sim.recording.camera import (
 )
 from crane_sim.recording.states import Rules, rules_of
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension
+from crane_sim.simulation.hardware import is_sensed, sensed_coordinates
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from crane_sim.hardware.settings import HardwareConfig
     from crane_sim.models.falls.crane import Falls
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
@@ -50,34 +48,14 @@ if TYPE_CHECKING:
 FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 
 
-def source_note(scene: Scene) -> str:
+def source_note(scene: Scene, truth: bool) -> str:
     """Return one phrase on what energies, tension and swing are computed from, empty where that is the truth.
 
-    A recorder computes them from the published joint states and the scene's payload.
+    A recorder computes them from the published states, true or as sensors show them, and the scene's payload.
     """
-    equipment = scene.hardware
-    if equipment is None:
-        return ""
-    parts = ("from what the sensors show",) if _is_sensed(equipment, len(scene.joint_names)) else ()
-    parts += ("for the payload of the start",) if equipment.payload_fault is not None else ()
-    return " and ".join(parts)
-
-
-def _is_sensed(equipment: HardwareConfig, nq: int) -> bool:
-    """Return whether sensors show something else than the truth, or may come to do so."""
-    return bool(sensed_coordinates(equipment, nq))
-
-
-def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, ...]:
-    """Return the coordinates of which sensors show something else than the truth, or may come to do so.
-
-    Of nq coordinates, whose rates follow them: nq + i is the rate of coordinate i.
-    """
-    if equipment is None:
-        return ()
-    faulty = equipment.faults.joint[equipment.faults.kind <= SENSOR_LOSS].astype(int)
-    real = np.flatnonzero(equipment.sensors != ideal_sensors(nq))
-    return tuple(sorted({*real.tolist(), *faulty.tolist(), *(faulty + nq).tolist()}))
+    parts = () if truth or not is_sensed(scene) else ("from what the sensors show",)
+    changes = scene.hardware is not None and scene.hardware.payload_fault is not None
+    return " and ".join((*parts, *(("for the payload of the start",) if changes else ())))
 
 
 MOST_TENSIONS = 12  # that a recording holds; of more links or falls it has the first one's only
@@ -231,9 +209,8 @@ class Block(NamedTuple):
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
 
-def of_scene(scene: Scene, run_id: str) -> Layout:
-    """Return the layout of a scene's recording."""
-    framing = _framing(scene, cable := suspension(scene))
+def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
+    """Return the layout of a scene's recording; without `truth` its states are what sensors show."""
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -242,21 +219,22 @@ def of_scene(scene: Scene, run_id: str) -> Layout:
         actuated=scene.actuated,
         effort_units=scene.effort_units,
         command_units=scene.command_units,
-        effort_scales=_effort_scales(scene, cable),
+        effort_scales=_effort_scales(scene, cable := suspension(scene)),
         length_plots=_length_plots(scene),
         swings=_swings(scene, cable),
         suspension=cable,
         stand=Stand(WORLD if base_of(scene) is None else BASE, _sea(scene)),
         ropes=_ropes(scene),
-        provenance=source_note(scene),
+        provenance=source_note(scene, truth),
         period_ns=scene.period_ns,
-        framing=framing,
+        framing=(framing := _framing(scene, cable)),
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         rules=rules_of(scene.hardware),
-        properties=_scene_properties(scene) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
+        properties=_scene_properties(scene, truth) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
+        sensed=sensed_coordinates(scene.hardware, len(scene.joint_names)) if truth else (),
     )
 
 
@@ -264,8 +242,7 @@ def of_rollout(rollout: Rollout, run_id: str) -> Layout:
     """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
     layout = of_scene(rollout.scene, run_id)
     facts = {"law": str(rollout.summary["law"] or "none"), "derived": "from the true state"}
-    sensed = sensed_coordinates(rollout.scene.hardware, len(layout.joints))
-    return layout._replace(provenance="", sensed=sensed, paced=False, properties={**layout.properties, **facts})
+    return layout._replace(provenance="", paced=False, properties={**layout.properties, **facts})
 
 
 def text_properties(layout: Layout) -> dict[str, str]:
@@ -331,14 +308,14 @@ def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:
     return tuple(names) if cable is None else tuple(f"swing_{k}" for k in cable.links if f"swing_{k}" in names)
 
 
-def _scene_properties(scene: Scene) -> dict[str, Any]:
+def _scene_properties(scene: Scene, truth: bool) -> dict[str, Any]:
     return {
         "scene": scene.name,
         "law": scene.law_name or "none",
         "seed": scene.seed,
         "period": scene.period,
         "duration": scene.duration,
-        "derived": source_note(scene) or "from the true state",
+        "derived": source_note(scene, truth) or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
         "provenance": json.dumps(provenance.of_this_process()),
     } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})

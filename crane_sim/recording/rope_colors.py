@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from crane_sim.recording.layout import Numbers
 
 LEAST = 1e-6  # N: a smaller tension is none
@@ -24,10 +26,10 @@ def usual_tensions(tensions: Numbers) -> Numbers:
     return np.where(usual > LEAST, usual, max(1.0, float(usual.max(initial=0.0))))
 
 
-def rope_colors(tensions: Numbers, usual: Numbers) -> Numbers:
-    """Return colours (F, L, 3) of ropes with tensions (F, L) [N], compared to `usual` (L,)."""
+def rope_colors(tensions: Numbers, usual: Numbers) -> NDArray[np.uint8]:
+    """Return colours (F, L, 3), 0 to 255, of ropes with tensions (F, L) [N], compared to `usual` (L,)."""
     ratio = tensions / usual
     stops = (0.0, 1.0, 2.0)
     channels = [np.interp(ratio, stops, values) for values in zip(UNLOADED, USUAL, DOUBLE, strict=True)]
     colors = np.stack(channels, axis=-1)
-    return np.where((tensions <= LEAST)[..., None], SLACK, colors).round()
+    return np.where((tensions <= LEAST)[..., None], SLACK, colors).round().astype(np.uint8)

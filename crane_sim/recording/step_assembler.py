@@ -15,7 +15,7 @@ _SEVERAL = 8  # different commands of one stamp that are kept
 
 
 class Row(NamedTuple):
-    """One control step."""
+    """One control step; the state is the true one where that is known."""
 
     step: int
     q: Vector
@@ -23,6 +23,7 @@ class Row(NamedTuple):
     effort: Vector
     demanded: Vector | None  # None without a command of this stamp, or where it is not known which one counted
     reference: Vector | None
+    measured: tuple[Vector, Vector] | None = None  # (q, v) as sensors show them, beside the truth
 
 
 class StepAssembler:
@@ -32,7 +33,9 @@ class StepAssembler:
         lost: steps before the newest row that was handed out, and that never became complete.
     """
 
-    def __init__(self, period_ns: int, reference: Vector | None, commanded: bool = True, after: int = 0) -> None:
+    def __init__(
+        self, period_ns: int, reference: Vector | None, commanded: bool = True, after: int = 0, sensed: bool = False
+    ) -> None:
         """Begin behind the step `after`.
 
         Args:
@@ -40,15 +43,18 @@ class StepAssembler:
             reference: holds until another one is published.
             commanded: commands are expected.
             after: steps up to this one have been handed out by an earlier recorder.
+            sensed: joint states are what sensors show, true states are expected beside them.
         """
         self._period_ns, self._commanded = period_ns, commanded
         self._states: dict[int, tuple[Vector, Vector]] = {}
+        self._true_states: dict[int, tuple[Vector, Vector]] = {}
+        self._sensed = sensed
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, list[Vector]] = {}
         self._acceptance_known = False  # the plant publishes which commands count, as it does in real time
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._done = after * period_ns  # newest stamp handed out
-        self._newest_state = self._newest_effort = self._newest_command = self._done
+        self._newest_state = self._newest_effort = self._newest_command = self._newest_true_state = self._done
         self.lost = 0
 
     def follows_reset(self, stamp: int) -> bool:
@@ -60,6 +66,12 @@ class StepAssembler:
         self._newest_state = stamp
         if stamp > self._done:
             self._states[stamp] = (q, v)
+
+    def add_true_state(self, stamp: int, q: Vector, v: Vector) -> None:
+        """Take a true state."""
+        self._newest_true_state = stamp
+        if stamp > self._done:
+            self._true_states[stamp] = (q, v)
 
     def add_effort(self, stamp: int, effort: Vector) -> None:
         """Take the effort that was applied from `stamp` on."""
@@ -101,11 +113,13 @@ class StepAssembler:
 
     def has(self, step: int) -> bool:
         """Whether states and efforts have come up to this step: what is missing before it is lost."""
-        return min(self._newest_state, self._newest_effort) >= step * self._period_ns
+        newest = min(self._newest_state, self._newest_effort)
+        return min(newest, self._newest_true_state if self._sensed else newest) >= step * self._period_ns
 
     def take(self, final: bool = False) -> list[Row]:
         """Hand out the rows that are complete; the final call waits for no command any more."""
-        stamps = sorted(self._efforts.keys() & self._states.keys())
+        complete = self._efforts.keys() & self._states.keys()
+        stamps = sorted(complete & self._true_states.keys() if self._sensed else complete)
         if stamps and self._commanded and not final:
             limit = max(self._newest_command, stamps[-1] - MAX_ROWS_HELD * self._period_ns)
             stamps = [stamp for stamp in stamps if stamp <= limit]
@@ -116,9 +130,11 @@ class StepAssembler:
         return rows
 
     def _row(self, stamp: int) -> Row:
-        q, v = self._states[stamp]
+        shown = self._states[stamp]
+        q, v = self._true_states[stamp] if self._sensed else shown
         reference = next(value for since, value in reversed(self._references) if since <= stamp)
-        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], self._demanded_efforts(stamp), reference)
+        demanded, measured = self._demanded_efforts(stamp), shown if self._sensed else None
+        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], demanded, reference, measured)
 
     def _demanded_efforts(self, stamp: int) -> Vector | None:
         """Return the only command of a stamp, of several the one that was applied; None where none is that."""
@@ -128,6 +144,6 @@ class StepAssembler:
 
     def _forget(self, stamp: int) -> None:
         self._done = stamp
-        for messages in (self._states, self._efforts, self._commands):
+        for messages in (self._states, self._true_states, self._efforts, self._commands):
             for old in [key for key in messages if key <= stamp]:
                 del messages[old]

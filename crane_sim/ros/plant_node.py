@@ -34,6 +34,7 @@ from crane_sim.ros.plant.transform_topics import TransformTopics, missing_packag
 from crane_sim.ros.plant.warm_up import warm_up
 from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
 from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.hardware import is_sensed
 from crane_sim.simulation.plant import Plant
 
 PARAMETERS = {
@@ -96,7 +97,8 @@ class PlantNode:
         scene = load_scene(settings.scene)
         scene = scene.with_external_commands() if settings.commanded else scene
         self._host, self._settings = host, settings
-        self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock)
+        sensed = is_sensed(scene)
+        self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock, sensed)
         self._topics.publish_description(urdf(scene))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)

@@ -5,6 +5,7 @@ import os
 import sys
 import time
 from contextlib import suppress
+from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from crane_sim.ros.recorder.decoder import TOPICS
 from crane_sim.ros.recorder.outputs import Outputs, ResumeState, read_resume_state
 from crane_sim.ros.recorder.replay_buffer import ReplayBuffer
 from crane_sim.ros.recorder.subscriptions import NAMES, RecorderSubscriptions
+from crane_sim.simulation.hardware import is_sensed
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -53,7 +55,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -
         subscriptions = RecorderSubscriptions(host.node, outputs.callbacks)
         if settings.live_port:
             host.node.get_logger().info(f"watch it live: crane view --live --port {settings.live_port}")
-        host.wait(subscriptions.missing)
+        host.wait(partial(subscriptions.missing, is_sensed(scene)))
         host.pipes.report("ready")
     if outputs:
         _record(host, scene, subscriptions, outputs)
@@ -77,7 +79,7 @@ def _stand_by(
         from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun before the fail-over, not in it
 
         warm_up(scene)
-    host.wait(subscriptions.missing)
+    host.wait(partial(subscriptions.missing, is_sensed(scene)))
     host.pipes.report("ready")
     while not (host.started or host.stop_reason):
         host.spin(_PERIOD)

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.hardware.faults import SCHEDULED, FaultLog
+from crane_sim.hardware.faults import SCHEDULED, SENSOR_LOSS, FaultLog
 from crane_sim.hardware.payloads import with_payload
 from crane_sim.hardware.random import seed_to_uint64
-from crane_sim.hardware.records import COUNTERS, make_records
+from crane_sim.hardware.records import COUNTERS, ideal_sensors, make_records
 from crane_sim.hardware.reference_profiles import PHASES
 from crane_sim.hardware.servos import Servos
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
@@ -226,6 +226,23 @@ class HardwareRun:
         }
         figures |= {"overtravel": tripped} if tripped else {}
         return figures | ({"braked_time": float(counters.braked) * self._scene.period} if counters.braked else {})
+
+
+def is_sensed(scene: Scene) -> bool:
+    """Return whether sensors show something else than the truth, or may come to do so."""
+    return bool(sensed_coordinates(scene.hardware, len(scene.joint_names)))
+
+
+def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, ...]:
+    """Return the coordinates of which sensors show something else than the truth, or may come to do so.
+
+    Of nq coordinates, whose rates follow them: nq + i is the rate of coordinate i.
+    """
+    if equipment is None:
+        return ()
+    faulty = equipment.faults.joint[equipment.faults.kind <= SENSOR_LOSS].astype(int)
+    real = np.flatnonzero(equipment.sensors != ideal_sensors(nq))
+    return tuple(sorted({*real.tolist(), *faulty.tolist(), *(faulty + nq).tolist()}))
 
 
 def measure(scene: Scene, q: Array, v: Array) -> Array:

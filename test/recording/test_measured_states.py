@@ -1,14 +1,19 @@
 """What sensors show stands beside the truth in a recording, on its page and in its columns."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import crane_sim
 from crane_sim.evaluation.report.panels import panels_of
 from crane_sim.recording.layout import of_rollout
+from crane_sim.recording.replay import replay
 from crane_sim.recording.rerun.curves import channels
+from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.run import RecordedRun
 from crane_sim.simulation.hardware import measure
+from crane_sim.simulation.plant import Plant
 
 pytestmark = pytest.mark.interpreted
 FAULT = {"dark": {"kind": "sensor_loss", "joint": "swing_tangential", "at": 0.1}}
@@ -49,6 +54,25 @@ def test_a_recording_has_both(rollout: crane_sim.Rollout, run: RecordedRun) -> N
     ideal = crane_sim.simulate("knuckle_setpoint", duration=0.05)
     assert not of_rollout(ideal, "ideal").sensed
     assert not [channel for channel in channels(of_rollout(ideal, "ideal")) if "measured" in channel.entity]
+
+
+def test_a_recorder_of_messages_has_both(rollout: crane_sim.Rollout, run: RecordedRun, tmp_path: Path) -> None:
+    """From joint states and true states a recorder makes the recording of the run without ROS, which is repeated."""
+    scene, plant = rollout.scene, Plant(rollout.scene)
+    recorder = Recorder(scene, tmp_path / "run.rrd")
+    for k, command in enumerate(rollout.commands, start=1):
+        stamp, effort = k * scene.period_ns, tuple(command.tolist())
+        recorder.true_state(stamp, plant.q, plant.v)  # topics may overtake each other
+        recorder.state(stamp, *plant.seen)
+        plant.advance(effort)
+        recorder.command(stamp, effort)
+        recorder.effort(stamp, plant.applied)
+    assert recorder.has_all(len(rollout.commands))
+    assert recorder.finish({"steps": len(rollout.commands)})["lost_steps"] == 0
+    heard = crane_sim.read_recording(tmp_path / "run.rrd")
+    for name in ("q", "v", "q_measured", "v_measured", "commands", "tensions", "swing", "kinetic"):
+        assert np.array_equal(getattr(heard, name), getattr(run, name)), name
+    assert replay(heard).difference is None
 
 
 def test_measured_curves_share_the_axis_of_the_true_ones(run: RecordedRun) -> None:

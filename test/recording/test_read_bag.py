@@ -13,6 +13,7 @@ from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.mcap.metadata import RUN, read_metadata
 from crane_sim.recording.replay import replay
 from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.simulation.hardware import measure
 
 pytestmark = pytest.mark.interpreted
 RUN_OF = crane_sim.simulate("knuckle_setpoint", duration=0.1)
@@ -45,6 +46,26 @@ def test_a_bag_gives_the_run_back(tmp_path: Path) -> None:
     assert run.scene_values == same.scene_values and run.versions == same.versions and run.finished
     outcome = replay(run)
     assert outcome.difference is None and outcome.steps == len(RUN_OF.commands)
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) -> None:
+    """Of a crane with sensors the state is the true one, beside what sensors show; older bags have the latter alone."""
+    run = crane_sim.simulate("knuckle_setpoint", duration=0.1, overrides={"sensors": {"all": {"noise": 1e-3}}})
+    topics = TOPICS | ({"true_states": TOPICS["joint_states"]._replace(name="/knuckle/true_states")} if told else {})
+    bag = Bag(tmp_path / "run.mcap", topics, run.scene.period_ns, properties=text_properties(of_scene(run.scene, "")))
+    shown = measure(run.scene, run.q[:-1], run.v[:-1])
+    for k, effort in enumerate(run.u[: len(shown)]):
+        stamp = (k + 1) * run.scene.period_ns
+        bag.callbacks()["joint_states"](STATE_WIRE.encode(stamp, *np.hsplit(shown[k], 2), np.zeros(6)))
+        bag.callbacks()["applied_effort"](EFFORT_WIRE.encode(stamp, effort))
+        if told:
+            bag.callbacks()["true_states"](STATE_WIRE.encode(stamp, run.q[k], run.v[k], np.zeros(6)))
+    bag.finish({})
+    read = crane_sim.read_recording(tmp_path / "run.mcap")
+    assert np.array_equal(read.q, run.q[:-1] if told else shown[:, :6])
+    assert np.array_equal(read.q_measured, shown[:, :6]) if told else read.q_measured is None
+    assert read.properties["derived"] == ("from the true state" if told else "from what the sensors show")
 
 
 def test_what_a_bag_lacks_is_said_in_one_line(tmp_path: Path) -> None:

@@ -1,7 +1,12 @@
 """Ropes have the colour of their tension."""
 
-import numpy as np
+from pathlib import Path
 
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+import crane_sim
 from crane_sim.recording.rope_colors import DOUBLE, SLACK, UNLOADED, USUAL, rope_colors, usual_tensions
 
 
@@ -20,3 +25,20 @@ def test_a_rope_that_begins_slack_is_compared_to_its_largest_tension() -> None:
     """The reference is the first tension, of a rope without one the largest, and it is never zero."""
     assert usual_tensions(np.array([[0.0, 0.0], [7.0, 0.0]])).tolist() == [7.0, 7.0]
     assert usual_tensions(np.zeros((3, 1))).tolist() == [1.0]
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("scene", "colors"), [("knuckle_setpoint", "Cylinders3D:colors"), ("overhead_lqr", "LineStrips3D:colors")]
+)
+def test_the_viewer_gets_these_colors(scene: str, colors: str, tmp_path: Path) -> None:
+    """The rope of a recording begins in the usual colour and has the others where its tension differs."""
+    run = crane_sim.simulate(scene, duration=1.0)
+    path = run.record(tmp_path / "run.rrd")
+    batches = [chunk.to_record_batch() for chunk in RrdReader(path).stream() if chunk.entity_path == "/rope"]
+    rows = [row for batch in batches if colors in batch.schema.names for row in batch[colors].to_pylist()]
+    shown = np.array([[color >> 24 & 255, color >> 16 & 255, color >> 8 & 255] for row in rows for color in row])
+    frames = run.tensions[:-1:3]  # a frame each 33 ms, of a run of 100 Hz
+    expected = rope_colors(frames, usual_tensions(run.tensions))
+    assert np.array_equal(shown, expected[:, 0]) and tuple(shown[0]) == USUAL
+    assert len(np.unique(shown, axis=0)) > 1, "the tension of this run does not change"

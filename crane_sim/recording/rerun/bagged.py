@@ -33,7 +33,7 @@ def bagged_run(path: Path) -> RecordedRun:
 
 
 def _record(bag: BaggedRun, path: Path) -> Path:
-    layout = of_scene(bag.scene, "bag")
+    layout = of_scene(bag.scene, "bag", bag.truth)
     kept = {key: value for key, value in bag.properties.items() if key in KEPT}
     writer = RunWriter(path, layout._replace(properties={**layout.properties, **kept}))
     for first in range(0, len(bag.rows), BLOCK_STEPS):

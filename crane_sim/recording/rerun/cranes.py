@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 import rerun as rr
@@ -41,9 +41,10 @@ if TYPE_CHECKING:
 
 
 Vector = tuple[float, float, float]
+Colors: TypeAlias = "NDArray[np.uint8]"  # red, green, blue along the last axis
 
 
-ROPE = (214, 219, 226)
+LABEL = (226, 230, 236)
 
 
 CABLE_RADIUS_RATIO = 0.0035  # radius of a rope, of the crane's size
@@ -67,7 +68,7 @@ class CraneVisual(Protocol):
     def set_size(self, size: float) -> None:
         """Log what depends on the crane's size [m] and does not move."""
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Numbers) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Colors) -> Framing | None:
         """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
 
         The colours (F, L, 3) are those of links or falls; one alone is that of all.
@@ -154,6 +155,9 @@ class RobotVisual:
             if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand.frame), static=True)
+        if "tip_z" in layout.joints:  # the head of a boom that is not modelled would be a riddle
+            name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", colors=LABEL, radii=0.0)
+            rec.log("suspension_point", rr.CoordinateFrame("tip_link"), name, static=True)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
         """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""
@@ -168,7 +172,7 @@ class RobotVisual:
         rods = rr.Cylinders3D.from_fields(radii=CABLE_RADIUS_RATIO * size, fill_mode="solid")
         self._rec.log("rope", rods, static=True)
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Numbers) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Colors) -> Framing | None:
         """Add frames; the framing stays."""
         values = dict(zip(self._layout.joints, q.T, strict=True))
         for name, columns in joint_transforms(self._joints.values(), values):
@@ -183,7 +187,7 @@ class RobotVisual:
     def fit_to_motion(self) -> Framing | None:
         """Return None: a boom's reach is known from the start."""
 
-    def _draw_lines(self, time: list[rr.TimeColumn], tops: Numbers, bottoms: Numbers, colors: Numbers) -> None:
+    def _draw_lines(self, time: list[rr.TimeColumn], tops: Numbers, bottoms: Numbers, colors: Colors) -> None:
         """Add rods between points (F, n, 3), in colours (F, n, 3), or (F, 1, 3) that are those of all."""
         frames, count = tops.shape[:2]
         start, end = tops.reshape(-1, 3), bottoms.reshape(-1, 3)
@@ -253,7 +257,7 @@ def load_robot(robot: str, entity: str | None = None, frames: str | None = None)
         return rr.urdf.UrdfTree.from_file_path(path, entity, frame_prefix=frames)
 
 
-def _cable_columns(nodes: Numbers, colors: Numbers) -> rr.ComponentColumnList:
+def _cable_columns(nodes: Numbers, colors: Colors) -> rr.ComponentColumnList:
     """Return one strip a link with colours (F, N, 3) for nodes (F, N+1, 3), or a single strip with one (F, 1, 3)."""
     frames, links = len(nodes), colors.shape[1]
     if links != nodes.shape[1] - 1:
@@ -298,7 +302,7 @@ class GantryVisual:
         if self._beads:
             self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE, radii=radii), static=True)
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Numbers) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Colors) -> Framing | None:
         """Add frames; the framing is a new one where the room was too small."""
         self._watch(nodes)
         grown = None

@@ -10,10 +10,11 @@ from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, set_aside
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.live import LiveServer
-from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous
+from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous, compact
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
+from crane_sim.simulation.hardware import is_sensed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
+MANY_BLOCKS = 60  # half a minute of real time: with more of them a viewer is slow to open the file
 MESSAGE_TIMEOUT = 2.0  # s without a message after which missing ones count as lost
 _SETTLING_TIME = 0.3  # s without one after which a run of unknown length counts as complete
 
@@ -65,22 +67,26 @@ class Recorder:
         self._live = None if live_port is None else LiveServer(live_port)
         self._session = Session(scene, path, self._live, self._pass_id, repairs=complete_file is None)
         self._session.recorded = previous.recorded
-        self._assembler = StepAssembler(scene.period_ns, scene.reference, scene.sampled, previous.after)
+        self._assembler = _new_assembler(scene, previous.after)
         self._simulation_state = ""
         self.last_step, self._last_time = previous.after, 0.0  # written, s of wall time
-        self._last_message = time.monotonic()
+        self._last_message, self._blocks = time.monotonic(), 0
         self.write_error = ""
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
-        """Take the joint state (nq,) of a stamp [ns]."""
+        """Take the joint state (nq,) of a stamp [ns], as sensors show it."""
         self._last_message = time.monotonic()
         if self._assembler.follows_reset(stamp):
             self._start_over()
         if not self._last_time:
             self._last_time = self._last_message
         self._assembler.add_state(stamp, q, v)
+
+    def true_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
+        """Take the true state (nq,) of a stamp, of a scene with sensors."""
+        self._assembler.add_true_state(stamp, q, v)
 
     def effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) applied from a stamp on."""
@@ -142,8 +148,17 @@ class Recorder:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
         That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
-        could not be joined within `within` seconds stay as they are, and are named as `parts`.
+        could not be joined within `within` seconds stay as they are, and are named as `parts`; a file of many blocks
+        that could not be compacted by then has them.
         """
+        began = time.monotonic()
+        entries = self._complete(summary, within)
+        if self._blocks > MANY_BLOCKS and not {"error", "parts"} & entries.keys():
+            compact(Path(entries["recording"]), within - (time.monotonic() - began))
+        return entries
+
+    def _complete(self, summary: Mapping[str, Any], within: float) -> dict[str, Any]:
+        """Complete the file, or the one that its parts are joined into; return what `finish` does."""
         began = time.monotonic()
         self.save()
         steps = summary.get("steps", self.last_step)
@@ -175,6 +190,7 @@ class Recorder:
             self._attempt(lambda: self._session.write(rows))
         if not rows or self.write_error:
             return
+        self._blocks += 1
         step, written_at = rows[-1].step, time.monotonic()
         simulated = (step - self.last_step) * self._scene.period
         self._session.pace(step, simulated / max(written_at - self._last_time, 1e-9))
@@ -192,9 +208,9 @@ class Recorder:
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
-        finished = self.finish({"scene": self._scene.name, "ended_by": "reset"})
-        self._assembler = StepAssembler(self._scene.period_ns, self._scene.reference, self._scene.sampled)
-        self.last_step, self._last_time, self.passes = 0, 0.0, self.passes + 1
+        finished = self._complete({"scene": self._scene.name, "ended_by": "reset"}, LIMIT)
+        self._assembler = _new_assembler(self._scene)
+        self.last_step, self._last_time, self.passes, self._blocks = 0, 0.0, self.passes + 1, 0
         recorded, self._session.recorded = self._session.recorded, 0
         if self.write_error:
             self._steps_before_reset += recorded
@@ -207,6 +223,11 @@ class Recorder:
         self.on_reset()
         session = self._attempt(lambda: Session(self._scene, self._path, self._live, self._pass_id))
         self._session = session or self._session
+
+
+def _new_assembler(scene: Scene, after: int = 0) -> StepAssembler:
+    """Return an assembler of a scene's steps behind the step `after`."""
+    return StepAssembler(scene.period_ns, scene.reference, scene.sampled, after, is_sensed(scene))
 
 
 def warm_up(scene: Scene) -> None:

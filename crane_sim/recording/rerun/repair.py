@@ -23,9 +23,11 @@ if TYPE_CHECKING:
 
 
 LIMIT = 60.0  # s for making one recording of what there is
+COMPACTED_BYTES = 500_000_000  # of a recording; twice as much memory is needed meanwhile
 
 
 _LOOK = 0.05  # s between two looks at what time is left
+_MARGIN = 0.3  # s before the deadline, so that the outcome can still be reported
 
 
 def repair_leftovers(folder: Path) -> list[Path]:
@@ -72,7 +74,16 @@ def optimize_recordings(parts: Sequence[Path], complete_file: Path, time_left: C
     """
     if time_left() <= 0.0:
         return False
-    command = [str(viewer_program()), "rrd", "optimize", *map(str, parts), "-o", str(complete_file)]
+    command = [
+        str(viewer_program()),
+        "rrd",
+        "optimize",
+        "--profile",
+        "live",
+        "-o",
+        str(complete_file),
+        *map(str, parts),
+    ]
     quiet = subprocess.DEVNULL
     with subprocess.Popen(
         command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal()
@@ -87,12 +98,21 @@ def optimize_recordings(parts: Sequence[Path], complete_file: Path, time_left: C
     return False
 
 
+def compact(recording: Path, time_limit: float) -> None:
+    """Join the blocks of a complete recording into large ones and index them: a viewer takes its time for each block.
+
+    The file stays as it is where it is larger than `COMPACTED_BYTES`, or `time_limit` seconds are not enough.
+    """
+    temporary = temporary_name(recording)
+    if recording.stat().st_size > COMPACTED_BYTES:
+        return
+    if optimize_recordings([recording], temporary, countdown(time_limit - _MARGIN)):
+        temporary.replace(recording)
+
+
 def viewer_program() -> Path:
     """Return the Rerun program itself; its Python wrapper would not end it when killed."""
     return Path(rerun_cli.__file__).with_name("rerun")
-
-
-_MARGIN = 0.3  # s before the deadline, so that the outcome can still be reported
 
 
 class Previous(NamedTuple):

@@ -145,6 +145,7 @@ class SimulationRun:
         plant = self.plant
         self.stamp = (plant.k + 1) * self.scene.period_ns
         self._topics.publish_state(self.stamp, *plant.seen, plant.applied)
+        self._topics.publish_true_state(self.stamp, plant.q, plant.v, plant.applied)
 
     def step(self, effort: Sequence[float] | None) -> None:
         """Advance one period with `effort` (nu,) held; the state is published first: the controller waits for it."""

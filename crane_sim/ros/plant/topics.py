@@ -25,12 +25,16 @@ class PlantTopics:
 
     Attributes:
         publishing: durations of the calls that hand joint states to the middleware.
-        clock_subscribed, effort_subscribed, payload_subscribed: the topic had subscribers at the last update.
+        clock_subscribed, effort_subscribed, payload_subscribed, truth_subscribed: the topic had subscribers at the last
+            update.
     """
 
-    def __init__(self, node: Node, joints: Sequence[str], actuated: Sequence[str], clock: bool = True) -> None:
-        """Create every publisher of the node `plant`; that of /clock only with `clock`."""
+    def __init__(
+        self, node: Node, joints: Sequence[str], actuated: Sequence[str], clock: bool = True, sensed: bool = False
+    ) -> None:
+        """Create every publisher of the node `plant`; that of /clock only with `clock`, true states with `sensed`."""
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
+        self._truth = node.create_publisher(JointState, "true_states", messages.DEEP_STREAM) if sensed else None
         self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM)
         self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK) if clock else None
         self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR)
@@ -43,7 +47,7 @@ class PlantTopics:
         self._effort_wire = JointWire(actuated, EFFORT)
         self._clock_message, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
-        self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = False
+        self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = self.truth_subscribed = False
         self.publishing = DurationHistogram()
 
     def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> None:
@@ -51,15 +55,25 @@ class PlantTopics:
 
         Its efforts are those `applied` (nu,) at the start of the period before it, and zero of other joints.
         """
-        padded = (*applied, 0.0)
-        message = self._state_wire.encode(stamp, q, v, [padded[i] for i in self._applied_indices])
+        message = self._encode_state(stamp, q, v, applied)
         start = time.perf_counter()
         self._states.publish(message)
         self.publishing.add(time.perf_counter() - start)
 
+    def publish_true_state(
+        self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]
+    ) -> None:
+        """Publish the true state of a crane with sensors, with the efforts of its joint state; else nothing."""
+        if self._truth and self.truth_subscribed:
+            self._truth.publish(self._encode_state(stamp, q, v, applied))
+
     def publish_effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Publish the effort applied from `stamp` on, after limits and faults."""
         self._efforts.publish(self._effort_wire.encode(stamp, effort))
+
+    def _encode_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> bytes:
+        padded = (*applied, 0.0)
+        return self._state_wire.encode(stamp, q, v, [padded[i] for i in self._applied_indices])
 
     def publish_clock(self, stamp: int) -> None:
         """Publish the simulation's time."""
@@ -93,10 +107,12 @@ class PlantTopics:
         self.clock_subscribed = self._clock is not None and self._clock.get_subscription_count() > 0
         self.effort_subscribed = self._efforts.get_subscription_count() > 0
         self.payload_subscribed = self._pose.get_subscription_count() > 0
+        self.truth_subscribed = self._truth is not None and self._truth.get_subscription_count() > 0
 
     def missing(self, state_subscribers: int, effort_subscribers: int) -> str:
         """Return one line on the subscribers still missing, empty when all are matched."""
-        for publisher, number in ((self._states, state_subscribers), (self._efforts, effort_subscribers)):
+        truth = [(self._truth, effort_subscribers)] if self._truth else []
+        for publisher, number in ((self._states, state_subscribers), (self._efforts, effort_subscribers), *truth):
             if (matched := publisher.get_subscription_count()) < number:
                 return f"{number - matched} more subscriber(s) of {publisher.topic_name}"
         return ""
@@ -124,7 +140,7 @@ class PlantTopics:
         The wait ends with the liveliness lease of the middleware, after which a dead subscriber is removed.
         """
         deadline = time.monotonic() + messages.LIVELINESS_LEASE
-        for publisher in (self._states, self._efforts):
+        for publisher in filter(None, (self._states, self._truth, self._efforts)):
             while not publisher.wait_for_all_acked(_SLICE):
                 if should_stop() or time.monotonic() >= deadline:
                     return

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 TOPICS = (
     "joint_states",
+    "true_states",
     "applied_effort",
     "joint_commands",
     "accepted_command",
@@ -49,6 +50,7 @@ class MessageDecoder:
         """Return one callback of a serialized message per topic."""
         return {
             "joint_states": self._on_state,
+            "true_states": self._on_true_state,
             "applied_effort": self._on_effort,
             "joint_commands": self._on_command,
             "accepted_command": self._on_accepted,
@@ -62,6 +64,11 @@ class MessageDecoder:
         state = _decode(self._state_wire, data)
         if state is not None:
             self._recorder.state(state.stamp, state.position, state.velocity)
+
+    def _on_true_state(self, data: bytes) -> None:
+        state = _decode(self._state_wire, data)
+        if state is not None:
+            self._recorder.true_state(state.stamp, state.position, state.velocity)
 
     def _on_effort(self, data: bytes) -> None:
         if self._quitting:

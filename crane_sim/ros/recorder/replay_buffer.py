@@ -11,7 +11,7 @@ from typing import NamedTuple
 from crane_sim.recording.mcap.topic import stamp_of
 
 SECONDS = 10.0  # more than a recorder, on a busy machine, has received and not yet written
-_STAMPED = ("joint_states", "applied_effort", "joint_commands", "accepted_command", "held_command")
+_STAMPED = ("joint_states", "true_states", "applied_effort", "joint_commands", "accepted_command", "held_command")
 _LATCHED = ("robot_description", "simulation_state", "/tf_static")  # valid until the next one comes
 _LASTING = ("joint_trajectory", *_LATCHED)  # the same, the first one until the plant is reset
 

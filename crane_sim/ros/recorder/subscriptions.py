@@ -47,6 +47,7 @@ class _Message(NamedTuple):
 
 _SOURCES = {
     "joint_states": _Source(JointState, _STREAM),
+    "true_states": _Source(JointState, _STREAM),
     "applied_effort": _Source(JointState, _STREAM),
     "joint_commands": _Source(JointState, _STREAM),
     "accepted_command": _Source(JointState, _STREAM),
@@ -107,9 +108,9 @@ class RecorderSubscriptions:
         for message in complete:
             message.callback(message.data)
 
-    def missing(self) -> str:
-        """Return one line on the peer still missing, empty when the plant is there."""
-        for name in ("joint_states", "applied_effort"):
+    def missing(self, sensed: bool) -> str:
+        """Return one line on the peer still missing, empty when the plant is there, of a crane with sensors or not."""
+        for name in ("joint_states", "applied_effort", *(["true_states"] if sensed else [])):
             if not self._subscriptions[name].has_publisher:
                 return f"a publisher of {self._subscriptions[name].topic}"
         return ""
