@@ -7,7 +7,6 @@ import time
 from types import SimpleNamespace
 
 from crane_sim import load_scene
-from crane_sim.description import urdf
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
@@ -15,6 +14,7 @@ from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import QUIT, Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
+from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES, TransformScope
 from crane_sim.ros.plant import standard_services
 from crane_sim.ros.plant.base_odometry import BaseOdometry
@@ -97,7 +97,7 @@ class PlantNode:
         scene = scene.with_external_commands() if settings.commanded else scene
         self._host, self._settings = host, settings
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock)
-        self._topics.publish_description(urdf(scene))
+        self._topics.publish_description(urdf_with_ros2_control(scene, host.node.get_namespace()))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)
         further = self._further_publishers(scene)
