@@ -101,7 +101,7 @@ class PlantNode:
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)
         further = self._further_publishers(scene)
-        held = HeldCommands(host.node, scene) if settings.mode == RunMode.REALTIME and scene.sampled else None
+        held = HeldCommands(host.node, scene, settings.mode == RunMode.REALTIME) if scene.sampled else None
         self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads, further, held)
         self._remark_on_transforms()
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
