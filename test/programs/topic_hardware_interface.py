@@ -1,8 +1,8 @@
 """A stock ros2_control set-up, emulated: SCENE sim|wall actuated|all single|events [reliable].
 
-Written from the behaviour of controller_manager's ros2_control_node and of JointStateTopicSystem (Jazzy): the loop waits
-for the first time that its clock reads, then for a period, and then calls read(), the controllers' update() and write()
-once in each period of this clock, the wall clock or simulated time. The hardware interface has a node of its own, whose
+Written from the behaviour of controller_manager's ros2_control_node and of JointStateTopicSystem (Jazzy): the loop
+waits for the first time that its clock reads, then for a period, and then calls read(), the controllers' update() and
+write() once in each period of this clock, the wall clock or simulated time. The hardware interface has a node of its own, whose
 messages read() takes; it writes the names of all joints of its tag, and the efforts of those that have a command
 interface, stamped with its clock; before there is a state, the initial commands of its tag.
 
@@ -10,7 +10,6 @@ The real one subscribes with best effort. Asked to be reliable, this one loses n
 """
 
 import sys
-import time
 from xml.etree import ElementTree
 
 import rclpy

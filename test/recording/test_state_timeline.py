@@ -63,7 +63,8 @@ def test_a_page_has_the_tracks_as_bands(run: RecordedRun) -> None:
 def test_tracks_follow_from_steps(rollout: crane_sim.Rollout) -> None:
     """Brakes act where the plant says so, slack ropes have no tension, a contact a force, limited efforts differ.
 
-    A lost command (step 21) is no braking. What changes at the seam of two blocks is noted once, and a track that stays calm never.
+    A lost command (step 21) is no braking. What changes at the seam of two blocks is noted once, and a track that stays
+    calm never.
     """
     block, layout = block_of_rollout(rollout), of_rollout(rollout, "states")
     layout = layout._replace(effort_units=layout.command_units)

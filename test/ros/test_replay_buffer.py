@@ -67,7 +67,7 @@ def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
 
 
 def test_every_broadcaster_is_replayed(clock: list[float]) -> None:
-    """Static transforms of several broadcasters are all replayed, however old, each once, the newest hundred of them."""
+    """Static transforms of several broadcasters are all replayed, however old, each once, the newest hundred."""
     received: list[bytes] = []
     buffer = ReplayBuffer(["/tf_static", "joint_states"])
     callbacks = buffer.callbacks()

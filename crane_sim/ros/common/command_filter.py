@@ -44,7 +44,9 @@ def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
         return ()
     inertia, gravity = required_efforts(scene)
     bounds = np.where(
-        np.isin(scene.command_units, ("N m", "N")), _ACCELERATION * inertia + _LOAD_FACTOR * np.abs(gravity), _ACCELERATION
+        np.isin(scene.command_units, ("N m", "N")),
+        _ACCELERATION * inertia + _LOAD_FACTOR * np.abs(gravity),
+        _ACCELERATION,
     )
     return tuple(bounds.tolist())
 

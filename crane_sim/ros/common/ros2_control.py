@@ -47,7 +47,10 @@ class Gains(NamedTuple):
 
 
 def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
-    """Return the URDF of a scene with the tag of ros2_control; `namespace`: of its topics, default: the crane's name."""
+    """Return the URDF of a scene with the tag of ros2_control.
+
+    `namespace` is that of its topics, by default the crane's name.
+    """
     robot = ElementTree.fromstring(urdf(scene))
     control = ElementTree.SubElement(robot, "ros2_control", name=f"{scene.crane}_topics", type="system")
     hardware = ElementTree.SubElement(control, "hardware")
