@@ -2,9 +2,9 @@
 
 Written from the behaviour of controller_manager's ros2_control_node and of JointStateTopicSystem (Jazzy): the loop
 waits for the first time that its clock reads, then for a period, and then calls read(), the controllers' update() and
-write() once in each period of this clock, the wall clock or simulated time. The hardware interface has a node of its own, whose
-messages read() takes; it writes the names of all joints of its tag, and the efforts of those that have a command
-interface, stamped with its clock; before there is a state, the initial commands of its tag.
+write() once in each period of this clock, the wall clock or simulated time. The hardware interface has a node of its
+own, whose messages read() takes; it writes the names of all joints of its tag, and the efforts of those that have a
+command interface, stamped with its clock; before there is a state, the initial commands of its tag.
 
 The real one subscribes with best effort. Asked to be reliable, this one loses no state on a busy machine.
 """
