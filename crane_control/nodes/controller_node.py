@@ -22,6 +22,7 @@ from crane_sim.ros.controller.responder import serve_responder
 from crane_sim.ros.controller.setpoints import Setpoints
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_action import TrajectoryAction
+from crane_sim.trajectories.replanning import to_piecewise_polynomial, trajectory_of_law
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
@@ -45,7 +46,7 @@ class ControllerNode(LawNode):
         super().__init__(node, settings, lambda settings: fast_half(make_law(settings)), _COMMANDS)
         scene = self._scene
         self._goals = TrajectoryAction(node, scene, self._law, settings)
-        self._next_reference = 0  # ns
+        self._next_reference, self._path = 0, trajectory_of_law(self._law)  # ns; the path whose end is the reference
         self._command = b""  # the newest, serialized
         self._command_wire = CommandWire(scene)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
@@ -79,7 +80,8 @@ class ControllerNode(LawNode):
         return Diagnostics(setpoints.warning(self._law.slow_half), setpoints.figures()) if setpoints else Diagnostics()
 
     def _reset(self) -> None:
-        self._next_reference = 0
+        self._next_reference, self._path = 0, trajectory_of_law(self._law)
+        self._reference = messages.reference_message(self._scene.actuated, self._scene.reference or ())
         self._goals.reset()
         if self._setpoints:
             self._setpoints.reset()
@@ -102,7 +104,18 @@ class ControllerNode(LawNode):
             return False
         self._command = self._command_wire.encode(state.stamp, effort)
         self._last_state = state
+        self._update_reference()
         return True
+
+    def _update_reference(self) -> None:
+        """Let the reference be where the joints' path ends, if that has changed: the next message has it, at once."""
+        path = trajectory_of_law(self._law)
+        if path is None or path is self._path or not path.of_joints:
+            return
+        end = to_piecewise_polynomial(path).coefficients[-1, :, 0]
+        self._path, self._next_reference = path, 0
+        self._reference = messages.reference_message(self._scene.actuated, end.tolist())
+        self._trajectories.ignore(self._reference)
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:

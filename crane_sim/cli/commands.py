@@ -162,9 +162,15 @@ def scenes(folder: str | None, as_json: bool) -> None:
 
 @app.command()
 @click.argument("file")
-def check(file: str) -> None:
-    """Validate a scene file."""
+@click.option("--ros2-control", "urdf", type=click.Path(path_type=Path), help="Its <ros2_control> tag is checked, too.")
+def check(file: str, urdf: Path | None) -> None:
+    """Validate a scene file, and with --ros2-control URDF the tag with which ros2_control is to drive its crane."""
     loaded = load_scene_with_options(file)
+    if urdf is not None:
+        from crane_sim.ros.common.ros2_control_tag import check_tag
+
+        check_tag(loaded, urdf)
+        print(f"{urdf}: fine (commands {', '.join(loaded.actuated)})")
     control = f"law {loaded.law_name}" if loaded.law_name else "open loop"
     steps = f"{loaded.steps} steps of {loaded.period:g} s"
     print(f"{file}: fine ({loaded.crane}, {loaded.duration:g} s, {steps}, {control})")

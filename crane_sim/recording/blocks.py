@@ -34,14 +34,15 @@ class Motion(NamedTuple):
     effort: Numbers
     demanded: Numbers
     reference: Numbers | None
+    braked: NDArray[np.bool_]
 
 
 def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     """Turn rows into arrays, with everything that follows from them."""
     q, v = _array(row.q for row in rows), _array(row.v for row in rows)
     effort = _array(row.effort for row in rows)
-    step = np.array([row.step for row in rows], dtype=np.int64)
-    motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows))
+    step, braked = np.array([row.step for row in rows], dtype=np.int64), np.array([row.braked for row in rows])
+    motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows), braked)
     t = ((step - 1) * scene.period).astype(np.float64)
     return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(measured=_measured(rows))
 
@@ -58,7 +59,8 @@ def block_of_rollout(rollout: Rollout) -> Block:
         raise ValueError("this run has samples at other times than its control periods: simulate without sample_times")
     reference = None if scene.reference is None else np.tile(scene.reference, (steps, 1))
     step = np.arange(1, steps + 1)
-    motion = Motion(step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference)
+    calm = np.zeros(steps, dtype=bool)
+    motion = Motion(step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference, calm)
     block = _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
     return block._replace(measured=measure(scene, motion.q, motion.v)) if is_sensed(scene) else block
 

@@ -193,6 +193,7 @@ class Block(NamedTuple):
     v: Numbers  # (K, nq)
     effort: Numbers  # (K, nu) applied, after limits
     demanded: Numbers  # (K, nu) commanded; NaN without a command
+    braked: NDArray[np.bool_]  # (K,) the brakes of all actuated joints act
     reference: Numbers | None  # (K, nu) target of the actuated joints
     nodes: Numbers  # (K, N, 3) base .. tip .. payload; the cable is what follows the tip
     base: Numbers | None  # (K, 6) m and rad, of a base that moves

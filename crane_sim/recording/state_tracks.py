@@ -53,8 +53,7 @@ class StateTracks:
         """Yield (track, calm state, the other one, where that holds (K,)) of what follows from steps."""
         layout = self._layout
         if layout.actuated and layout.commanded:
-            braked = np.isnan(block.demanded).all(axis=1)
-            yield BRAKES, "released", "acting", braked
+            yield BRAKES, "released", "acting", block.braked
         if layout.actuated and self._rules.limited and layout.effort_units == layout.command_units:
             yield (
                 EFFORTS,

@@ -24,6 +24,7 @@ class Row(NamedTuple):
     demanded: Vector | None  # None without a command of this stamp, or where it is not known which one counted
     reference: Vector | None
     measured: tuple[Vector, Vector] | None = None  # (q, v) as sensors show them, beside the truth
+    braked: bool = False  # the plant has said that its brakes act
 
 
 class StepAssembler:
@@ -51,6 +52,7 @@ class StepAssembler:
         self._sensed = sensed
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, list[Vector]] = {}
+        self._braked: set[int] = set()
         self._acceptance_known = False  # the plant publishes which commands count, as it does in real time
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._done = after * period_ns  # newest stamp handed out
@@ -89,12 +91,14 @@ class StepAssembler:
         self._newest_command = max(self._newest_command, stamp)
 
     def add_accepted(self, stamp: int, effort: Vector | None) -> None:
-        """Take a command that the plant has accepted; from the first one on no other counts. None: there is none."""
+        """Take a command that the plant has accepted; from the first one on no other counts. None: the brakes act."""
         if not self._acceptance_known:
             self._acceptance_known = True
-            self._commands.clear()
+            braked_since = stamp if effort is None else 0  # lockstep, where every command before has counted
+            self._commands = {at: commands for at, commands in self._commands.items() if at < braked_since}
         if self._expects(stamp):
             self._commands[stamp] = [] if effort is None else [effort]
+            (self._braked.add if effort is None else self._braked.discard)(stamp)
             self._newest_command = max(self._newest_command, stamp)
 
     def _expects(self, stamp: int) -> bool:
@@ -133,8 +137,9 @@ class StepAssembler:
         shown = self._states[stamp]
         q, v = self._true_states[stamp] if self._sensed else shown
         reference = next(value for since, value in reversed(self._references) if since <= stamp)
-        demanded, measured = self._demanded_efforts(stamp), shown if self._sensed else None
-        return Row(stamp // self._period_ns, q, v, self._efforts[stamp], demanded, reference, measured)
+        measured, braked = shown if self._sensed else None, stamp in self._braked
+        efforts, demanded = self._efforts[stamp], self._demanded_efforts(stamp)
+        return Row(stamp // self._period_ns, q, v, efforts, demanded, reference, measured, braked)
 
     def _demanded_efforts(self, stamp: int) -> Vector | None:
         """Return the only command of a stamp, of several the one that was applied; None where none is that."""
@@ -144,6 +149,7 @@ class StepAssembler:
 
     def _forget(self, stamp: int) -> None:
         self._done = stamp
+        self._braked = {at for at in self._braked if at > stamp}
         for messages in (self._states, self._true_states, self._efforts, self._commands):
             for old in [key for key in messages if key <= stamp]:
                 del messages[old]

@@ -7,7 +7,6 @@ import time
 from types import SimpleNamespace
 
 from crane_sim import load_scene
-from crane_sim.description import urdf
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.command_filter import largest_efforts
 from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
@@ -15,6 +14,7 @@ from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import QUIT, Fault, NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
+from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES, TransformScope
 from crane_sim.ros.plant import standard_services
 from crane_sim.ros.plant.base_odometry import BaseOdometry
@@ -99,11 +99,11 @@ class PlantNode:
         self._host, self._settings = host, settings
         sensed = is_sensed(scene)
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock, sensed)
-        self._topics.publish_description(urdf(scene))
+        self._topics.publish_description(urdf_with_ros2_control(scene, host.node.get_namespace()))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)
         further = self._further_publishers(scene)
-        held = HeldCommands(host.node, scene) if settings.mode == RunMode.REALTIME and scene.sampled else None
+        held = HeldCommands(host.node, scene, settings.mode == RunMode.REALTIME) if scene.sampled else None
         self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads, further, held)
         self._remark_on_transforms()
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault

@@ -61,16 +61,18 @@ def test_a_page_has_the_tracks_as_bands(run: RecordedRun) -> None:
 
 @pytest.mark.interpreted
 def test_tracks_follow_from_steps(rollout: crane_sim.Rollout) -> None:
-    """Brakes are periods without a command, slack ropes have no tension, a contact a force, limited efforts differ.
+    """Brakes act where the plant says so, slack ropes have no tension, a contact a force, limited efforts differ.
 
-    What changes at the seam of two blocks is noted once, and a track that stays calm never.
+    A lost command (step 21) is no braking. What changes at the seam of two blocks is noted once, and a track that stays
+    calm never.
     """
     block, layout = block_of_rollout(rollout), of_rollout(rollout, "states")
     layout = layout._replace(effort_units=layout.command_units)
     demanded, tensions, contact = block.effort.copy(), np.full_like(block.tensions, 5.0), np.zeros(len(block.step))
-    demanded[10:12], demanded[14, 1] = np.nan, 1e9
+    braked = np.zeros(len(block.step), dtype=bool)
+    demanded[10:12], demanded[14, 1], demanded[20], braked[10:12] = np.nan, 1e9, np.nan, True
     tensions[12:18, 0], tensions[18, 0], contact[3:15] = 0.0, -2.0, 1.0
-    block = block._replace(demanded=demanded, tensions=tensions, contact=contact)
+    block = block._replace(demanded=demanded, braked=braked, tensions=tensions, contact=contact)
     tracks, found = StateTracks(layout, Rules(None, True)), dict[str, list[tuple[int, str]]]()
     for rows in (slice(0, 15), slice(15, None)):
         part = block._replace(**{name: each[rows] for name, each in block._asdict().items() if each is not None})

@@ -100,4 +100,20 @@ def test_held_commands_are_the_demands() -> None:
     for k in range(1, 5):
         assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)
         assembler.add_effort(k * PERIOD_NS, EFFORT_C)
-    assert [row.demanded for row in assembler.take(final=True)] == [EFFORT_A, EFFORT_A, None, EFFORT_B]
+    rows = assembler.take(final=True)
+    assert [row.demanded for row in rows] == [EFFORT_A, EFFORT_A, None, EFFORT_B]
+    assert [row.braked for row in rows] == [False, False, True, False]
+
+
+def test_a_lost_command_is_no_braking() -> None:
+    """In lockstep a step whose command was lost has no demand; brakes act where the plant says so, at the run's end."""
+    assembler = StepAssembler(PERIOD_NS, None)
+    for k in range(1, 5):
+        assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)
+        assembler.add_effort(k * PERIOD_NS, EFFORT_B)
+    assembler.add_command(PERIOD_NS, EFFORT_B)
+    assembler.add_command(3 * PERIOD_NS, EFFORT_B)
+    assembler.add_accepted(4 * PERIOD_NS, None)
+    rows = assembler.take(final=True)
+    assert [row.demanded for row in rows] == [EFFORT_B, None, EFFORT_B, None]
+    assert [row.braked for row in rows] == [False, False, False, True]

@@ -66,6 +66,19 @@ def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
     assert 19 - SECONDS < 11  # what was skipped was still buffered: it had been written
 
 
+def test_every_broadcaster_is_replayed(clock: list[float]) -> None:
+    """Static transforms of several broadcasters are all replayed, however old, each once, the newest hundred."""
+    received: list[bytes] = []
+    buffer = ReplayBuffer(["/tf_static", "joint_states"])
+    callbacks = buffer.callbacks()
+    for sender in (*range(102), 50):
+        callbacks["/tf_static"](b"from %d" % sender)
+    clock[0] = 2.0 * SECONDS
+    callbacks["joint_states"](state(1))
+    buffer.replay_to([{"/tf_static": received.append}], after=[0])
+    assert received == [b"from %d" % sender for sender in (*range(2, 50), *range(51, 102), 50)]
+
+
 def test_the_pass_before_a_recorded_reset_is_dropped(clock: list[float]) -> None:
     """If the failed recorder had recorded the reset, only latched messages are replayed of before."""
     assert replayed(buffer_of_two_passes(clock), after=1, passes=4) == [b"playing", state(2, 1.0), state(3, 1.0)]

@@ -144,8 +144,9 @@ def test_a_goal_is_followed_as_the_path_of_a_scene(client: Client) -> None:
         (GoalCode.OLD_HEADER_TIMESTAMP, {"start": 0.1, "time": 0.2}),
     ]
     for code, fields in wrong:
-        answer = client.answer(client.send(**{"time": 1.0, "position": 1.0} | fields))
-        assert answer[:2] == (GoalStatus.STATUS_ABORTED, code) and answer.line
+        request = {"time": 1.0, "position": 1.0} | fields
+        answer = client.answer(client.send(request.pop("time"), request.pop("position"), **request))
+        assert answer[:2] == (GoalStatus.STATUS_ABORTED, code) and answer.line, (code, fields, answer)
     assert client.node.pause(False) == "ok"
     answer = client.answer(handle)
     assert answer[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
@@ -167,6 +168,26 @@ def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
     after, rest = client.motion()
     assert speed > 0.3 and abs(rest) < 0.1 * speed  # the payload still swings, and pulls
     assert after - before == pytest.approx(0.5 * speed * STOP, abs=0.1 * speed)  # the drive lags by some 0.1 s
+
+
+def test_the_reference_is_where_the_path_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The topic of the reference, which recordings and bags take, follows a goal at once, and goes on with it.
+
+    The controller's own messages are no trajectories for it: the goal succeeds.
+    """
+    points = [{"positions": [x], "velocities": [0.0], "time_from_start": t} for x, t in ((0.0, 0.0), (END, TIME))]
+    path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"], "points": points}
+    scene, ends = load_scene(DOCUMENT | {"reference": {"path": path}}), list[float]()
+    with running(scene, tmp_path, monkeypatch, "paused:=true") as client:
+        client.node.node.create_subscription(
+            JointTrajectory, "joint_trajectory", lambda message: ends.append(message.points[0].positions[0]), 10
+        )
+        client.advance(0.5)
+        handle = client.send(1.0, 0.1)
+        client.advance(2.5)
+        assert client.answer(handle).status == GoalStatus.STATUS_SUCCEEDED
+        wait_until(lambda: ends.count(0.1) >= 2, "the reference of the goal")
+    assert ends == sorted(ends, reverse=True) and set(ends) <= {END, 0.1}
 
 
 def test_a_newer_goal_takes_over_at_its_start(client: Client) -> None:

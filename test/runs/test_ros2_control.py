@@ -39,17 +39,19 @@ def test_the_clock_leads_lockstep(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("tag", ["actuated", "all"])
 @pytest.mark.parametrize("executor", ["single", "events"])
 def test_the_clock_leads_on_a_loaded_machine(
-    domain_id: int, ros_environment: dict[str, str], tmp_path: Path, executor: str
+    domain_id: int, ros_environment: dict[str, str], tmp_path: Path, executor: str, tag: str
 ) -> None:
-    """Ten runs with each executor beside two busy processes have the states of the law in one process."""
+    """Twenty runs with each executor and tag beside a busy process have the states of the law in one process."""
     alone = simulate(SCENE, PdLaw(SCENE)).summary["state_sha256"]
-    with busy(2):
-        for tag in ("actuated", "all") * 5:
-            options = ("sim", tag, executor)
+    with busy(1):
+        for run in range(20):
+            options = ("sim", tag, executor, "reliable")
             summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
-            assert summary.get("state_sha256") == alone, summary
+            assert summary.get("state_sha256") == alone, (run, summary)
+            assert "error" not in summary and summary["commands"]["rejected"] == 0, (run, summary)
 
 
 @pytest.mark.long(cases=["wall clock, any stamps", "wall clock, ROS time", "simulated time, stamps of states"])

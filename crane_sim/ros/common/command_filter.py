@@ -28,7 +28,7 @@ class RequiredEfforts(NamedTuple):
     """What actuated joints need at the start of a scene."""
 
     inertia: np.ndarray  # (nu,) of each joint with its load
-    gravity: np.ndarray  # (nu,) the effort that holds it
+    gravity: np.ndarray  # (nu,) the effort that holds it, signed
 
 
 def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
@@ -44,7 +44,9 @@ def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
         return ()
     inertia, gravity = required_efforts(scene)
     bounds = np.where(
-        np.isin(scene.command_units, ("N m", "N")), _ACCELERATION * inertia + _LOAD_FACTOR * gravity, _ACCELERATION
+        np.isin(scene.command_units, ("N m", "N")),
+        _ACCELERATION * inertia + _LOAD_FACTOR * np.abs(gravity),
+        _ACCELERATION,
     )
     return tuple(bounds.tolist())
 
@@ -61,7 +63,7 @@ def required_efforts(scene: Scene) -> RequiredEfforts:
     derived = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
     up, down, _, _ = derived.potential_relative.reshape(4, n)
     _, _, moving, at_rest = derived.kinetic_relative.reshape(4, n)
-    return RequiredEfforts(2.0 * np.abs(moving - at_rest), np.abs(up - down) / (2.0 * _HALF_DIFFERENCE))
+    return RequiredEfforts(2.0 * np.abs(moving - at_rest), (up - down) / (2.0 * _HALF_DIFFERENCE))
 
 
 class Refusal(StrEnum):

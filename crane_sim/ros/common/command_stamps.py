@@ -19,6 +19,16 @@ COMMAND_STAMPS = {
 }
 """Descriptions of the policies, by their names."""
 
+_LAG = 100_000  # ns
+
+
+def clock_lag(period: int) -> int:
+    """Return by how many ns a clock that leads is behind the times of states; `period`: of control, ns.
+
+    Every state that is sent again takes one of them: the clock never stands while the plant waits.
+    """
+    return min(_LAG, period // 2)
+
 
 class StampRange(NamedTuple):
     """The stamps [ns] that a command may have."""

@@ -1,10 +1,11 @@
 """A crane as ros2_control sees it: the `<ros2_control>` tag of its URDF, and a file of controllers.
 
 The hardware interface is `joint_state_topic_hardware_interface`, which reads `joint_states` and writes
-`joint_commands`. Joints that nothing drives have states only.
+`joint_commands`. Joints that nothing drives have states only. It writes before any controller is active, too: then
+commands are those of the tag, which hold the joints at the start. Without them they would be NaN, which no crane takes.
 """
 
-from math import inf
+from math import ceil, inf, isfinite
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -39,41 +40,58 @@ class Gains(NamedTuple):
     d: float
     i_clamp: float  # bound of the integral's effort
 
-    def rounded(self) -> dict[str, float]:
-        """Return them by name, to four digits."""
-        return {name: float(f"{value:.4g}") for name, value in self._asdict().items()}
+    def parameters(self) -> dict[str, float]:
+        """Return them by the controller's names, to four digits."""
+        values = {"p": self.p, "i": self.i, "d": self.d, "i_clamp_max": self.i_clamp, "i_clamp_min": -self.i_clamp}
+        return {name: float(f"{value:.4g}") + 0.0 for name, value in values.items()}
 
 
-def urdf_with_ros2_control(scene: Scene) -> str:
-    """Return the URDF of a scene with the tag of ros2_control."""
+def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
+    """Return the URDF of a scene with the tag of ros2_control.
+
+    `namespace` is that of its topics, by default the crane's name.
+    """
     robot = ElementTree.fromstring(urdf(scene))
     control = ElementTree.SubElement(robot, "ros2_control", name=f"{scene.crane}_topics", type="system")
     hardware = ElementTree.SubElement(control, "hardware")
     ElementTree.SubElement(hardware, "plugin").text = PLUGIN
+    topics = "/" + (namespace.strip("/") or scene.crane)
     parameters = {
-        "joint_states_topic": f"/{scene.crane}/joint_states",
-        "joint_commands_topic": f"/{scene.crane}/joint_commands",
+        "joint_states_topic": f"{topics}/joint_states",
+        "joint_commands_topic": f"{topics}/joint_commands",
         "trigger_joint_command_threshold": "-1",  # a command that is the same as the last one is sent, too
     }
     for name, value in parameters.items():
         ElementTree.SubElement(hardware, "param", name=name).text = value
-    for i, joint in enumerate(scene.joint_names):
-        _add_joint(control, scene, joint, scene.initial_q[i])
+    holding = dict(zip(scene.actuated, holding_commands(scene), strict=True))
+    for joint, position in zip(scene.joint_names, scene.initial_q, strict=True):
+        _add_joint(control, scene, joint, position, holding.get(joint, 0.0))
     ElementTree.indent(robot)
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
 
 
-def _add_joint(control: ElementTree.Element, scene: Scene, joint: str, position: float) -> None:
+def _add_joint(control: ElementTree.Element, scene: Scene, joint: str, position: float, holding: float) -> None:
     element = ElementTree.SubElement(control, "joint", name=joint)
     if joint in scene.actuated:
         i = scene.actuated.index(joint)
         command = ElementTree.SubElement(element, "command_interface", name=scene.commands[i])
-        for name, bound in zip(("min", "max"), command_limits(scene, i), strict=False):
-            ElementTree.SubElement(command, "param", name=name).text = f"{bound:.12g}"
+        least, largest = command_limits(scene, i) or (-inf, inf)
+        values = {"min": least, "max": largest, "initial_value": min(max(holding, least), largest)}
+        for name, value in values.items():
+            if isfinite(value):
+                ElementTree.SubElement(command, "param", name=name).text = f"{value:.12g}"
     for name in _STATES:
         state = ElementTree.SubElement(element, "state_interface", name=name)
         if name == "position":
             ElementTree.SubElement(state, "param", name="initial_value").text = f"{position:.12g}"
+
+
+def holding_commands(scene: Scene) -> tuple[float, ...]:
+    """Return the commands (nu,) that hold the joints at the start: efforts against gravity, speed zero, a position."""
+    if not scene.actuated:
+        return ()
+    efforts = zip(scene.command_units, required_efforts(scene).gravity.tolist(), scene.idle_command, strict=True)
+    return tuple(gravity if unit in _FORCE_UNITS else idle for unit, gravity, idle in efforts)
 
 
 def command_limits(scene: Scene, i: int) -> tuple[float, ...]:
@@ -100,7 +118,7 @@ def controllers_file(scene: Scene) -> str:
     if len(set(scene.commands)) > 1:
         kinds = ", ".join(f"{joint}: {kind}" for joint, kind in zip(scene.actuated, scene.commands, strict=True))
         raise SceneError(f"{scene.name}: {kinds}: a controller commands one interface; give all joints the same drive")
-    manager: dict[str, Any] = {"update_rate": round(1.0 / scene.period), "use_sim_time": True}
+    manager: dict[str, Any] = {"update_rate": ceil(1.0 / scene.period - 1e-6)}  # a slower loop would miss periods
     manager |= {name: {"type": kind} for name, kind in _CONTROLLERS.items()}
     manager[f"{scene.commands[0]}_forwarding_controller"] = {"type": _FORWARDING}
     gains = dict(zip(scene.actuated, joint_gains(scene), strict=True))
@@ -108,15 +126,17 @@ def controllers_file(scene: Scene) -> str:
         "joints": list(scene.actuated),
         "command_interfaces": sorted(set(scene.commands)),
         "state_interfaces": ["position", "velocity"],
-        "gains": {joint: gain.rounded() for joint, gain in gains.items()},
+        "gains": {joint: gain.parameters() for joint, gain in gains.items()},
     }
     forwarding = {"joints": list(scene.actuated), "interface_name": scene.commands[0]}
     nodes = {
         "controller_manager": manager,
+        "joint_state_broadcaster": {"use_local_topics": True},  # the interface would read its states as the plant's
         "joint_trajectory_controller": trajectory,
         f"{scene.commands[0]}_forwarding_controller": forwarding,
     }
-    document = {scene.crane: {name: {"ros__parameters": values} for name, values in nodes.items()}}
+    document = {"/**": {"ros__parameters": {"use_sim_time": True}}}  # also of the interface's own node
+    document |= {f"/**/{name}": {"ros__parameters": values} for name, values in nodes.items()}
     units = ", ".join(scene.command_units)
     header = _HEADER.format(name=scene.name, joints=", ".join(scene.actuated), units=units, frequency=FREQUENCY)
     return header + yaml.safe_dump(document, sort_keys=False)
@@ -127,7 +147,7 @@ def joint_gains(scene: Scene) -> list[Gains]:
     w, gains, required = FREQUENCY, [], required_efforts(scene)
     for unit, inertia, gravity in zip(scene.command_units, *required, strict=True):
         if unit in _FORCE_UNITS:
-            clamp = _CLAMP * gravity
+            clamp = _CLAMP * abs(gravity)
             gains.append(Gains(inertia * w * w, INTEGRAL * inertia * w**3 if clamp else 0.0, 2.0 * inertia * w, clamp))
         elif unit.endswith("/s²"):
             gains.append(Gains(w * w, 0.0, 2.0 * w, 0.0))

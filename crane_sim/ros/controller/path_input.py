@@ -1,5 +1,6 @@
 """Trajectories on the topic `joint_trajectory`, which become new paths of a running law."""
 
+from collections import deque
 from typing import Any
 
 from pydantic import ValidationError
@@ -20,6 +21,8 @@ from crane_sim.trajectories.replanning import (
     with_trajectory,
 )
 
+_OWN_REFERENCES = 16  # that may still be on their way
+
 
 class TrajectoryInput:
     """The newest trajectory that was received, until the law follows it.
@@ -29,9 +32,9 @@ class TrajectoryInput:
     """
 
     def __init__(self, node: Node, scene: Scene, law: Any) -> None:
-        """Subscribe where the law follows a path. The controller's own messages of the scene's target are ignored."""
+        """Subscribe where the law follows a path."""
         self._node, self._scene = node, scene
-        self._own_reference = messages.reference_message(scene.actuated, scene.reference or ())
+        self._own = deque([messages.reference_message(scene.actuated, scene.reference or ())], maxlen=_OWN_REFERENCES)
         self._pending: JointTrajectory | None = None
         path = trajectory_of_law(law)
         if path is None:
@@ -41,9 +44,12 @@ class TrajectoryInput:
         join_trajectory(Waypoints(self._names, (Point(start, 1.0),)), path, self._names, 0.0)  # imports slow packages
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
 
+    def ignore(self, reference: JointTrajectory) -> None:
+        """Ignore messages with this reference from now on: the controller's own."""
+        self._own.append(reference)
+
     def _on_message(self, message: JointTrajectory) -> None:
-        own_reference = self._own_reference
-        if (message.joint_names, message.points) != (own_reference.joint_names, own_reference.points):
+        if all((message.joint_names, message.points) != (own.joint_names, own.points) for own in self._own):
             self._pending = message
 
     def apply_to(self, law: Any, t: float) -> Any:

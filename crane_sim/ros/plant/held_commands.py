@@ -16,15 +16,17 @@ HELD = "held_command"
 class HeldCommands:
     """Publisher of held commands (nu,), each stamped like the state at the start of its period; NaN while brakes act.
 
-    A command that comes late, a time-out and an emergency stop show in it: it is what the drives were given.
+    A command that comes late, a time-out and an emergency stop show in it: it is what the drives were given. In
+    lockstep that is the command of the state's stamp, and only periods in which brakes act are published.
     """
 
-    def __init__(self, node: Node, scene: Scene) -> None:
-        """Create the publisher."""
+    def __init__(self, node: Node, scene: Scene, every_period: bool) -> None:
+        """Create the publisher, of every period or of braked ones."""
+        self._every_period = every_period
         self._publisher = node.create_publisher(JointState, HELD, messages.DEEP_STREAM)
         self._wire, self._braked = CommandWire(scene), (nan,) * len(scene.actuated)
 
     def publish(self, stamp: int, command: Sequence[float], braking: bool) -> None:
         """Publish the command (nu,) of the period that begins at a stamp [ns], if there are subscribers."""
-        if self._publisher.get_subscription_count():
+        if (braking or self._every_period) and self._publisher.get_subscription_count():
             self._publisher.publish(self._wire.encode(stamp, self._braked if braking else command))

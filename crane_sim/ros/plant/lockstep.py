@@ -1,8 +1,11 @@
 """Lockstep: every step waits for the controller's answer.
 
 Where commands are stamped with ROS time the clock leads: state k is published and acknowledged, then /clock reads the
-time of state k + 1 less some nanoseconds, and the command with this time answers state k. Nodes that live by that time
-run in lockstep. A state that is sent again needs a later time, or no such node would wake up for it.
+time of state k + 1 less a lag, and the command with this time answers state k. Nodes that live by that time run in
+lockstep. A state that is sent again needs a later time: the message of the first one may have been lost.
+
+Before the run the clock stands one period earlier: ros2_control's loop waits for the first time that it is told, then
+for a whole period, and only then begins.
 """
 
 import time
@@ -13,7 +16,7 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
-from crane_sim.ros.common.command_stamps import CommandStamps, lockstep_range
+from crane_sim.ros.common.command_stamps import CommandStamps, clock_lag, lockstep_range
 from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.plant.accepted_commands import AcceptedCommands
@@ -27,7 +30,7 @@ _RESEND = 0.05  # s between two messages of the same state while the run waits, 
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
 _POLL = 0.005  # s between two polls of services while there are several publishers
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
-_LAG = 1000  # ns of the clock behind the time of the next state, less one for every state that was sent again
+_STANDING = 0.35  # s for which a clock that is to lead stands, told ten times a second, when all peers have come
 _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 
@@ -51,7 +54,7 @@ class Lockstep:
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
         self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended)
-        self._lag = min(_LAG, simulation.scene.period_ns // 2)
+        self._lag = clock_lag(simulation.scene.period_ns)
         self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
         by_state = settings.command_stamps == CommandStamps.STATE
         self._accepted = None if by_state else AcceptedCommands(host.node, self._wire)
@@ -70,6 +73,8 @@ class Lockstep:
         """See `StepScheduler`; a state without a valid answer is sent again and again, and nothing moves."""
         simulation = self._simulation
         self._commands.start()
+        if self._clock_leads:
+            self._announce_clock()
         simulation.start()
         self._restart_clock()
         while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
@@ -194,6 +199,13 @@ class Lockstep:
         """Begin to wait for the answer to a state that has just been published."""
         self._first_sent = self._last_sent = time.monotonic()
         self._clock_due = self._clock_leads and self._simulation.running
+
+    def _announce_clock(self) -> None:
+        """Let every node that lives by the clock read it before it moves."""
+        until = time.monotonic() + _STANDING
+        while time.monotonic() < until and not self._host.stop_reason:
+            self._host.spin(0.01)
+            self._simulation.publish_clock_if_due()
 
     def _advance_clock_if_due(self) -> None:
         """Publish the time of the next state, if every subscriber has acknowledged this one."""

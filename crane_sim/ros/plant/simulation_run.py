@@ -6,6 +6,7 @@ from typing import Any
 
 from crane_sim.description.transforms import payload_orientation
 from crane_sim.ros.common.command_filter import CommandValidator
+from crane_sim.ros.common.command_stamps import clock_lag
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
 from crane_sim.ros.plant.held_commands import HeldCommands
@@ -64,7 +65,7 @@ class SimulationRun:
         self._warnings: dict[str, str] = {}
         self._start_time = self._end_time = 0.0
         self._next_progress = self._next_diagnostics = 0.0
-        self._clock = scene.period_ns  # ns
+        self._clock = scene.period_ns - (clock_lag(scene.period_ns) if clock_leads else 0)  # ns
         self._last_clock = 0  # ns, at the last call of `publish_clock_if_due`
 
     @property

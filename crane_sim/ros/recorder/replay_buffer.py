@@ -14,8 +14,8 @@ SECONDS = 10.0  # more than a recorder, on a busy machine, has received and not 
 _STAMPED = ("joint_states", "true_states", "applied_effort", "joint_commands", "accepted_command", "held_command")
 _LATCHED = ("robot_description", "simulation_state", "/tf_static")  # valid until the next one comes
 _LASTING = ("joint_trajectory", *_LATCHED)  # the same, the first one until the plant is reset
-
-
+_BY_CONTENT = "/tf_static"  # several broadcasters latch different transforms there
+_BROADCASTERS = 100  # different messages of that topic that are kept, the newest ones
 _FOLLOWING = ("/clock", "/tf", "/diagnostics")  # of the present state; not replayed, newer ones follow
 
 
@@ -33,7 +33,7 @@ class ReplayBuffer:
         """Buffer messages of these topics; `passes` counts the resets of the plant so far."""
         self._names = tuple(names)
         self._newest: deque[_Message] = deque()
-        self._lasting: dict[str, _Message] = {}
+        self._lasting: dict[str | bytes, _Message] = {}  # by topic, or by their content
         self._outputs: list[Mapping[str, Callable[[bytes], None]]] = []
         self._passes, self._stamp = passes, 0
 
@@ -84,7 +84,13 @@ class ReplayBuffer:
 
     def _drop(self) -> None:
         message = self._newest.popleft()
-        if message.name in _LASTING:
+        if message.name == _BY_CONTENT:
+            self._lasting.pop(message.data, None)
+            self._lasting[message.data] = message
+            latched = [key for key in self._lasting if isinstance(key, bytes)]
+            for key in latched[:-_BROADCASTERS]:
+                del self._lasting[key]
+        elif message.name in _LASTING:
             self._lasting[message.name] = message
 
     def _pass_on(self, name: str, data: bytes, selected: Iterable[bool] = repeat(True)) -> None:

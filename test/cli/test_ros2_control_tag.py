@@ -1,0 +1,98 @@
+"""`crane check SCENE --ros2-control URDF`: a tag that cannot drive the crane is one line, exit code 2."""
+
+from pathlib import Path
+
+import pytest
+
+from crane_sim import cli, load_scene
+from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
+
+pytestmark = pytest.mark.interpreted
+SCENE = "knuckle_setpoint"
+URDF = urdf_with_ros2_control(load_scene(SCENE))
+EFFORT = '<command_interface name="effort">'
+SWING = '<joint name="swing_radial">'
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    """Return the exit code of the command in this process, whose signals are pytest's."""
+    monkeypatch.setattr("sys.argv", ["crane", *arguments])
+    monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)
+    return cli.main()
+
+
+def in_tag(old: str, new: str) -> str:
+    """Return the URDF with a change in its tag, where `old` stands at least once."""
+    head, start, tag = URDF.partition("<ros2_control")
+    assert old in tag
+    return head + start + tag.replace(old, new, 1)
+
+
+BROKEN = {
+    "robot>": ("no XML: ", URDF.replace("</robot>", "</robo>")),
+    "no tag": ("no <ros2_control> tag in <robot>", URDF.partition("<ros2_control")[0] + "</robot>"),
+    "plugin": (
+        "plugin 'mock_components/GenericSystem': possible: joint_state_topic_hardware_interface/JointStateTopicSystem",
+        in_tag("joint_state_topic_hardware_interface/JointStateTopicSystem", "mock_components/GenericSystem"),
+    ),
+    "topic": (
+        "joint_commands_topic '/crane/commands': possible: /knuckle/joint_commands",
+        in_tag("/knuckle/joint_commands", "/crane/commands"),
+    ),
+    "threshold": (
+        "trigger_joint_command_threshold '1e-5': possible: -1",
+        in_tag('threshold">-1<', 'threshold">1e-5<'),
+    ),
+    "unknown joint": ("joint 'turn': possible: slew, boom, jib, rope, ", in_tag('"slew"', '"turn"')),
+    "joint left out": ("joint 'slew' is not in the tag", in_tag('"slew"', '"swing_radial"')),
+    "unknown interface": (
+        "command interface 'torque': possible: position, velocity, effort",
+        in_tag(EFFORT, EFFORT.replace("effort", "torque")),
+    ),
+    "another drive": (
+        "command interface 'position': its drive takes 'effort' alone",
+        in_tag(EFFORT, EFFORT.replace("effort", "position")),
+    ),
+    "state interface": (
+        "state interface 'acceleration': possible: position, velocity, effort",
+        in_tag('<state_interface name="effort"', '<state_interface name="acceleration"'),
+    ),
+    "passive joint": ("nothing drives it; possible: none", in_tag(SWING, f"{SWING}{EFFORT}</command_interface>")),
+    "no initial value": (
+        "initial_value 'missing' of its command: possible: a number, else NaN is sent",
+        in_tag('<param name="initial_value">0</param>', ""),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_wrong_tag_is_one_line(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every mistake that would leave the crane without commands is named with its value and what is possible."""
+    line, text = BROKEN[case]
+    file = tmp_path / "mine.urdf"
+    file.write_text(text)
+    assert run(monkeypatch, "check", SCENE, "--ros2-control", str(file)) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"crane: {file}: ") and line in error and error.count("\n") == 1, error
+
+
+def test_the_tag_that_is_written_passes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What `describe --ros2-control` writes is fine."""
+    assert run(monkeypatch, "describe", SCENE, "--ros2-control", "--save", str(tmp_path)) == 0
+    file = tmp_path / f"{SCENE}.urdf"
+    assert run(monkeypatch, "check", SCENE, "--ros2-control", str(file)) == 0
+    assert f"{file}: fine (commands slew, boom, jib, rope" in capsys.readouterr().out
+
+
+def test_mixed_drives_have_no_controllers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Drives that take different kinds of commands: no controllers, and one line that names each joint's."""
+    assert run(monkeypatch, "describe", "bridge_speed_drive", "--ros2-control", "--save", str(tmp_path)) == 2
+    error = capsys.readouterr().err
+    assert "trolley: velocity, bridge: velocity, rope: effort: a controller commands one interface" in error
+    assert error.count("\n") == 1 and not list(tmp_path.iterdir())
