@@ -168,6 +168,28 @@ def test_the_sum_of_parts() -> None:
     assert [groups.joint_to_separate_cost(rows[-1], rows, unit) for unit in ("evaluation", "step")] == [0.8, 0.8]
 
 
+def test_rows_of_other_cranes_stay() -> None:
+    """Groups of one crane measured again replace its rows, others keep theirs and the processor that they are from."""
+
+    def result(processor: str, *labels: str) -> dict[str, Any]:
+        costs = {key: describe_spread([1.0]) for key in (f"ns_per_{unit}_{which}" for unit in ("evaluation", "step")
+                                                         for which in ("with", "without", "added"))}  # fmt: skip
+        costs |= {"evaluation_ratio": describe_spread([1.0]), "step_ratio": describe_spread([1.0])}
+        cases = [case for case in CASES if case.baseline.label in labels and not case.parts]
+        rows = [{"crane": c.baseline.label, "group": c.group, "states": 1, "states_added": 0} | costs for c in cases]
+        return {"cases": rows, "machine": {"processor": processor}}
+
+    new = result("new", "tower")
+    new["cases"] = [row | {"processor": "new"} for row in new["cases"]]
+    joined = groups.join(result("old", "tower", "mobile", "knuckle"), new)
+    assert {(row["crane"], row["processor"]) for row in joined["cases"]} == {
+        ("knuckle", "old"),
+        ("mobile", "old"),
+        ("tower", "new"),
+    }
+    assert groups.format_lines(joined)[-2:] == ["on old: knuckle, mobile", "on new: tower"]
+
+
 def test_quantiles_of_period_errors() -> None:
     """Quantiles over bins of 1 µs are those of the errors themselves, rounded up, and a pause breaks the chain."""
     random.seed(1)
