@@ -56,7 +56,7 @@ _ENDS = [[0.0, 0.0, 0.0]]
 GANTRY = Baseline("one fall", "spreader_skew", {"falls": {"top": _ENDS, "bottom": _ENDS, "axial_stiffness": 3.9e8}})
 
 TOWER_FALLS = Baseline(
-    "tower, falls", "tower_set_down", {"contact": None, "friction": {}, "inputs": {}, "trolley.limits": None}
+    "tower falls", "tower_set_down", {"contact": None, "friction": {}, "inputs": {}, "trolley.limits": None}
 )
 
 _LAW = {"law": "energy", "period": 0.01, "kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}
