@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recording, start
+from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recording, reeving, start
 from crane_sim.evaluation.bench.group_cases import CASES
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.ros.common.timing import StepTiming
@@ -166,6 +166,17 @@ def test_the_sum_of_parts() -> None:
     other = row("one", 100.0) | {"crane": "another"}
     rows = [other, row("one", 2.0), row("two", 3.0), row("both", 4.0, "one", "two")]
     assert [groups.joint_to_separate_cost(rows[-1], rows, unit) for unit in ("evaluation", "step")] == [0.8, 0.8]
+
+
+@pytest.mark.long
+def test_twelve_falls_are_measured_against_real_time() -> None:
+    """Every setting has an error, smaller for finer tolerances, and a rate; the fastest within 1e-4 m counts."""
+    results = without_machine(reeving.measure(rounds=1, duration=2.0))
+    rows = results["rows"]
+    assert all(row["times_real_time"]["least"] > 0.0 for row in rows)
+    for first in (0, 3):
+        assert rows[first]["error"] > rows[first + 1]["error"] > rows[first + 2]["error"] > 0.0
+    assert rows[-1]["error"] < reeving.LIMIT and "within 1e-04 m" in reeving.format_lines(results)[-1]
 
 
 def test_rows_of_other_cranes_stay() -> None:

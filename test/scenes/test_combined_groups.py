@@ -68,9 +68,8 @@ COMBINATIONS: dict[str, tuple[str, dict[str, Any]]] = {
 LONG = "falls below a jib that bends, friction, springy ground, at sea, in wind"
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.long] * (name == LONG)) for name in COMBINATIONS]
-)
+@pytest.mark.long(cases=[LONG])
+@pytest.mark.parametrize("name", COMBINATIONS)
 def test_energy_is_kept_by_many_groups_at_once(name: str) -> None:
     """The balance of energy closes to 1e-9 of the largest energy, in numbers."""
     scene, changes = COMBINATIONS[name]
