@@ -70,6 +70,7 @@ from crane_sim.models.supports.joint_contacts import (
     write_list_rates,
 )
 from crane_sim.models.supports.knuckle_boom import Knuckle
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry, replace_field
 from crane_sim.system import Switching
@@ -115,7 +116,7 @@ def takes_energy(support: Any) -> bool:
     """Return whether drives with play, a structure that bends or friction take energy."""
     if isinstance(support, ActuatedSupport):
         return support.contacts is not None or takes_energy(support.support)
-    return isinstance(support, GearedSupport | FlexibleSupport)
+    return isinstance(support, GearedSupport | FlexibleSupport | SwayingTower)
 
 
 @lean_kernel

@@ -63,6 +63,7 @@ from crane_sim.models.supports.compliance import (
     drive_lever,
     outer_inertia,
 )
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom, net_efforts
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.wind_load import turned_flow
@@ -108,7 +109,7 @@ class FlexiblePosture(NamedTuple):
 
 def rigid_support(support: Any) -> Any:
     """Return the support as it is without bending."""
-    return support.support if isinstance(support, FlexibleSupport) else support
+    return support.support if isinstance(support, FlexibleSupport | SwayingTower) else support
 
 
 @lean_kernel
