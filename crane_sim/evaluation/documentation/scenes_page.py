@@ -17,7 +17,8 @@ from crane_sim.simulation.metrics import world_points
 from crane_sim.simulation.rollout import simulate
 
 PORTS_AND_SITES = (
-    *("tower_gust", "tower_flexible_jib", "tower_beam_turns", "tower_set_down", "mobile_lift", "reeved_twelve_falls"),
+    *("tower_gust", "tower_flexible_jib", "tower_sway", "tower_beam_turns", "tower_set_down"),
+    *("mobile_lift", "reeved_twelve_falls"),
     *("knuckle_hook_and_sling", "knuckle_ship_falls", "pendulum_lifeboat"),
     *("bridge_hook_and_sling", "bridge_pick_up", "tandem_play"),
     *("port_sts_container", "spreader_skew", "set_down_on_deck", "spreader_pick_up"),

@@ -51,6 +51,8 @@ SIGNS = (
     Sign("tower", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),
     Sign("tower", "lateral_deflection", "rad", "the jib straight; `flexibility`", "to where a positive slew goes"),
     Sign("tower", "vertical_deflection", "rad", "the jib level; `flexibility`", "upwards"),
+    Sign("tower", "mast_x_deflection", "rad", "the mast upright; `flexibility.mast`", "about x: its head towards -y"),
+    Sign("tower", "mast_y_deflection", "rad", "the mast upright; `flexibility.mast`", "about y: its head towards x"),
     Sign("mobile", "slew", "rad", "the boom in the plane of x and z, towards x", "counter-clockwise from above"),
     Sign("mobile", "boom", "rad", "horizontal", "upwards: its elevation"),
     Sign("mobile", "telescope", "m", "no boom", "longer: from the foot pin to the tip"),

@@ -10,6 +10,7 @@ from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.joint_contacts import JointContacts
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.lugre import LuGre
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.motors import reflected_inertia
@@ -30,7 +31,7 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         joints: of the support, each (name, unit of its position, unit of its effort).
 
     Raises:
-        SceneError: a joint is locked, or its friction or motor is given twice.
+        SceneError: a joint is locked or stands on a mast that bends, or its friction or motor is given twice.
     """
     names = [name for name, _, _ in joints]
     contacts = None
@@ -43,6 +44,9 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         motors = (0.0,) * len(names)
     if contacts is None and not any(motors):
         return support
+    if isinstance(support, SwayingTower):
+        key = next(key for key in ("friction", "lugre", "actuators") if getattr(file, key))
+        raise SceneError(f"flexibility.mast: stands beside {key} of a joint's friction or motor; leave out one of both")
     motors += (0.0,) * (coordinate_count(support) - len(names))  # what bends has none
     return ActuatedSupport(support, motors if any(motors) else None, contacts)
 
