@@ -111,7 +111,8 @@ force on its length, positive pays out, so that a hanging load is held by a nega
     "overhead": """Swing angles are absolute: each from the downward vertical, not from the link above. In 3 dimensions
 links are unit vectors, for which no angle is singular.""",
     "tower": """Of a jib that bends (`flexibility`), `slew` is where its drive is, and swing angles are in the plane of
-the bent jib: deflections add to the slew and to the jib's elevation. So on mobile cranes.""",
+the bent jib: deflections add to the slew and to the jib's elevation. So on mobile cranes. On a mast that bends they are
+in the plane of slew and vertical.""",
     "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower, mobile and knuckle
 cranes and of the pendulum as well, are unit vectors in the axes of the base. A payload with an inertia adds its
 attitude `payload_qw` .. `payload_qz`, the unit quaternion from its axes to those of the base. A drive with play
