@@ -163,7 +163,7 @@ def test_a_stiff_mast_is_rigid() -> None:
     u, away = (5.0, -7.0, -120.0), []
     expected = system.acceleration(rigid, 0.0, system.state(rigid, 0.0, position[:-2], rates[:-2]), u)
     for k in (1e8, 1e9):
-        p, q = crane(False, k), position.copy()
+        p, q, a = crane(False, k), position.copy(), np.zeros(9)
         for _ in range(60):  # to the angles that do not accelerate: each is the moment over the stiffness
             a = system.acceleration(p, 0.0, system.state(p, 0.0, q, rates), u)
             q[-2:] += a[-2:] * (HEIGHT**2 * 20.0) / k

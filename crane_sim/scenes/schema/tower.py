@@ -78,40 +78,40 @@ class TowerGroups(SupportedFile):
         """Return (radius, height) [m] of the trolley at joint positions q, the jib bent upwards by `bend` [rad]."""
         return q[1] * cos(bend), q[1] * sin(bend)
 
-    def _sways(self) -> bool:
-        """Whether the mast bends."""
-        return self.flexibility is not None and self.flexibility.mast is not None
+    @property
+    def _swaying(self) -> SwayingTower | None:
+        """The support on a mast that bends, None of other cranes."""
+        tower = self.support() if self.flexibility is not None and self.flexibility.mast is not None else None
+        return tower if isinstance(tower, SwayingTower) else None
 
     def _deflections(self, q: Any) -> tuple[float, ...]:
         """Return the angles [rad] of the structure's modes with the first payload hanging at joint positions q."""
-        if not self._sways():
+        if (tower := self._swaying) is None:
             return super()._deflections(q)
-        return angles_at_rest(self.support(), q[0], q[1], getattr(self, "gravity", 0.0), self._hung_mass)
+        return angles_at_rest(tower, q[0], q[1], getattr(self, "gravity", 0.0), self._hung_mass)
 
     def tip(self, q: Any) -> Tip:
         """Return where the support's frame is at joint positions q, the structure bent by the first payload."""
-        if not self._sways():
+        if (tower := self._swaying) is None:
             return super().tip(q)
-        return Tip(trolley_place(self.support(), q[0], q[1], self._deflections(q)), q[0])
+        return Tip(trolley_place(tower, q[0], q[1], self._deflections(q)), q[0])
 
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of slew, trolley and what bends at t = 0; of a jib that bends, the jib's alone."""
-        if self._sways():
-            return self._mobility_on_mast()
+        if (tower := self._swaying) is not None:
+            return self._mobility_on_mast(tower)
         radius, mass, bends = self._start.q[1], self.trolley.mass, self.flexibility is not None
         jib = getattr(self.slew, "inertia", inf) if self.flexibility is None else self.flexibility.jib.about_axis
         turning = 1.0 / (jib + mass * radius * radius)
         levers = np.array([[0.0, radius, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, bends * radius, 0.0]])
         return JointMobility(levers, np.diag([turning, 1.0 / mass, turning]))
 
-    def _mobility_on_mast(self) -> JointMobility:
+    def _mobility_on_mast(self, tower: SwayingTower) -> JointMobility:
         """Return the mobility of slew and trolley, and of the mast along and across the jib, each as if alone."""
-        tower, radius = self.support(), self._start.q[1]
-        assert isinstance(tower, SwayingTower)
-        height, trolley = tower.height, tower.support.trolley.mass
+        height, radius, trolley = tower.height, self._start.q[1], tower.support.trolley.mass
         moved = height**2 * (sum(tower.masses) + trolley)
         levers = [[0, radius, 0, 1], [1, 0, 0, 0], [height, 0, -radius, 0], [0, height, 0, 0]]
-        turning = 1.0 / (tower.support.slew.inertia + trolley * radius**2)
+        turning = 1.0 / (self.slew.inertia + trolley * radius**2)
         inverse = np.diag([turning, 1.0 / trolley, 1.0 / tilt_inertia(tower, radius), 1.0 / moved])
         return JointMobility(np.array(levers, dtype=float), inverse)
 
