@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from crane_sim.cli.help_lines import HELP
-from crane_sim.evaluation.bench import scenes
+from crane_sim.evaluation.bench import groups, scenes
 from crane_sim.evaluation.bench.cases import LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import METHODS
 from crane_sim.evaluation.bench.page import FIGURES, write_page
@@ -41,14 +41,25 @@ Data, figure and page go to FOLDER; suites and scenes that are not measured keep
 @click.option(
     "--method", "methods", multiple=True, metavar="NAME", help=f"Only these: {', '.join(METHODS)}; may be repeated."
 )
+@click.option("--crane", "cranes", multiple=True, metavar="NAME", help="Of groups only this crane's; may be repeated.")
 @click.option("--peers", is_flag=True, help="Measure every other installed engine as well, interleaved.")
 @click.option("--save", "folder", default="runs/bench", show_default=True, metavar="FOLDER", help="Where results go.")
-def bench(suite: str, quick: bool, ids: Sequence[str], methods: Sequence[str], peers: bool, folder: str) -> None:
+def bench(
+    suite: str,
+    quick: bool,
+    ids: Sequence[str],
+    methods: Sequence[str],
+    cranes: Sequence[str],
+    peers: bool,
+    folder: str,
+) -> None:
     """Run a suite of the benchmark."""
     if suite not in SUITE_NAMES:
         raise SceneError(unknown_key(suite, SUITE_NAMES, "SUITE"))
     if suite != "scenes" and (quick or ids or methods or peers):
         raise SceneError(f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes")
+    if suite != "groups" and cranes:
+        raise SceneError(f"bench {suite}: --crane only applies to groups")
     data = read_store(_make_folder(folder))
     if suite == "page" and not data:
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
@@ -61,9 +72,15 @@ def bench(suite: str, quick: bool, ids: Sequence[str], methods: Sequence[str], p
             Console().print(_format_cheapest(case, data["scenes"]["scenes"][case]))
     elif suite != "page":
         with Console(stderr=True).status(f"measuring: {SUITES[suite].title}"):
-            data = merge_suite(data, suite, SUITES[suite].measure())
+            data = merge_suite(data, suite, _measure_groups(data, cranes) if cranes else SUITES[suite].measure())
         print("\n".join(SUITES[suite].format(data[suite])))
     _write(data, Path(folder))
+
+
+def _measure_groups(data: dict[str, Any], cranes: Sequence[str]) -> dict[str, Any]:
+    """Return the costs of these cranes' groups beside those of others that the data have."""
+    measured = groups.measure(cases=groups.select_cases(cranes))
+    return groups.join(data["groups"], measured) if "groups" in data else measured
 
 
 def _make_folder(folder: str) -> Path:

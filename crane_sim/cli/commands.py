@@ -141,15 +141,18 @@ def write_report(run: Path | None, output: Path | None) -> None:
 
 @app.command()
 @click.option("--save", "folder", metavar="FOLDER", help="Run the cranes of ports and sites; write their page there.")
+@click.option("--scene", "names", multiple=True, metavar="NAME", help="Of --save only this one; may be repeated.")
 @as_json_option
-def scenes(folder: str | None, as_json: bool) -> None:
+def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
     """List the catalogue, one line each."""
+    if names and folder is None:
+        raise SceneError("--scene: belongs to --save FOLDER; leave it out, or say where the page is")
     check_folder(folder)
     if folder is not None:
         install_groups("plots")
         from crane_sim.evaluation.documentation.scenes_page import save_page
 
-        save_page(folder)
+        save_page(folder, names)
         return
     descriptions = {
         name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()

@@ -34,6 +34,8 @@ _GROUPS = {
         "peak_list_deg",
         "peak_lateral_deflection_deg",
         "peak_vertical_deflection_deg",
+        "peak_mast_x_deflection_deg",
+        "peak_mast_y_deflection_deg",
         "min_rope_tension",
         "max_rope_tension",
         "max_lead_line_tension",

@@ -39,6 +39,7 @@ from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleSupport, rigid_support
 from crane_sim.models.supports.knuckle_boom import Knuckle
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.supports.tower_crane import TowerCrane
 
@@ -114,7 +115,7 @@ def add_support(robot: ElementTree.Element, scene: Scene) -> str:
     """Add links and joints of a scene's support; return the link at its tip, whose axes are level."""
     support = bare_support(scene.model.support)
     bends, size, rigid = (
-        support if isinstance(support, FlexibleSupport) else None,
+        support if isinstance(support, FlexibleSupport | SwayingTower) else None,
         crane_size(scene),
         rigid_support(support),
     )
@@ -206,8 +207,10 @@ def hook_block(unit: float) -> list[Shape]:
 
 
 def _add_tower(robot: ElementTree.Element, support: TowerCrane, bends: Any, size: float, ground: float) -> str:
-    """Add mast, jib and trolley; return the link where the rope begins. `bends`: a FlexibleSupport or None."""
+    """Add mast, jib and trolley; return the link where the rope begins. `bends`: what bends, None of a rigid crane."""
     unit, inertia = 0.02 * size, getattr(support.slew, "inertia", 0.0)
+    if isinstance(bends, SwayingTower):
+        return _add_swaying_tower(robot, bends, size, ground)
     mast = Shape((1.6 * unit, 1.6 * unit, -ground), (0.0, 0.0, 0.5 * ground), YELLOW)
     foot = Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
     add_link(robot, "base_link", [mast, foot])
@@ -220,6 +223,32 @@ def _add_tower(robot: ElementTree.Element, support: TowerCrane, bends: Any, size
     add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
     add_joint(robot, "prismatic", "trolley", ("slew_link", "trolley_link"), axis=FORWARD)
     return "trolley_link"
+
+
+def _add_swaying_tower(robot: ElementTree.Element, tower: SwayingTower, size: float, ground: float) -> str:
+    """Add the mast on its universal joint, jib and trolley; return the link where the rope begins, in level axes."""
+    unit, h, masses, places = 0.02 * size, tower.height, np.array(tower.masses), np.array(tower.places)
+    foot = Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
+    below = Shape((1.6 * unit, 1.6 * unit, max(-ground - h, unit)), (0.0, 0.0, 0.5 * (ground - h)), YELLOW)
+    add_link(robot, "base_link", [foot, below])
+    ElementTree.SubElement(robot, "link", name="mast_joint_link")
+    add_link(robot, "mast_link", [Shape((1.6 * unit, 1.6 * unit, h), (0.0, 0.0, 0.5 * h), YELLOW)])
+    centre = float(masses @ places / masses.sum())
+    turning = float(masses @ (places - centre) ** 2)
+    shapes = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
+    add_link(robot, "slew_link", shapes, Body(float(masses.sum()), (centre, 0.0, 0.0), (0.0, turning, turning)))
+    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(tower.support.trolley.mass))
+    add_joint(robot, "revolute", "mast_x_deflection", ("base_link", "mast_joint_link"), (0.0, 0.0, -h), FORWARD)
+    add_joint(robot, "revolute", "mast_y_deflection", ("mast_joint_link", "mast_link"), axis=LEFT)
+    add_joint(robot, "revolute", "slew", ("mast_link", "slew_link"), (0.0, 0.0, h), UP)
+    add_joint(robot, "prismatic", "trolley", ("slew_link", "trolley_link"), axis=FORWARD)
+    last, turns = "trolley_link", (("slew", UP, -1.0), ("mast_y_deflection", LEFT, -1.0))
+    for k, (joint, axis, sign) in enumerate((*turns, ("mast_x_deflection", FORWARD, -1.0), ("slew", UP, 1.0))):
+        link = f"level_{k}_link"
+        ElementTree.SubElement(robot, "link", name=link)
+        add_joint(robot, "revolute", f"level_mast_{k}", (last, link), axis=axis, mimic=joint, multiplier=sign)
+        last = link
+    return last
 
 
 def _add_bent_jib(robot: ElementTree.Element, bends: FlexibleSupport, size: float, unit: float) -> str:

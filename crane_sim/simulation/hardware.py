@@ -18,8 +18,11 @@ from crane_sim.hardware.reference_profiles import PHASES
 from crane_sim.hardware.servos import Servos
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
 from crane_sim.hardware.stiff_servos import StiffServos
+from crane_sim.models.supports import coordinate_count
+from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.backlash import GearedSupport
 from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
@@ -80,9 +83,19 @@ def stiffened(model: Any, q: Array) -> tuple[Any, Array]:
     support, further = getattr(model, "support", None), 0
     if isinstance(support, GearedSupport):
         further, support = len(support.drives.inertia), support.support
-    if isinstance(support, FlexibleSupport):
-        further, support = further + sum(mode is not None for mode in support[-2:]), support.support
+    bent = support.support if isinstance(support, ActuatedSupport) else support
+    if isinstance(bent, FlexibleSupport | SwayingTower):
+        bending = coordinate_count(bent) - coordinate_count(bent.support)
+        further, support = further + bending, stiff_support(support, bending)
     return (model._replace(support=support), q[:-further]) if further else (model, q)
+
+
+def stiff_support(support: Any, bending: int) -> Any:
+    """Return a support without its bending, friction and motors of its drives kept."""
+    if isinstance(support, ActuatedSupport):
+        motors = support.motors and support.motors[:-bending]
+        return support._replace(support=support.support.support, motors=motors)
+    return support.support
 
 
 def joint_mechanics(scene: Scene) -> JointMechanics:

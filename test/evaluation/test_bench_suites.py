@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recording, start
+from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recording, reeving, start
 from crane_sim.evaluation.bench.group_cases import CASES
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.ros.common.timing import StepTiming
@@ -166,6 +166,39 @@ def test_the_sum_of_parts() -> None:
     other = row("one", 100.0) | {"crane": "another"}
     rows = [other, row("one", 2.0), row("two", 3.0), row("both", 4.0, "one", "two")]
     assert [groups.joint_to_separate_cost(rows[-1], rows, unit) for unit in ("evaluation", "step")] == [0.8, 0.8]
+
+
+@pytest.mark.long
+def test_twelve_falls_are_measured_against_real_time() -> None:
+    """Every setting has an error, smaller for finer tolerances, and a rate; the fastest within 1e-4 m counts."""
+    results = without_machine(reeving.measure(rounds=1, duration=2.0))
+    rows = results["rows"]
+    assert all(row["times_real_time"]["least"] > 0.0 for row in rows)
+    for first in (0, 3):
+        assert rows[first]["error"] > rows[first + 1]["error"] > rows[first + 2]["error"] > 0.0
+    assert rows[-1]["error"] < reeving.LIMIT and "within 1e-04 m" in reeving.format_lines(results)[-1]
+
+
+def test_rows_of_other_cranes_stay() -> None:
+    """Groups of one crane measured again replace its rows, others keep theirs and the processor that they are from."""
+
+    def result(processor: str, *labels: str) -> dict[str, Any]:
+        costs = {key: describe_spread([1.0]) for key in (f"ns_per_{unit}_{which}" for unit in ("evaluation", "step")
+                                                         for which in ("with", "without", "added"))}  # fmt: skip
+        costs |= {"evaluation_ratio": describe_spread([1.0]), "step_ratio": describe_spread([1.0])}
+        cases = [case for case in CASES if case.baseline.label in labels and not case.parts]
+        rows = [{"crane": c.baseline.label, "group": c.group, "states": 1, "states_added": 0} | costs for c in cases]
+        return {"cases": rows, "machine": {"processor": processor}}
+
+    new = result("new", "tower")
+    new["cases"] = [row | {"processor": "new"} for row in new["cases"]]
+    joined = groups.join(result("old", "tower", "mobile", "knuckle"), new)
+    assert {(row["crane"], row["processor"]) for row in joined["cases"]} == {
+        ("knuckle", "old"),
+        ("mobile", "old"),
+        ("tower", "new"),
+    }
+    assert groups.format_lines(joined)[-2:] == ["on old: knuckle, mobile", "on new: tower"]
 
 
 def test_quantiles_of_period_errors() -> None:

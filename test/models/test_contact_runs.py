@@ -1,6 +1,7 @@
 """Runs of a load that is set down, dropped, dragged and picked up, against closed forms and invariants."""
 
-from math import asinh, atan, log1p, pi, sqrt
+from dataclasses import replace
+from math import asinh, atan, cos, log1p, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -110,6 +111,31 @@ def test_set_down_and_pick_up() -> None:
     assert not run.tensions[middle].any() and abs(run.v[middle, 3:]).max() < 1e-12  # m/s and rad/s, rounding
     assert run.summary["peak_contact_force"] >= MASS * G * (1.0 - 1e-9)
     assert run.summary["min_rope_tension"] >= 0.0 and run.summary["energy_audit_max"] < 1e-9
+
+
+@pytest.mark.interpreted
+def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
+    """A load lifted off a surface that leaves it at v_r pulls up to W (1 + v_r / g √(k / m)) in an undamped rope.
+
+    The deck sinks through its middle, where its speed is stationary, as the falls carry the whole weight. From there
+    the load oscillates about its equilibrium, with the deck's speed, away from the deck.
+    """
+    length, k, size, rate, start = 15.0, 4e5, 0.1, 2.0, 0.15  # m, N/m, m, rad/s, s from start to lift-off
+    speed, omega = size * rate, sqrt(k / MASS)
+    phase = pi - rate * start
+    deck = {"heave": {"amplitude": size, "frequency": rate, "phase": phase}}
+    rest = -length - MASS * G / k  # m, of the attachment with the deck in its middle
+    falls = {"top": SQUARE, "bottom": SQUARE, "axial_stiffness": 0.25 * k * length, "relaxation": 0.0}
+    contact = {"height": rest - 2.0, "motion": deck}  # the corners are 2 m below the attachment
+    position = [0.0, 0.0, rest - 1.0 + size * sin(phase)]
+    initial = {"length": length, "position": position, "velocity": [0, 0, size * rate * cos(phase)]}
+    exact = {"method": "dop853", "rtol": 1e-12, "atol": 1e-14}
+    duration = start + 0.5 * pi / omega
+    loaded = crane_sim.load_scene(scene(contact, initial, 1.0, falls=falls, integrator=exact))
+    run = crane_sim.simulate(replace(loaded, period=duration / 20, duration=duration))
+    assert times_of(run, "leaves") == pytest.approx([start] * 4, abs=1e-8)  # s, depth of touching corners over v_r
+    assert run.tensions[-1].sum() == pytest.approx(MASS * G * (1.0 + speed / G * omega), rel=1e-9)
+    assert run.summary["energy_audit_max"] < 1e-9
 
 
 @pytest.mark.interpreted

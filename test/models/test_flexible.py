@@ -14,10 +14,14 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.stops import Stops
+from crane_sim.models.supports import coordinate_count
+from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.backlash import Drives, GearedSupport
 from crane_sim.models.supports.compliance import Compliance
 from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.joint_contacts import JointContacts
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -229,6 +233,60 @@ def test_accelerations_are_those_of_point_masses(name: str, which: tuple[bool, b
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(p, t, state, (*map(float, drives), -120.0))
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+
+
+HELD = {
+    "tower, slips": ("tower", (True, True), ()),
+    "tower, slew": ("tower", (True, True), (0,)),
+    "tower, both, bends upwards": ("tower", (False, True), (0, 1)),
+    "mobile, slips": ("mobile", (True, False), ()),
+    "mobile, slew and telescope": ("mobile", (True, True), (0, 2)),
+    "mobile, boom, bends sideways": ("mobile", (True, False), (1,)),
+}
+DRY, MOTORS = Friction(3.0, 4.0, 0.7), (40.0, 25.0, 1.2)
+
+
+def rubbing(bent: FlexibleSupport) -> ActuatedSupport:
+    """Return the support with friction and motors of its drives."""
+    contacts, drives = None, coordinate_count(bent.support)
+    for i in reversed(range(drives)):
+        contacts = JointContacts(i, DRY, contacts)
+    return ActuatedSupport(bent, MOTORS[:drives] + (0.0,) * (coordinate_count(bent) - drives), contacts)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
+@pytest.mark.parametrize("case", HELD)
+def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: str, sea: bool) -> None:
+    """All accelerations agree with virtual work, where drives slip and where friction holds some of them.
+
+    The reference gives a drive that is held an inertia without bound, beside which that of its motor does not count.
+    """
+    name, which, held = HELD[case]
+    reference, t, (q, v), rng = Reference(name, which), 1.3, posture(name, which), np.random.default_rng(7)
+    own, at = reference.own, reference.own + sum(which)
+    v[list(held)] = 0.0
+    drives, added, efforts = rng.uniform(-20.0, 20.0, own), np.zeros(len(q)), np.zeros(len(q))
+    added[:own], added[at], efforts[at] = MOTORS[:own], 1.5, -120.0
+    added[list(held)] = 1e40
+    efforts[:own] = drives - 3.0 * np.sign(v[:own]) - 0.7 * v[:own]
+    efforts[own:at] = -np.array([c for c, bends in zip(DAMPING, which, strict=True) if bends]) * v[own:at]
+
+    def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
+        return [(m, on_base(SEA, t, r)) for m, r in reference.places(q)] if sea else reference.places(q)
+
+    extras = Extras(added, lambda t, q: reference.springs(q), **(wind_of(reference, t, q) if sea else {}))
+    joints, rates, second = mapped(reference, q, v, accelerations(places, t, q, v, efforts, extras))
+    plain = crane(name, which, sea)
+    p, u = plain._replace(support=rubbing(plain.support)), (*map(float, drives), -120.0)
+    state = system.state(p, t, joints, rates)
+    got = system.acceleration(p, t, state, u)
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+    assert not got[list(held)].any()
+    slope, h = system.rhs(p, t, state, u), 1e-6
+    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (state - h * slope, state + h * slope))
+    power = system.power(p, t, state, u)
+    assert (high - low) / (2 * h) == pytest.approx(power, abs=1e-8 * (abs(power) + abs(low)))  # h², rounding / h
 
 
 @pytest.mark.interpreted

@@ -129,16 +129,6 @@ REJECTED = [
     ("tower", {"slew": {"drive": "locked"}}, "flexibility: belongs to a jib that a drive slews, slew.drive is"),
     ("mobile", {"flexibility.lateral.stiffness": 0.0}, "flexibility.lateral.stiffness = 0.0: must be greater"),
     ("mobile", {"flexibility.vertical.stiffness": 2e5}, "flexibility.vertical.stiffness = 200000: bends by more"),
-    (
-        "tower",
-        {"actuators": {"slew": {"motor": {"ratio": 90.0, "inertia": 2.0}}}},
-        "flexibility: stands beside actuators.slew.motor.inertia; possible",
-    ),
-    (
-        "mobile",
-        {"friction": {"boom": {"coulomb": 5.0, "static": 6.0}}},
-        "flexibility: stands beside friction.boom; ",
-    ),
     ("mobile", {"flexibility.vertical.damping": 1.0}, "flexibility.vertical: unknown key 'damping'"),
     (
         "mobile",

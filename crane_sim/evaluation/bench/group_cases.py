@@ -55,6 +55,10 @@ BRIDGE = Baseline(
 _ENDS = [[0.0, 0.0, 0.0]]
 GANTRY = Baseline("one fall", "spreader_skew", {"falls": {"top": _ENDS, "bottom": _ENDS, "axial_stiffness": 3.9e8}})
 
+TOWER_FALLS = Baseline(
+    "tower falls", "tower_set_down", {"contact": None, "friction": {}, "inputs": {}, "trolley.limits": None}
+)
+
 _LAW = {"law": "energy", "period": 0.01, "kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}
 _SMOOTH_MOTION = {"kind": "smooth", "start": 0.0, "duration": 2.0}
 _TROLLEY_FRICTION = {"coulomb": 14.0, "static": 20.0, "viscous": 1.0}
@@ -75,6 +79,7 @@ _DRY = {"coulomb": 1.0, "static": 1.4, "viscous": 0.5, "stribeck": 0.05}
 _BRISTLES = _DRY | {"stiffness": 1e3, "damping": 10.0}
 _SPEEDS = {"initial.v": [0.2, 0.1, 0.1, 0.1, 0.0, 0.0]}  # no joint sticks
 _RAILS, _TRAVELS = ("trolley", "bridge"), {"initial.v": [0.5, 0.5, 0.0, 0.0, 0.0]}
+_TRAVELS_BELOW = {"initial.v": [0.5, 0.5, 0.0]}
 _RUBS = {"coulomb": 600.0, "static": 800.0, "viscous": 50.0, "stribeck": 0.01}
 _BENDS = _RUBS | {"stiffness": 1e6, "damping": 1e4}
 _WIDE = ["-80 deg", "80 deg"]
@@ -89,6 +94,14 @@ _DECK = {"points": [[x, y, -2.0] for x, y, _ in _FOUR], "height": -60.0, "fricti
 _CONTAINER = {"mass": 58.48e3, "inertia": [655e3, 52e3, 655e3], "attachment": [0.0, 0.0, 2.2]}
 _MODE = {"stiffness": 3e8, "damping_ratio": 0.01}
 _BENDING, _JIB = {"lateral": _MODE, "vertical": _MODE}, {"mass": 1.05e4, "centre": 30.0, "inertia": 3.15e6}
+_SHEAVES = {"radius": 0.2, "inertia": 0.5, "loss": {"kind": "efficiency", "efficiency": 0.98}}
+_REEVING = {"falls": 12, "lead_sheaves": 1, "sheaves": _SHEAVES, "drum": {"radius": 0.2, "inertia": 60.0}}
+_JIB_RUBS = {"friction": dict.fromkeys(("slew", "trolley"), _RUBS)}
+_JIB_MOVES = {"initial.v": [0.01, 0.5, 0.0, 0.0, 0.0]}
+_CORNERS = [[x, y, -2.0] for x in (2.0, -2.0) for y in (1.2, -1.2)]
+_ROOF = {"points": _CORNERS, "height": -60.0, "friction": 0.5, "restitution": 0.1}
+_SPRINGS_BELOW = {key: _DECK[key] for key in ("points", "height", "friction")} | {"kind": "compliant", "stiffness": 1e8}
+_SLAB = {"mass": 8.9e3, "inertia": [9e3, 15e3, 15e3], "attachment": [0.05, 0.1, 2.25]}
 _PAYLOAD_CHANGE = [{"at": 1.0, "set": {"payload": {"mass": 5.0}}}]
 
 SINGLE = (
@@ -151,6 +164,8 @@ SINGLE = (
     GroupCase(TOWER, "slack ends the run", {"rope.slack": "stop"}),
     GroupCase(TOWER, "limits of the trolley", {"trolley.limits": [3.0, 60.0]}),
     GroupCase(TOWER, "jib that bends", {"flexibility": _BENDING | {"jib": _JIB}}),
+    GroupCase(TOWER, "friction of the joints", _JIB_RUBS, _JIB_MOVES),
+    GroupCase(TOWER, "rope on twelve falls", {"rope.reeving": _REEVING}, {"rope.slack": "stop"}),
     GroupCase(MOBILE, "hook block and sling", _LINK),
     GroupCase(MOBILE, "payload with a body", _BODY),
     GroupCase(MOBILE, "boom that bends", {"flexibility": _BENDING}),
@@ -166,7 +181,15 @@ SINGLE = (
     GroupCase(GANTRY, "damping of the fall", {"falls.relaxation": 0.02}),
     GroupCase(GANTRY, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
     GroupCase(GANTRY, "contact with a deck below", {"contact": _DECK}),
+    GroupCase(GANTRY, "contact, compliant", {"contact": _SPRINGS_BELOW}),
+    GroupCase(GANTRY, "friction of the joints", {"friction": dict.fromkeys(_RAILS, _RUBS)}, _TRAVELS_BELOW),
+    GroupCase(GANTRY, "drive with play", {"backlash": {"bridge": [_DRIVE]}}),
     GroupCase(GANTRY, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": _CONTAINER}}]}),
+    GroupCase(TOWER_FALLS, "contact with a roof below", {"contact": _ROOF}),
+    GroupCase(TOWER_FALLS, "friction of the joints", _JIB_RUBS, {"initial.v": [0.01, 0.5, 0.0]}),
+    GroupCase(TOWER_FALLS, "jib that bends", {"flexibility": _BENDING | {"jib": _JIB}}),
+    GroupCase(TOWER_FALLS, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
+    GroupCase(TOWER_FALLS, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": _SLAB}}]}),
     GroupCase(GANTRY, "hoist, force-driven", {"hoist": {"drive": "force", "mass": 2e4}}),
 )
 
@@ -214,8 +237,34 @@ CASES = (
         "force on the payload",
         "slack ends the run",
         "limits of the trolley",
+        "jib that bends",
+        "friction of the joints",
+        "rope on twelve falls",
     ),
-    join_groups(MOBILE, "hook block and sling", "payload with a body"),
-    join_groups(BRIDGE, "hook block and sling", "payload with a body", "friction of the joints", "motors"),
-    join_groups(GANTRY, "four falls", "damping of the fall", "wind with gusts", "hoist, force-driven"),
+    join_groups(MOBILE, "hook block and sling", "payload with a body", "boom that bends"),
+    join_groups(
+        BRIDGE,
+        "hook block and sling",
+        "payload with a body",
+        "torsion of the rope",
+        "drive with play",
+        "friction of the joints",
+    ),
+    join_groups(
+        GANTRY,
+        "four falls",
+        "damping of the fall",
+        "wind with gusts",
+        "contact with a deck below",
+        "friction of the joints",
+        "drive with play",
+        "hoist, force-driven",
+    ),
+    join_groups(
+        TOWER_FALLS,
+        "contact with a roof below",
+        "friction of the joints",
+        "jib that bends",
+        "wind with gusts",
+    ),
 )

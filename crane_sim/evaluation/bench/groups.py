@@ -3,7 +3,7 @@
 Groups absent from a scene are not compiled for it: a baseline without optional groups pays for none of them, and each
 group is measured against its baseline, interleaved. Evaluations follow each other as in an integrator, each at the
 state that results from the one before. Steps are those of order 8, the default method, of fixed size, with the event
-functions of switching models.
+functions of switching models. Times are those of the processor, so that other programs on it cost no more than caches.
 """
 
 import time
@@ -15,10 +15,12 @@ import numpy as np
 from crane_sim import system
 from crane_sim.evaluation.bench.group_cases import CASES, Changes, GroupCase
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
+from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.integrators import Status, apply_pending_events, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled, dimension
+from crane_sim.recording.provenance import processor
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.stepping.periods import begin
 
@@ -64,9 +66,9 @@ class TimedCrane(NamedTuple):
     def time_evaluations(self, repetitions: int) -> float:
         """Return the mean time [ns] of that many evaluations."""
         loop: Callable[..., Any] = evaluate_repeatedly_array if isinstance(self.x, np.ndarray) else evaluate_repeatedly
-        began = time.perf_counter()
+        began = time.thread_time()
         loop(self.model, self.x, self.u, repetitions)
-        return (time.perf_counter() - began) / repetitions * 1e9
+        return (time.thread_time() - began) / repetitions * 1e9
 
     def time_steps(self, repetitions: int) -> float:
         """Return the mean time [ns] of that many steps.
@@ -74,9 +76,9 @@ class TimedCrane(NamedTuple):
         Raises:
             RuntimeError: the integration failed.
         """
-        began = time.perf_counter()
+        began = time.thread_time()
         integration = integrate_until(RK8(_METHOD_STEP), self.model, self.x, self.u, repetitions * _METHOD_STEP)
-        elapsed = time.perf_counter() - began
+        elapsed = time.thread_time() - began
         if integration.status != Status.OK:
             raise RuntimeError(
                 f"{type(self.model).__name__}: the integration ended with status {Status(integration.status).name}"
@@ -108,6 +110,7 @@ def measure_cost(case: GroupCase, rounds: int, repetitions: int) -> dict[str, An
     """
     without, with_group = map(make_timed_crane, scene_pair(case))
     figures: dict[str, Any] = {"crane": case.baseline.label, "group": case.group, "parts": list(case.parts)}
+    figures["processor"] = processor()
     figures["states"] = dimension(without.x)
     figures["states_added"] = dimension(with_group.x) - dimension(without.x)
     timers = {"evaluation": TimedCrane.time_evaluations, "step": TimedCrane.time_steps}
@@ -130,6 +133,19 @@ def _compare(unit: str, without: Sequence[float], with_group: Sequence[float]) -
     }
 
 
+def select_cases(cranes: Sequence[str]) -> Sequence[GroupCase]:
+    """Return the cases of cranes with these labels, all without any.
+
+    Raises:
+        SceneError: there is no such crane.
+    """
+    known = list(dict.fromkeys(case.baseline.label for case in CASES))
+    for crane in cranes:
+        if crane not in known:
+            raise SceneError(unknown_key(crane, known, "--crane"))
+    return [case for case in CASES if not cranes or case.baseline.label in cranes]
+
+
 def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCase] = CASES) -> dict[str, Any]:
     """Return the cost of every case's group, ns per evaluation and per step; arguments: see `measure_cost`."""
     return {
@@ -137,6 +153,15 @@ def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCa
         "cases": [measure_cost(case, rounds, repetitions) for case in cases],
         "machine": machine(),
     }
+
+
+def join(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Return new results with the old rows of cranes that were not measured; each row keeps its processor."""
+    measured = {row["crane"] for row in new["cases"]}
+    rows = [row for row in old["cases"] if row["crane"] not in measured] + new["cases"]
+    place = {(case.baseline.label, case.group): i for i, case in enumerate(CASES)}
+    kept = [{"processor": old["machine"]["processor"]} | row for row in rows if (row["crane"], row["group"]) in place]
+    return new | {"cases": sorted(kept, key=lambda row: place[row["crane"], row["group"]])}
 
 
 def format_lines(results: dict[str, Any]) -> list[str]:
@@ -153,7 +178,16 @@ def format_lines(results: dict[str, Any]) -> list[str]:
         *["ratio of the cost that several groups add jointly to the sum of the costs that each adds alone"]
         * bool(together),
         *together,
+        *_describe_processors(rows),
     ]
+
+
+def _describe_processors(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Return which cranes were measured on which processor, in lines; none where all were on one."""
+    cranes = dict[str, dict[str, None]]()
+    for row in rows:
+        cranes.setdefault(row.get("processor", ""), {})[row["crane"]] = None
+    return [f"on {name}: {', '.join(labels)}" for name, labels in cranes.items()] if len(cranes) > 1 else []
 
 
 def joint_to_separate_cost(row: dict[str, Any], rows: Sequence[dict[str, Any]], unit: str) -> float:

@@ -38,8 +38,8 @@ REPEAT = """## How to repeat it
 ./crane bench                  scenes, this simulator and hand-written C
 ./crane bench --quick          four of them, under a minute once they are compiled
 ./crane bench --peers          every engine that is installed: ./crane install peers
-./crane bench PART             lockstep, realtime, start, memory, recording, groups, batch, studies, bodies, campaign,
-                               stiff
+./crane bench PART             lockstep, realtime, start, memory, recording, groups, reeving, batch, studies, bodies,
+                               campaign, stiff
 ./crane bench page             writes page and figure anew from the data
 ```
 

@@ -1,6 +1,6 @@
 """The page of the scenes that are cranes of ports and sites: description, picture and figures of each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from crane_sim.description import urdf
 from crane_sim.evaluation.documentation.drawing import Robot
 from crane_sim.evaluation.plotting import BLUE, RED, save_figure
+from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.recording.rerun.cranes import fall_ends
 from crane_sim.scenes.scene import Scene, load_scene
@@ -16,7 +17,9 @@ from crane_sim.simulation.metrics import world_points
 from crane_sim.simulation.rollout import simulate
 
 PORTS_AND_SITES = (
-    *("tower_gust", "tower_flexible_jib", "mobile_lift", "reeved_twelve_falls", "knuckle_hook_and_sling"),
+    *("tower_gust", "tower_flexible_jib", "tower_sway", "tower_beam_turns", "tower_set_down"),
+    *("mobile_lift", "reeved_twelve_falls"),
+    *("knuckle_hook_and_sling", "knuckle_ship_falls", "pendulum_lifeboat"),
     *("bridge_hook_and_sling", "bridge_pick_up", "tandem_play"),
     *("port_sts_container", "spreader_skew", "set_down_on_deck", "spreader_pick_up"),
 )
@@ -37,18 +40,39 @@ _FIGURES = {
 }
 
 
-def save_page(folder: str | Path) -> None:
-    """Run all scenes, and write page and pictures into a folder."""
-    sections = [_HEAD]
-    for name in PORTS_AND_SITES:
+def save_page(folder: str | Path, names: Sequence[str] = ()) -> None:
+    """Run the scenes with these names, all without any, and write page and pictures into a folder.
+
+    Sections of the other scenes stay as the folder's page has them.
+
+    Raises:
+        SceneError: the page has no scene of such a name.
+    """
+    for name in names:
+        if name not in PORTS_AND_SITES:
+            raise SceneError(unknown_key(name, PORTS_AND_SITES, "SCENE of the page"))
+    page = Path(folder, "scenes.md")
+    sections = read_sections(page.read_text()) if page.is_file() else {}
+    for name in names or PORTS_AND_SITES:
         print(name, flush=True)
-        scene = load_scene(name)
-        run = simulate(scene)
-        file = f"scene_{name}.png"
-        drawn = save_figure(draw, (scene, run), Path(folder, file), dpi=80)
-        picture = f"![{name}]({file})\n\n" if drawn else ""
-        sections.append(f"## {name}\n\n{scene.description.strip()}\n\n{picture}{format_figures(run.summary)}\n")
-    Path(folder, "scenes.md").write_text("\n".join(sections))
+        sections[name] = write_section(name, Path(folder))
+    page.write_text("\n".join([_HEAD, *(sections[name] for name in PORTS_AND_SITES if name in sections)]))
+
+
+def read_sections(page: str) -> dict[str, str]:
+    """Return the sections of a page by the name of their scene."""
+    parts = page.split("\n## ")[1:]
+    return {part.partition("\n")[0]: f"## {part.rstrip()}\n" for part in parts}
+
+
+def write_section(name: str, folder: Path) -> str:
+    """Run a scene, draw it into a file of the folder and return its section of the page."""
+    scene = load_scene(name)
+    run = simulate(scene)
+    file = f"scene_{name}.png"
+    drawn = save_figure(draw, (scene, run), folder / file, dpi=80)
+    picture = f"![{name}]({file})\n\n" if drawn else ""
+    return f"## {name}\n\n{scene.description.strip()}\n\n{picture}{format_figures(run.summary)}\n"
 
 
 def format_figures(summary: Mapping[str, Any]) -> str:

@@ -51,6 +51,8 @@ SIGNS = (
     Sign("tower", "swing_radial", "rad", "the rope leans neither way", "away from the tower"),
     Sign("tower", "lateral_deflection", "rad", "the jib straight; `flexibility`", "to where a positive slew goes"),
     Sign("tower", "vertical_deflection", "rad", "the jib level; `flexibility`", "upwards"),
+    Sign("tower", "mast_x_deflection", "rad", "the mast upright; `flexibility.mast`", "about x: its head towards -y"),
+    Sign("tower", "mast_y_deflection", "rad", "the mast upright; `flexibility.mast`", "about y: its head towards x"),
     Sign("mobile", "slew", "rad", "the boom in the plane of x and z, towards x", "counter-clockwise from above"),
     Sign("mobile", "boom", "rad", "horizontal", "upwards: its elevation"),
     Sign("mobile", "telescope", "m", "no boom", "longer: from the foot pin to the tip"),
@@ -109,7 +111,8 @@ force on its length, positive pays out, so that a hanging load is held by a nega
     "overhead": """Swing angles are absolute: each from the downward vertical, not from the link above. In 3 dimensions
 links are unit vectors, for which no angle is singular.""",
     "tower": """Of a jib that bends (`flexibility`), `slew` is where its drive is, and swing angles are in the plane of
-the bent jib: deflections add to the slew and to the jib's elevation. So on mobile cranes.""",
+the bent jib: deflections add to the slew and to the jib's elevation. So on mobile cranes. On a mast that bends they are
+in the plane of slew and vertical.""",
     "bridge": """Swing angles are those of the knuckle crane, at slew 0. Further links, of tower, mobile and knuckle
 cranes and of the pendulum as well, are unit vectors in the axes of the base. A payload with an inertia adds its
 attitude `payload_qw` .. `payload_qz`, the unit quaternion from its axes to those of the base. A drive with play

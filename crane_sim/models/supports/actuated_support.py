@@ -9,6 +9,9 @@ among them, would give it without the motor,
 which holds the load M_i a_i. The tip's mobility has the same ratios. A motor turns relative to the support: a base's
 motion does not accelerate what it reflects, of which the ratio's square, not the ratio, counts.
 
+A structure that bends has its drives' motors and friction on the body that turns with them: what bends accelerates as
+before.
+
 Boom and jib of a knuckle boom are coupled: `Knuckle` has its motors in its own mass matrix, and leaves joints that are
 held out of it.
 """
@@ -35,16 +38,22 @@ from crane_sim.models.supports import (
     tip_acceleration,
     tip_levers,
     tip_mobility,
+    trailing_count,
     with_wind,
     yaw,
 )
 from crane_sim.models.supports.backlash import (
     GearedSupport,
+    coordinate_order,
     fill_support_modes,
     joint_efforts,
+    joint_order,
     with_support_switching,
+    with_trailing_behind_own,
+    with_trailing_last,
 )
-from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.compliance import as_entries
+from crane_sim.models.supports.flexible import FlexibleSupport, as_boom, as_coordinates, elastic_entries
 from crane_sim.models.supports.friction import either, retake_of
 from crane_sim.models.supports.joint_contacts import (
     JointContacts,
@@ -61,6 +70,7 @@ from crane_sim.models.supports.joint_contacts import (
     write_list_rates,
 )
 from crane_sim.models.supports.knuckle_boom import Knuckle
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry, replace_field
 from crane_sim.system import Switching
@@ -105,8 +115,8 @@ def bare_support(support: Any) -> Any:
 def takes_energy(support: Any) -> bool:
     """Return whether drives with play, a structure that bends or friction take energy."""
     if isinstance(support, ActuatedSupport):
-        return support.contacts is not None
-    return isinstance(support, GearedSupport | FlexibleSupport)
+        return support.contacts is not None or takes_energy(support.support)
+    return isinstance(support, GearedSupport | FlexibleSupport | SwayingTower)
 
 
 @lean_kernel
@@ -123,6 +133,21 @@ def _(support):
 @coordinate_count.register(ActuatedSupport)
 def _(support):
     return coordinate_count(support.support)
+
+
+@trailing_count.register(ActuatedSupport)
+def _(support):
+    return trailing_count(support.support)
+
+
+@joint_order.register(ActuatedSupport)
+def _(support, row):
+    return with_trailing_last(support, row)
+
+
+@coordinate_order.register(ActuatedSupport)
+def _(support, row):
+    return with_trailing_behind_own(support, row)
 
 
 @joint_motion.register(ActuatedSupport)
@@ -167,33 +192,58 @@ def _(support, pose, ratio):
     return replace_field(pose, "free", (ratio[0] > 0.0, ratio[1] > 0.0, ratio[2] > 0.0))
 
 
-@lean_kernel
+@lean_generic
 def joint_rates(support, xs, rates):
-    """Return the rates of the joints; `rates` is any tuple of their number."""
+    """Return the rates of the joints of a support in its state xs; `rates` is any tuple of their number."""
     for i in range(len(rates)):
-        rates = replace_entry(rates, i, joint_motion(support.support, xs.inner, i)[1])
+        rates = replace_entry(rates, i, joint_motion(support, xs, i)[1])
     return rates
+
+
+@joint_rates.register(FlexibleSupport)
+def _(support, xs, rates):
+    drives = joint_rates(support.support, xs.inner, as_coordinates(support.support, 0.0, 0.0, 0.0))
+    lateral, vertical = as_entries(support.lateral, xs.rates[0]), as_entries(support.vertical, xs.rates[1])
+    return (*drives, *lateral, *vertical)
+
+
+@lean_generic
+def scaled_accelerations(support, qdd, ratio):
+    """Return accelerations of a support's joints, scaled by the ratios that motors and friction leave of them."""
+    for i in range(len(qdd)):
+        qdd = replace_entry(qdd, i, ratio[i] * qdd[i])
+    return qdd
+
+
+@scaled_accelerations.register(FlexibleSupport)
+def _(support, qdd, ratio):
+    drives, free = as_coordinates(support.support, 0.0, 0.0, 0.0), as_boom(support.support, qdd)
+    for i in range(len(drives)):
+        drives = replace_entry(drives, i, ratio[i] * qdd[i])
+    left = as_boom(support.support, drives)  # the outer body accelerates as before
+    twist, bend = elastic_entries(support, qdd, 0)
+    lateral = as_entries(support.lateral, twist + free[0] - left[0])
+    return (*drives, *lateral, *as_entries(support.vertical, bend + free[1] - left[1]))
 
 
 @forward_kinematics.register(ActuatedSupport)
 def _(support, xs):
     pose = forward_kinematics(support.support, xs.inner)
     ratio = without_held(support.contacts, free_ratios(support.support, support.motors, pose), xs.floats, 0)
-    pose, rates = held_posture(support.support, pose, ratio), joint_rates(support, xs, ratio)
+    pose, rates = held_posture(support.support, pose, ratio), joint_rates(support.support, xs.inner, ratio)
     return ActuatedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, ratio, rates, xs.floats)
 
 
 @joint_efforts.register(ActuatedSupport)
 def _(support, tau, pose):
+    tau = joint_efforts(support.support, tau, pose.inner)
     return add_contact_efforts(support.contacts, tau, pose.rates, pose.floats, 0)
 
 
 @support_acceleration.register(ActuatedSupport)
 def _(support, pose, gravity, tau, force):
     qdd = support_acceleration(support.support, pose.inner, gravity, tau, force)
-    for i in range(len(qdd)):
-        qdd = replace_entry(qdd, i, pose.ratio[i] * qdd[i])
-    return qdd
+    return scaled_accelerations(support.support, qdd, pose.ratio)
 
 
 @tip_mobility.register(ActuatedSupport)
@@ -253,7 +303,7 @@ def _(support, pose, out):
 @fill_support_modes.register(ActuatedSupport)
 def _(support, x, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    fill_contacts(support.contacts, joint_rates(support, xs, free_ratios(support.support, None, pose)), x)
+    fill_contacts(support.contacts, joint_rates(support.support, xs.inner, free_ratios(support.support, None, pose)), x)
 
 
 @generic

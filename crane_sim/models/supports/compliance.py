@@ -93,6 +93,28 @@ def _(compliance, inner, outer):
 
 
 @lean_generic
+def drive_inertia(compliance, inner, outer):
+    """Return the inertia that turns with the drive: that of both about a rigid axis."""
+    return inner + outer
+
+
+@drive_inertia.register(Compliance)
+def _(compliance, inner, outer):
+    return inner
+
+
+@lean_generic
+def drive_lever(compliance, lever):
+    """Return the lever of the drive's body on the tip, given that of the outer one: the same on a rigid axis."""
+    return lever
+
+
+@drive_lever.register(Compliance)
+def _(compliance, lever):
+    return 0.0
+
+
+@lean_generic
 def axis_accelerations(compliance, effort, elastic, inertia):
     """Return the accelerations (2,) of an axis' drive and of its spring's angle, the latter 0 without a spring.
 

@@ -11,6 +11,10 @@ Q the terms of `telescopic_boom` for either boom, with the cable's force on the 
 has the sum of both. The structure's own weight bends it as well; where a spring is relaxed is its camber.
 
 Efforts stand in the order of the coordinates here: those of the support, [ε], [δ], then the winch's.
+
+With the angle of the outer body in place of ε or δ the mass matrix is diagonal, so that friction and motors of the
+drives, which are on the inner one, can go with it (`actuated_support`): a drive that is held leaves the outer body as
+free as it was. `joint_mobilities` and `tip_levers` are of these coordinates.
 """
 
 from math import inf
@@ -23,6 +27,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
+    joint_mobilities,
     joint_motion,
     support_acceleration,
     support_base_energy,
@@ -32,6 +37,7 @@ from crane_sim.models.supports import (
     support_polyline_size,
     support_potential,
     tip_acceleration,
+    tip_levers,
     tip_mobility,
     trailing_count,
     with_wind,
@@ -53,8 +59,11 @@ from crane_sim.models.supports.compliance import (
     compliance_effort,
     compliance_energy,
     compliance_entry,
+    drive_inertia,
+    drive_lever,
     outer_inertia,
 )
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom, net_efforts
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.wind_load import turned_flow
@@ -100,7 +109,7 @@ class FlexiblePosture(NamedTuple):
 
 def rigid_support(support: Any) -> Any:
     """Return the support as it is without bending."""
-    return support.support if isinstance(support, FlexibleSupport) else support
+    return support.support if isinstance(support, FlexibleSupport | SwayingTower) else support
 
 
 @lean_kernel
@@ -260,6 +269,23 @@ def _(support, pose, n):
     slewing = slew * slew / outer_inertia(support.lateral, about_z[0], about_z[1])
     bending = boom * boom / outer_inertia(support.vertical, across[0], across[1])
     return slewing + bending + along * along / support.outer.telescope.mass
+
+
+@joint_mobilities.register(FlexibleSupport)
+def _(support, pose):
+    about_z, across = body_inertias(support, pose)
+    slew, elevation = drive_inertia(support.lateral, *about_z), drive_inertia(support.vertical, *across)
+    drives = as_coordinates(support.support, 1.0 / slew, 1.0 / elevation, 1.0 / support.outer.telescope.mass)
+    lateral = as_entries(support.lateral, 1.0 / about_z[1])
+    return (*drives, *lateral, *as_entries(support.vertical, 1.0 / across[1]))
+
+
+@tip_levers.register(FlexibleSupport)
+def _(support, pose, n):
+    slew, boom, along = tip_levers(support.outer, pose.outer, n)
+    drives = drive_lever(support.lateral, slew), drive_lever(support.vertical, boom), along
+    outer = (*as_entries(support.lateral, slew), *as_entries(support.vertical, boom))
+    return (*as_coordinates(support.support, *drives), *outer)
 
 
 @add_yaw_moment.register(FlexibleSupport)

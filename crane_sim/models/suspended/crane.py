@@ -62,6 +62,7 @@ from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleState, FlexibleSupport, elastic_entries
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
+from crane_sim.models.supports.swaying_tower import SwayingTower, SwayState
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.suspended.exchange import Exchange, current_load, exchange_modes
 from crane_sim.models.suspended.load_dynamics import (
@@ -152,6 +153,12 @@ def _(support, x, nq):
 def _(support, x, nq):
     inner = support_state(support.support, x, nq)
     return FlexibleState(inner, elastic_entries(support, x, 0), elastic_entries(support, x, nq))
+
+
+@support_state.register(SwayingTower)
+def _(support, x, nq):
+    inner = support_state(support.support, x, nq)
+    return SwayState(inner, (x[2], x[3]), (x[nq + 2], x[nq + 3]))
 
 
 @support_state.register(GearedSupport)

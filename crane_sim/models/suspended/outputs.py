@@ -39,6 +39,7 @@ from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.suspended.crane import (
     SuspendedCrane,
@@ -250,6 +251,7 @@ def _(support, row, i):
 
 
 @support_entries.register(FlexibleSupport)
+@support_entries.register(SwayingTower)
 def _(support, row, i):
     return support_entries(support.support, row, i)
 
@@ -276,6 +278,7 @@ def _(support, row):
 
 
 @effort_entries.register(FlexibleSupport)
+@effort_entries.register(SwayingTower)
 @effort_entries.register(ActuatedSupport)
 @effort_entries.register(GearedSupport)
 def _(support, row):

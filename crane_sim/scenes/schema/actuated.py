@@ -1,15 +1,16 @@
 """The groups `friction` and `lugre` of a crane with a support, and the motors of its joints."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from crane_sim.files.errors import SceneError
+from crane_sim.models.supports import coordinate_count
 from crane_sim.models.supports.actuated_support import ActuatedSupport
-from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.joint_contacts import JointContacts
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.lugre import LuGre
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.friction_checks import checked
 from crane_sim.scenes.schema.motors import reflected_inertia
@@ -30,8 +31,7 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         joints: of the support, each (name, unit of its position, unit of its effort).
 
     Raises:
-        SceneError: a joint is locked or belongs to a structure that bends, or its friction or motor
-            is given twice.
+        SceneError: a joint is locked or stands on a mast that bends, or its friction or motor is given twice.
     """
     names = [name for name, _, _ in joints]
     contacts = None
@@ -44,20 +44,11 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         motors = (0.0,) * len(names)
     if contacts is None and not any(motors):
         return support
-    if isinstance(support, FlexibleSupport):
-        key = next(_keys_of_joints(file, names))
-        raise SceneError(f"flexibility: stands beside {key}; possible: flexibility, or friction and inertia of joints")
+    if isinstance(support, SwayingTower):
+        key = next(key for key in ("friction", "lugre", "actuators") if getattr(file, key))
+        raise SceneError(f"flexibility.mast: stands beside {key} of a joint's friction or motor; leave out one of both")
+    motors += (0.0,) * (coordinate_count(support) - len(names))  # what bends has none
     return ActuatedSupport(support, motors if any(motors) else None, contacts)
-
-
-def _keys_of_joints(file: Any, names: Sequence[str]) -> Iterator[str]:
-    """Yield the keys of the file that give joints friction or the inertia of a motor."""
-    for name in names:
-        if _friction_of(name, file) is not None:
-            yield f"friction.{name}" if name in file.friction else f"lugre.{name}"
-    for name in names:
-        if _motor_of(name, file) > 0.0:
-            yield f"actuators.{name}.motor.inertia"
 
 
 def _check_locked(support: Any, file: Any) -> None:

@@ -8,11 +8,14 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, NonNegative, Positive
 from crane_sim.models.supports.compliance import Compliance
 from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import LockedSlew, TowerCrane
 from crane_sim.scenes.schema.groups import Group
+from crane_sim.scenes.schema.mast import sway_frequency, swaying_tower
 
 DEFLECTION = "_deflection"  # last part of the name of a mode's joint
+MAST_JOINTS = "mast_x" + DEFLECTION, "mast_y" + DEFLECTION  # angles about the axes of the base
 LARGEST = 0.5  # rad, of a deflection at rest: a mode of bending is far from linear there
 ROUNDING = 1e-15  # rad, of a deflection
 
@@ -39,6 +42,15 @@ class BoomFlexibility(Group):
         return {name + DEFLECTION: mode for name, mode in modes.items() if mode is not None}
 
 
+class MastBending(Group):
+    """The first modes of a mast's bending, alike in all directions: it turns about a point below the jib."""
+
+    height: Positive  # m, h: of a cantilever loaded at its head about 0.85 of its length (Howell, 2001)
+    stiffness: Positive  # N m/rad, about that point: the head's stiffness K times h²
+    damping_ratio: NonNegative = 0.0  # -, of the mode in the jib's plane at the start, without payload
+    mass: NonNegative = 0.0  # kg, of the mast that moves with its head: 0.24 of a uniform one's (Rayleigh)
+
+
 class JibBody(Group):
     """The jib as a thin rod."""
 
@@ -53,9 +65,15 @@ class JibBody(Group):
 
 
 class JibFlexibility(BoomFlexibility):
-    """Bending of the jib about the tower's head; counter-jib and ballast, which balance it, do not bend."""
+    """Bending of the jib about the tower's head, or of the mast; what balances the jib does not bend."""
 
     jib: JibBody  # what bends; all else of slew.inertia turns with the drive
+    mast: MastBending | None = None  # of a rigid jib: the tower that sways below it; left out: rigid
+
+    @property
+    def modes(self) -> dict[str, Any]:
+        """The modes by the name of their joint, in the order of the joints."""
+        return super().modes if self.mast is None else dict.fromkeys(MAST_JOINTS, self.mast)
 
 
 def modes_of(flexibility: BoomFlexibility | None) -> Mapping[str, Bending]:
@@ -79,6 +97,8 @@ def structure_frequency(support: Any, place: Any) -> float:
 
     ω² = k (1 / I_i + 1 / I_o) of a spring between inner and outer body, whose damper may be faster still, 2 ζ ω.
     """
+    if isinstance(support, SwayingTower):
+        return sway_frequency(support, place[1])
     if not isinstance(support, FlexibleSupport):
         return 0.0
     held, bends = outer_inertias(support.inner, *place), outer_inertias(support.outer, *place)
@@ -117,6 +137,20 @@ def flexible_boom(rigid: TelescopicBoom, flexibility: BoomFlexibility | None, q:
     return _bend(rigid, (inner, outer), flexibility, (q[1], q[2]))
 
 
+def balance(slew_inertia: float, jib: JibBody) -> tuple[float, float]:
+    """Return (mass [kg], place [m]) of a point that balances the jib and has the rest of the slew inertia.
+
+    Raises:
+        SceneError: the slew inertia is less than the jib's.
+    """
+    moment, rest = jib.mass * jib.centre, slew_inertia - jib.about_axis
+    if not rest > 0.0:
+        raise SceneError(
+            f"slew.inertia = {slew_inertia:g}: must be greater than that of flexibility.jib, {slew_inertia - rest:g}"
+        )
+    return moment**2 / rest, -rest / moment
+
+
 def flexible_jib(rigid: TowerCrane, flexibility: JibFlexibility | None, q: Any) -> Any:
     """Return a tower crane's support, rigid without the group; q: positions at t = 0.
 
@@ -129,13 +163,11 @@ def flexible_jib(rigid: TowerCrane, flexibility: JibFlexibility | None, q: Any) 
         return rigid
     if isinstance(rigid.slew, LockedSlew):
         raise SceneError("flexibility: belongs to a jib that a drive slews, slew.drive is 'locked'")
+    if flexibility.mast is not None:
+        return swaying_tower(rigid, flexibility, balance(rigid.slew.inertia, flexibility.jib), q[1])
     (mass, centre, inertia), slew = (getattr(flexibility.jib, key) for key in ("mass", "centre", "inertia")), rigid.slew
-    moment, rest = mass * centre, slew.inertia - inertia - mass * centre**2
-    if not rest > 0.0:
-        raise SceneError(
-            f"slew.inertia = {slew.inertia:g}: must be greater than that of flexibility.jib, {slew.inertia - rest:g}"
-        )
-    behind: Any = BaseSection(moment**2 / rest, -rest / moment, 0.0)._replace(windage=slew.counter_jib_windage)
+    ballast, at = balance(slew.inertia, flexibility.jib)
+    behind: Any = BaseSection(ballast, at, 0.0)._replace(windage=slew.counter_jib_windage)
     ahead: Any = BaseSection(mass, centre, inertia)._replace(windage=slew.jib_windage)
     inner = TelescopicBoom(Superstructure(0.0), behind, TelescopedSection(0.0, 0.0, 0.0))
     outer = TelescopicBoom(Superstructure(0.0), ahead, TelescopedSection(rigid.trolley.mass, 0.0, 0.0))

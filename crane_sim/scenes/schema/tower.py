@@ -8,15 +8,17 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
 from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.backlash import SupportJoints
 from crane_sim.scenes.schema.flexibility import JibFlexibility, flexible_jib
 from crane_sim.scenes.schema.groups import Channel, Group, tagged_union_validator
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
+from crane_sim.scenes.schema.mast import angles_at_rest, tilt_inertia, trolley_place
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.rigging import RiggingStart
-from crane_sim.scenes.schema.supported import JointMobility, SupportedFile
+from crane_sim.scenes.schema.supported import JointMobility, SupportedFile, Tip
 from crane_sim.scenes.schema.suspended import SuspendedFile
 from crane_sim.trajectories.inputs import Constant
 
@@ -76,15 +78,44 @@ class TowerGroups(SupportedFile):
         """Return (radius, height) [m] of the trolley at joint positions q, the jib bent upwards by `bend` [rad]."""
         return q[1] * cos(bend), q[1] * sin(bend)
 
+    @property
+    def _swaying(self) -> SwayingTower | None:
+        """The support on a mast that bends, None of other cranes."""
+        tower = self.support() if self.flexibility is not None and self.flexibility.mast is not None else None
+        return tower if isinstance(tower, SwayingTower) else None
+
+    def _deflections(self, q: Any) -> tuple[float, ...]:
+        """Return the angles [rad] of the structure's modes with the first payload hanging at joint positions q."""
+        if (tower := self._swaying) is None:
+            return super()._deflections(q)
+        return angles_at_rest(tower, q[0], q[1], getattr(self, "gravity", 0.0), self._hung_mass)
+
+    def tip(self, q: Any) -> Tip:
+        """Return where the support's frame is at joint positions q, the structure bent by the first payload."""
+        if (tower := self._swaying) is None:
+            return super().tip(q)
+        return Tip(trolley_place(tower, q[0], q[1], self._deflections(q)), q[0])
+
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of slew, trolley and what bends at t = 0; of a jib that bends, the jib's alone."""
+        if (tower := self._swaying) is not None:
+            return self._mobility_on_mast(tower)
         radius, mass, bends = self._start.q[1], self.trolley.mass, self.flexibility is not None
         jib = getattr(self.slew, "inertia", inf) if self.flexibility is None else self.flexibility.jib.about_axis
         turning = 1.0 / (jib + mass * radius * radius)
         levers = np.array([[0.0, radius, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, bends * radius, 0.0]])
         return JointMobility(levers, np.diag([turning, 1.0 / mass, turning]))
 
-    def support(self) -> TowerCrane | FlexibleSupport:
+    def _mobility_on_mast(self, tower: SwayingTower) -> JointMobility:
+        """Return the mobility of slew and trolley, and of the mast along and across the jib, each as if alone."""
+        height, radius, trolley = tower.height, self._start.q[1], tower.support.trolley.mass
+        moved = height**2 * (sum(tower.masses) + trolley)
+        levers = [[0, radius, 0, 1], [1, 0, 0, 0], [height, 0, -radius, 0], [0, height, 0, 0]]
+        turning = 1.0 / (self.slew.inertia + trolley * radius**2)
+        inverse = np.diag([turning, 1.0 / trolley, 1.0 / tilt_inertia(tower, radius), 1.0 / moved])
+        return JointMobility(np.array(levers, dtype=float), inverse)
+
+    def support(self) -> TowerCrane | FlexibleSupport | SwayingTower:
         """Return the parameters of the support.
 
         Raises:
