@@ -55,15 +55,17 @@ def accumulate(typing_context, h, weights, count, ks, x, out):
         def block(width, at):
             def term(j):
                 factor = builder.fmul(args[0], builder.load(builder.gep(factors, [j])))
-                row = builder.load(_part(builder, rows.data, builder.add(builder.mul(j, stride), at), width), align=8)
+                row = builder.load(
+                    part_of_row(builder, rows.data, builder.add(builder.mul(j, stride), at), width), align=8
+                )
                 return broadcast(builder, factor, width), row
 
             total = _sum(builder, term, args[2])
             if start is not None:
-                total = builder.fadd(builder.load(_part(builder, start, at, width), align=8), total)
-            builder.store(total, _part(builder, to.data, at, width), align=8)
+                total = builder.fadd(builder.load(part_of_row(builder, start, at, width), align=8), total)
+            builder.store(total, part_of_row(builder, to.data, at, width), align=8)
 
-        _in_blocks(builder, n, block)
+        in_blocks(builder, n, block)
         return context.get_dummy_value()
 
     return types.none(h, weights, types.intp, ks, x, out), generate
@@ -88,7 +90,7 @@ def fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
     )
 
 
-def _part(builder: Any, first: Any, index: Any, width: int) -> Any:
+def part_of_row(builder: Any, first: Any, index: Any, width: int) -> Any:
     """Return a pointer to `width` floats, as a vector, at offset `index` from the float at `first`."""
     kind = first.type.pointee if width == 1 else ir.VectorType(first.type.pointee, width)
     return builder.bitcast(builder.gep(first, [index]), kind.as_pointer())
@@ -113,7 +115,7 @@ def broadcast(builder: Any, value: Any, width: int) -> Any:
     return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(index_type, width), [0] * width))
 
 
-def _in_blocks(builder: Any, n: Any, block: Any) -> None:
+def in_blocks(builder: Any, n: Any, block: Any) -> None:
     """Build calls of block(width, first index) that cover n floats: as many of the widest as fit, then one of each."""
     size, at = n.type, n.type(0)
     whole = builder.and_(n, size(-WIDTHS[0]))

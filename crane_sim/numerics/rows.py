@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import overload
 
-from crane_sim.numerics.arrays import _broadcast, _fma, _in_blocks, _part
+from crane_sim.numerics.arrays import broadcast, fused, in_blocks, part_of_row
 from crane_sim.numerics.elementary import sincos, sincos_of_residue
 from crane_sim.numerics.jit import LEAN, intrinsic
 
@@ -53,7 +53,7 @@ class Lanes:
 
     def fma(self, b: Any, c: Any) -> "Lanes":
         """Return self b + c, rounded once."""
-        return Lanes(self.builder, _fma(self.builder, self.value, self.of(b), self.of(c)))
+        return Lanes(self.builder, fused(self.builder, self.value, self.of(b), self.of(c)))
 
 
 def sincos_in_lanes(angle: Any) -> tuple[Any, Any]:
@@ -107,17 +107,17 @@ def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
 
             def load(value, at, width):
                 if not isinstance(value.type, ir.PointerType):
-                    return Lanes(builder, _broadcast(builder, value, width))
-                return Lanes(builder, builder.load(_part(builder, value, at, width), align=8))
+                    return Lanes(builder, broadcast(builder, value, width))
+                return Lanes(builder, builder.load(part_of_row(builder, value, at, width), align=8))
 
             targets, sources = parts(outputs, args[1]), parts(inputs, args[2])
 
             def block(width, at):
                 values = [load(source, at, width) for source in sources]
                 for row, value in zip(targets, f(*values), strict=True):
-                    builder.store(values[0].of(value), _part(builder, row, at, width), align=8)
+                    builder.store(values[0].of(value), part_of_row(builder, row, at, width), align=8)
 
-            _in_blocks(builder, args[0], block)
+            in_blocks(builder, args[0], block)
             return context.get_dummy_value()
 
         return types.none(types.intp, outputs, inputs), generate
