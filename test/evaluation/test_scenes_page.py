@@ -1,5 +1,7 @@
 """The page of the cranes of ports and sites: its drawings."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from urdf_kinematics import forward
@@ -7,7 +9,8 @@ from urdf_kinematics import forward
 from crane_sim import load_scene
 from crane_sim.description import urdf
 from crane_sim.evaluation.documentation.drawing import Robot
-from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES, format_figures
+from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES, format_figures, save_page
+from crane_sim.files.errors import SceneError
 
 pytestmark = pytest.mark.interpreted
 
@@ -30,3 +33,16 @@ def test_links_are_where_the_urdf_puts_them(name: str) -> None:
 def test_figures_that_a_run_lacks_are_left_out() -> None:
     """A line of figures has what the summary has, with units."""
     assert format_figures({"sim_time": 3.0, "peak_swing_deg": 1.2345}) == "3 s · largest swing 1.23 °"
+
+
+def test_sections_of_other_scenes_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One scene drawn anew replaces its section of the page alone, and another name is refused in one line."""
+    page, written = tmp_path / "scenes.md", "## tower_gust\n\nNew.\n"
+    stored = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text()
+    page.write_text(stored)
+    monkeypatch.setattr("crane_sim.evaluation.documentation.scenes_page.write_section", lambda name, folder: written)
+    save_page(tmp_path, ["tower_gust"])
+    first, second = (stored.index(f"## {name}\n") for name in PORTS_AND_SITES[:2])
+    assert page.read_text() == stored[:first] + written + "\n" + stored[second:]
+    with pytest.raises(SceneError, match="unknown SCENE of the page 'overhead_swing'"):
+        save_page(tmp_path, ["overhead_swing"])

@@ -60,7 +60,7 @@ def test_models_and_supports_are_found() -> None:
     overhead = {"RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "SpatialCrane", "ElasticCrane"}
     assert {model.__name__ for model in MODELS} == {"Crane", "SuspendedCrane", "FallsCrane", *overhead}
     single = {"Bridge", "Knuckle", "Point", "TelescopicBoom", "TowerCrane"}
-    wrappers = {"GearedSupport", "ActuatedSupport", "FlexibleSupport"}
+    wrappers = {"GearedSupport", "ActuatedSupport", "FlexibleSupport", "SwayingTower"}
     assert {support.__name__ for support in SUPPORTS} == wrappers | single
 
 

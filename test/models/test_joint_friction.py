@@ -329,14 +329,22 @@ def test_friction_and_motors_that_cannot_be_are_named(case: str) -> None:
     assert "\n" not in str(error.value)
 
 
-def test_a_fixed_step_is_judged_by_the_bristles() -> None:
-    """A step that a trolley of 27 t on bristles of 1e12 N/m cannot bear is refused, by the frequency of both."""
+@pytest.mark.parametrize(
+    ("name", "joint", "frequency"),
+    [
+        ("spreader_skew", "trolley", 6086.0),  # √(k / m) of a trolley of 27 t
+        ("bridge_hook_and_sling", "trolley", 28868.0),  # of one of 1.2 t
+        ("tower_flexible_jib", "slew", 500.0),  # on the drive's side, the slew inertia without the jib's
+    ],
+)
+def test_a_fixed_step_is_judged_by_the_bristles(name: str, joint: str, frequency: float) -> None:
+    """A step that a joint on bristles of 1e12 N/m, or N m/rad, cannot bear is refused, by the frequency of both."""
     stiff = BRISTLES["trolley"] | {"stiffness": 1e12}
-    changes = {"lugre": {"trolley": stiff}, "integrator": {"method": "rk4", "step": 0.001}}
-    with pytest.raises(
-        crane_sim.SceneError, match="integrator.step = 0.001: too large for the stiffest motion, 6086 rad"
-    ):
-        load_scene("spreader_skew", changes)
+    changes = {"lugre": {joint: stiff}, "integrator": {"method": "rk4", "step": 0.006}, "control": None}
+    with pytest.raises(crane_sim.SceneError) as error:
+        load_scene(name, changes | {"reference": None})
+    line, stiffest = str(error.value), "integrator.step = 0.006: too large for the stiffest motion, "
+    assert float(line.partition(stiffest)[2].split()[0]) == pytest.approx(frequency, rel=1e-3)
 
 
 def test_friction_without_strength_is_none() -> None:

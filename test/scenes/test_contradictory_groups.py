@@ -56,6 +56,8 @@ CONTRADICTIONS: list[tuple[str, dict[str, Any], str, str]] = [
     ("spreader_skew", {"contact": DECK | {"kind": "compliant"}}, "contact.stiffness", "compliant"),
     ("spreader_skew", {"contact": DECK | {"stiffness": 1e5}}, "contact.stiffness", "contact.kind: compliant"),
     ("tower_flexible_jib", {"flexibility.lateral": None, "flexibility.vertical": None}, "flexibility", "lateral"),
+    ("tower_sway", {"flexibility.lateral": {"stiffness": 1e8}}, "flexibility.mast", "flexibility.lateral"),
+    ("tower_sway", {"friction": {"slew": DRY}}, "flexibility.mast", "friction"),
     # drives that cannot have the group
     ("tower_flexible_jib", LOCKED, "flexibility", "slew.drive"),
     ("tower_gust", LOCKED | {"friction": {"slew": DRY}}, "friction.slew", "slew.drive"),

@@ -108,6 +108,7 @@ UNMOVED = {("gantry", "trolley"), ("gantry", "bridge"), ("gantry", "hoist"), ("b
 DIRECTIONS = {  # of the payload, for a small positive change of the joint
     "knuckle": {"slew": Y, "boom": Z, "jib": Z, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
     "tower": {"slew": Y, "trolley": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **BENDING},
+    "mast": {"slew": Y, "trolley": X, "rope": -Z, "mast_x_deflection": -Y, "mast_y_deflection": X},
     "mobile": {"slew": Y, "boom": Z, "telescope": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **BENDING},
     "bridge": {"trolley": X, "bridge": Y, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **LINK},
     "gantry": {"payload_x": X, "payload_y": Y, "payload_z": Z},
@@ -119,6 +120,7 @@ DIRECTIONS = {  # of the payload, for a small positive change of the joint
 SCENES = {
     "knuckle": load_scene("knuckle_setpoint"),
     "tower": load_scene("tower_flexible_jib"),
+    "mast": load_scene("tower_sway"),
     "mobile": load_scene("mobile_lift", {"flexibility": {"lateral": SPRING, "vertical": SPRING}}),
     "bridge": load_scene("bridge_hook_and_sling"),
     "gantry": load_scene("port_sts_container"),
@@ -141,7 +143,7 @@ def test_no_sign_is_left_out() -> None:
     """Every joint of every crane, and every motion of the base, has its line in the page, and is tried below."""
     tried = {("base", name) for name in BASE_DIRECTIONS}
     for name, directions in DIRECTIONS.items():
-        crane = "overhead" if name in ("plane", "space", "elastic") else name
+        crane = "overhead" if name in ("plane", "space", "elastic") else "tower" if name == "mast" else name
         tried |= {(crane, re.sub(r"_\d", "_k", joint) if crane != "pendulum" else joint) for joint in directions}
         assert set(directions) <= set(SCENES[name].joint_names)
     assert tried | UNMOVED == {(sign.crane, sign.joint) for sign in SIGNS}

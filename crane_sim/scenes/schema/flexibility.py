@@ -92,6 +92,13 @@ def outer_inertias(outer: TelescopicBoom, elevation: float, length: float) -> tu
     return about_z, sum(m * s * s + inertia for m, s, inertia in parts)
 
 
+def inner_inertias(support: FlexibleSupport, place: Any) -> tuple[float, float]:
+    """Return the inertia [kg m²] of what turns with the drives about the slewing axis, and about the root's axis."""
+    held = outer_inertias(support.inner, *place)
+    across = inf if isinstance(support.support, TowerCrane) else held[1]
+    return held[0] + support.inner.superstructure.inertia, across
+
+
 def structure_frequency(support: Any, place: Any) -> float:
     """Return a bound [rad/s] of the frequencies of a support's modes at (elevation, length), 0 of a rigid one.
 
@@ -101,8 +108,7 @@ def structure_frequency(support: Any, place: Any) -> float:
         return sway_frequency(support, place[1])
     if not isinstance(support, FlexibleSupport):
         return 0.0
-    held, bends = outer_inertias(support.inner, *place), outer_inertias(support.outer, *place)
-    inner = held[0] + support.inner.superstructure.inertia, inf if isinstance(support.support, TowerCrane) else held[1]
+    inner, bends = inner_inertias(support, place), outer_inertias(support.outer, *place)
     rates = [0.0]
     for mode, a, b in zip((support.lateral, support.vertical), inner, bends, strict=True):
         if mode is not None:

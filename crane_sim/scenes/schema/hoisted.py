@@ -9,7 +9,6 @@ from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.scenes.schema.backlash import drive_names, drive_units, shaft_frequency
 from crane_sim.scenes.schema.falls_file import PLACE, FallsFile, LoadStart
 from crane_sim.scenes.schema.flexibility import structure_frequency
-from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
@@ -126,11 +125,7 @@ class HoistedFile(SupportedFile, FallsFile):
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
-        mobilities = self.joint_mobility().inverse.diagonal()
-        rates = [shaft_frequency(self.backlash)]
-        for (name, _, _), mobility in zip(self.support_joints, mobilities, strict=False):
-            rubbing = (group.get(name) for group in (self.friction, self.lugre))
-            rates += [friction_rate(part, 1.0 / mobility) for part in rubbing if mobility > 0.0]
+        rates = [shaft_frequency(self.backlash), self._friction_rate()]
         if self._bending:
             rates.append(structure_frequency(self.support(), self._place(self._start.q)))
         return self._requirements(self.hoist.mass, max(rates))

@@ -8,11 +8,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import ValidationInfo, field_validator
 
+from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.scenes.schema.actuated import actuated
 from crane_sim.scenes.schema.backlash import JointDrives, SupportJoints, drive_start, geared, known_joints
-from crane_sim.scenes.schema.flexibility import Bending, deflections, modes_of
+from crane_sim.scenes.schema.flexibility import Bending, deflections, inner_inertias, modes_of
+from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.scene_file import SceneFile
 
@@ -112,6 +114,19 @@ class SupportedFile(SceneFile):
         turn = np.eye(4)
         turn[:2, :2] = [[c, -s], [s, c]]
         return turn @ levers.T @ inverse @ levers @ turn.T
+
+    def _friction_rate(self) -> float:
+        """Return a bound [1/s] of frequencies and rates of the support's joints on their friction, 0 without."""
+        inverse, support = self.joint_mobility().inverse.diagonal().copy(), self.support()
+        if isinstance(support, FlexibleSupport):  # friction is on the side of the drives
+            inner = inner_inertias(support, self._place(self._start.q))
+            for i, mode in enumerate((support.lateral, support.vertical)):
+                inverse[i] = 1.0 / inner[i] if mode is not None and np.isfinite(inner[i]) else inverse[i]
+        rates = [0.0]
+        for (name, _, _), mobility in zip(self.support_joints, inverse, strict=False):
+            rubbing = (group.get(name) for group in (self.friction, self.lugre))
+            rates += [friction_rate(part, 1.0 / mobility) for part in rubbing if mobility > 0.0]
+        return max(rates)
 
     @property
     def _drives(self) -> tuple[Any, Any]:

@@ -94,7 +94,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        stiffest = max(shaft_frequency(self.backlash), self._twist_frequency())
+        stiffest = max(shaft_frequency(self.backlash), self._twist_frequency(), self._friction_rate())
         if self._bending:
             stiffest = max(stiffest, structure_frequency(self.support(), self._place(self._start.q)))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
