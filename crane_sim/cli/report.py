@@ -163,7 +163,7 @@ def compiling(hidden: bool) -> Iterator[None]:
 def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     """Print the most important figures of a scene's run as tables."""
     console = Console()
-    law = summary.get("law") or "none"
+    law = summary.get("law") or ("external" if summary.get("commands") else "none")
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
     hidden = () if summary["mode"] == "realtime" else ("deadline_misses",)
     table = Table(title=title, show_header=False, title_justify="left")

@@ -10,7 +10,6 @@ from pathlib import Path
 from crane_sim.files.catalogue import config_folder
 
 DOMAINS = range(1, 102)  # above 101 the ports of a domain overlap the kernel's ephemeral ports
-_RUST_LOG = "warn,re_log_encoding::rrd::file_sink=error"  # the footer of a long recording is left out on purpose
 
 
 @contextmanager
@@ -68,6 +67,6 @@ def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
         "FASTDDS_DEFAULT_PROFILES_FILE": newer if os.path.isfile(newer) else profile,  # Kilted and later
         "PYTHONPATH": os.pathsep.join([str(package_root), *([path] if path else [])]),
     }
-    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder), "RUST_LOG": _RUST_LOG}
+    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder)}
     inherited = {key: value for key, value in os.environ.items() if key != "ROS_LOCALHOST_ONLY"}
     return defaults | inherited | fixed

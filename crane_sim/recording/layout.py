@@ -242,8 +242,8 @@ def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
 def of_rollout(rollout: Rollout, run_id: str) -> Layout:
     """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
     layout = of_scene(rollout.scene, run_id)
-    facts = {"law": str(rollout.summary["law"] or "none"), "derived": "from the true state"}
-    return layout._replace(provenance="", paced=False, properties={**layout.properties, **facts})
+    properties = {**layout.properties, "derived": "from the true state"}
+    return layout._replace(provenance="", paced=False, properties=properties)
 
 
 def text_properties(layout: Layout) -> dict[str, str]:
@@ -312,7 +312,7 @@ def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:
 def _scene_properties(scene: Scene, truth: bool) -> dict[str, Any]:
     return {
         "scene": scene.name,
-        "law": scene.law_name or "none",
+        "law": scene.law_name or ("external" if scene.sampled else "none"),
         "seed": scene.seed,
         "period": scene.period,
         "duration": scene.duration,

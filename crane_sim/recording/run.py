@@ -108,7 +108,7 @@ class RecordedRun:
 
     @property
     def law(self) -> str:
-        """Name of the law, "none" without one."""
+        """Name of the law: "external" where commands came from elsewhere, "none" without any."""
         return self.properties["law"]
 
     @property

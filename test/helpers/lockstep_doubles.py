@@ -89,6 +89,9 @@ class FakeTopics:
         """Count it."""
         self.states += 1
 
+    def publish_true_state(self, *_: Any) -> None:
+        """Publish nothing."""
+
     def publish_diagnostics(self, *_: Any) -> None:
         """Publish nothing."""
 
@@ -110,7 +113,7 @@ class CountingPlant:
     def __init__(self) -> None:
         """Create it at the start."""
         self.k, self.braking, self.at_rest, self.seen = 0, False, False, (ZERO, ZERO)
-        self.applied = ZERO
+        self.q = self.v = self.applied = ZERO
 
     def advance(self, _effort: Any) -> None:
         """Count a period; after some the crane rests."""

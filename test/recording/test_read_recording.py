@@ -65,11 +65,11 @@ def test_a_run_over_ros_reads_the_same(run: RecordedRun, tmp_path: Path) -> None
 
 
 def test_a_law_that_is_a_function_is_recorded(tmp_path: Path) -> None:
-    """A run of a Python law is recorded with its commands and with no law's name."""
+    """A run of a Python law is recorded with its commands, and its law is said to be none of the scene's."""
     run = crane_sim.simulate("knuckle_setpoint", lambda t, q, v: (t, 215.0, 98.0, -10.0), duration=0.1)
     back = crane_sim.read_recording(run.record(tmp_path / "mine.rrd"))
     assert np.array_equal(back.commands, run.commands) and np.all(np.diff(back.commands[:, 0]) > 0.0)
-    assert back.law == "none"
+    assert back.law == "external"
 
 
 def test_other_instants_are_not_recorded(tmp_path: Path) -> None:

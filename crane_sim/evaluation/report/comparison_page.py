@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
@@ -97,14 +98,25 @@ def _metrics(comparison: Comparison) -> list[list[str]]:
 
 
 def _differences(comparison: Comparison) -> list[list[str]]:
-    """Return the rows of the largest differences of every quantity."""
-    named = zip(comparison.names[1:], comparison.differences, strict=True)
+    """Return the rows of the largest differences of every quantity; a single other run needs no name."""
+    others = comparison.names[1:]
     return [
-        [name, quantity, f"largest {each.largest:.4g} {each.unit} at {each.at:g} s", f"RMS {each.rms:.4g} {each.unit}"]
-        for name, differences in named
+        [
+            quantity if len(others) == 1 else f"{name}: {quantity}",
+            f"largest {_angle(each.largest, each.unit)} at {each.at:g} s",
+            f"RMS {_angle(each.rms, each.unit)}",
+        ]
+        for name, differences in zip(others, comparison.differences, strict=True)
         for quantity, each in differences.items()
     ]
 
 
+def _angle(value: float, unit: str) -> str:
+    """Return a value with its unit, angles in degrees."""
+    if unit.startswith("rad"):
+        value, unit = degrees(value), unit.replace("rad", "°")
+    return f"{value:.4g} {unit}"
+
+
 def _format(value: float | None) -> str:
-    return "–" if value is None else f"{value:.6g}"
+    return "–" if value is None else f"{value:.4g}"

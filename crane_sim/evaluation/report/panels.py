@@ -106,10 +106,16 @@ def _swing(run: RecordedRun) -> list[Panel]:
     curves = [[Curve("from the vertical", INK, np.degrees(run.swing))]]
     for name, color in joint_colors(run).items():
         if name.startswith("swing_"):
-            i, short = run.crane.joint_names.index(name), label(name).removeprefix("swing ")
+            i, short = run.crane.joint_names.index(name), _short_swing(name)
             measured = _measured(short, color, _degrees("rad")[1], run.q, run.q_measured, i)
             curves.append([Curve(short, color, np.degrees(run.q[:, i])), *measured])
     return _share("Swing", "°", curves)
+
+
+def _short_swing(name: str) -> str:
+    """Return the name of a swing in a panel of swings: tangential, or that of the link whose angle it is."""
+    short = label(name).removeprefix("swing ")
+    return f"link {short}" if short.isdecimal() else short
 
 
 def _payload(run: RecordedRun) -> list[Panel]:
