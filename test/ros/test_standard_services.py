@@ -230,10 +230,10 @@ def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> No
 
 
 def test_quitting_ends_the_plant(simulator: Simulator) -> None:
-    """The state quitting is answered, and the plant ends with exit code 0."""
+    """The state quitting is answered, and the plant ends with exit code 0 and a summary without an error."""
     simulator.plant.send("go")
     wait_until(lambda: simulator.state == PLAYING, "the run")
     assert simulator.set_state(QUITTING) == Code.OK
-    simulator.plant.await_event("done")
+    assert "error" not in simulator.plant.await_event("done")["summary"]
     simulator.plant.send("finish")
     assert simulator.plant.process.wait(30.0) == 0
