@@ -46,7 +46,7 @@ class ControllerNode(LawNode):
         super().__init__(node, settings, lambda settings: fast_half(make_law(settings)), _COMMANDS)
         scene = self._scene
         self._goals = TrajectoryAction(node, scene, self._law, settings)
-        self._next_reference, self._path = 0, trajectory_of_law(self._law)  # ns; the path whose end is the reference
+        self._next_reference, self._referred = 0, self._law  # ns; the law whose path ends at the reference
         self._command = b""  # the newest, serialized
         self._command_wire = CommandWire(scene)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
@@ -80,7 +80,7 @@ class ControllerNode(LawNode):
         return Diagnostics(setpoints.warning(self._law.slow_half), setpoints.figures()) if setpoints else Diagnostics()
 
     def _reset(self) -> None:
-        self._next_reference, self._path = 0, trajectory_of_law(self._law)
+        self._next_reference, self._referred = 0, self._law
         self._reference = messages.reference_message(self._scene.actuated, self._scene.reference or ())
         self._goals.reset()
         if self._setpoints:
@@ -108,12 +108,14 @@ class ControllerNode(LawNode):
         return True
 
     def _update_reference(self) -> None:
-        """Let the reference be where the joints' path ends, if that has changed: the next message has it, at once."""
-        path = trajectory_of_law(self._law)
-        if path is None or path is self._path or not path.of_joints:
+        """Let the reference be where the joints' path ends, if the law has a new one: the next message has it."""
+        if self._law is self._referred:
+            return
+        self._referred, path = self._law, trajectory_of_law(self._law)
+        if path is None or not path.of_joints:
             return
         end = to_piecewise_polynomial(path).coefficients[-1, :, 0]
-        self._path, self._next_reference = path, 0
+        self._next_reference = 0
         self._reference = messages.reference_message(self._scene.actuated, end.tolist())
         self._trajectories.ignore(self._reference)
 

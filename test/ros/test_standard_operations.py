@@ -7,6 +7,7 @@ import pytest
 from lockstep_doubles import CountingPlant, FakeHost, FakeTopics, make_simulation
 
 from crane_sim.ros.common.messages import SimulationState
+from crane_sim.ros.common.node_host import QUIT
 from crane_sim.ros.plant.run_control import RunControl
 from crane_sim.ros.plant.scheduler import OpenLoop
 from crane_sim.ros.plant.standard_operations import Code, StandardOperations
@@ -143,6 +144,6 @@ def test_a_reset_that_is_refused_fails() -> None:
 
 
 def test_quitting_ends_the_node_without_a_fault() -> None:
-    """The state quitting ends the node as a lifecycle manager's shutdown does."""
+    """The state quitting ends the run on purpose, as an operator's key does."""
     run = Run()
-    assert run.set(QUITTING) == Code.OK and run.host.stop_reason == "shutdown"
+    assert run.set(QUITTING) == Code.OK and run.host.stop_reason == QUIT

@@ -118,6 +118,15 @@ def controllers_file(scene: Scene) -> str:
     if len(set(scene.commands)) > 1:
         kinds = ", ".join(f"{joint}: {kind}" for joint, kind in zip(scene.actuated, scene.commands, strict=True))
         raise SceneError(f"{scene.name}: {kinds}: a controller commands one interface; give all joints the same drive")
+    document = {"/**": {"ros__parameters": {"use_sim_time": True}}}  # also of the interface's own node
+    document |= {f"/**/{name}": {"ros__parameters": values} for name, values in _nodes(scene).items()}
+    units = ", ".join(scene.command_units)
+    header = _HEADER.format(name=scene.name, joints=", ".join(scene.actuated), units=units, frequency=FREQUENCY)
+    return header + yaml.safe_dump(document, sort_keys=False)
+
+
+def _nodes(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Return the parameters of controller manager, broadcaster and controllers, by node."""
     manager: dict[str, Any] = {"update_rate": ceil(1.0 / scene.period - 1e-6)}  # a slower loop would miss periods
     manager |= {name: {"type": kind} for name, kind in _CONTROLLERS.items()}
     manager[f"{scene.commands[0]}_forwarding_controller"] = {"type": _FORWARDING}
@@ -129,17 +138,12 @@ def controllers_file(scene: Scene) -> str:
         "gains": {joint: gain.parameters() for joint, gain in gains.items()},
     }
     forwarding = {"joints": list(scene.actuated), "interface_name": scene.commands[0]}
-    nodes = {
+    return {
         "controller_manager": manager,
         "joint_state_broadcaster": {"use_local_topics": True},  # the interface would read its states as the plant's
         "joint_trajectory_controller": trajectory,
         f"{scene.commands[0]}_forwarding_controller": forwarding,
     }
-    document = {"/**": {"ros__parameters": {"use_sim_time": True}}}  # also of the interface's own node
-    document |= {f"/**/{name}": {"ros__parameters": values} for name, values in nodes.items()}
-    units = ", ".join(scene.command_units)
-    header = _HEADER.format(name=scene.name, joints=", ".join(scene.actuated), units=units, frequency=FREQUENCY)
-    return header + yaml.safe_dump(document, sort_keys=False)
 
 
 def joint_gains(scene: Scene) -> list[Gains]:

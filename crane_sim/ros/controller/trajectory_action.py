@@ -85,8 +85,8 @@ class TrajectoryAction:
 
     def apply_to(self, law: Any, state: State) -> Any:
         """Return the law that answers a new state, with the path of a goal that begins, or with that to a stop."""
-        path = trajectory_of_law(law)
-        if self._server is None or path is None:
+        path = trajectory_of_law(law) if self._server is not None else None  # a walk through the law, of each state
+        if path is None:
             return law
         self._now = state.t
         self.serve_cancellations()

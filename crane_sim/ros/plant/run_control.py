@@ -3,7 +3,7 @@
 from functools import partial
 from types import SimpleNamespace
 
-from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.common.node_host import QUIT, NodeHost
 from crane_sim.ros.common.parameters import RunMode
 from crane_sim.ros.plant.scheduler import BLOCK, StepScheduler, should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
@@ -83,8 +83,8 @@ class RunControl:
         return why_not
 
     def quit(self) -> None:
-        """End the node as a lifecycle manager does: no fault."""
-        self._host.stop("shutdown")
+        """End the run before its time, on purpose: no fault."""
+        self._host.stop(QUIT)
 
     def why_waiting(self) -> str:
         """Return why nothing moves although the run is not paused, empty where it moves."""
