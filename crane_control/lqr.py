@@ -21,6 +21,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from crane_control.blas_threads import in_one_thread
 from crane_control.reduced_state import nominal_coordinate
 from crane_control.regulator import Array, regulators
 from crane_sim import system
@@ -157,7 +158,9 @@ def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene])
     rests = dict(zip(sound, equilibria([scenes[i] for i in sound]), strict=True))
     laws = [rest if isinstance(rest := rests.get(i), SceneError) else law for i, law in enumerate(laws)]
     for plants in _plants_of(scenes, laws, rests):
-        for i, law in zip(plants.numbers, _make_laws(plants), strict=True):
+        with in_one_thread():
+            made = _make_laws(plants)
+        for i, law in zip(plants.numbers, made, strict=True):
             laws[i] = law
     return laws
 

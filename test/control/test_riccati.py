@@ -15,7 +15,7 @@ from crane_sim.simulation.columns import columns
 PERIOD = 0.01  # s
 
 
-def random_plants(m: int, nu: int, count: int) -> tuple[np.ndarray, ...]:
+def random_plants(m: int, nu: int, count: int) -> tuple[Any, ...]:
     """Return (a, b, q, r) of mechanical plants with m states and nu efforts, rates of 0.1 to 30 rad/s."""
     rng, n = np.random.default_rng(m + nu), m // 2
     a, b = np.zeros((count, m, m)), np.zeros((count, m, nu))

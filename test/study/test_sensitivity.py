@@ -9,6 +9,7 @@ import pyarrow as pa
 import pytest
 import yaml
 from command_line import crane
+from pyarrow.parquet import write_table
 
 from crane_sim.files.errors import SceneError
 from crane_sim.study.cases import cases
@@ -33,25 +34,26 @@ def study_of(design: str, samples: int) -> dict[str, Any]:
     }
 
 
-def result_of(design: str, samples: int, function: Any) -> StudyResult:
-    """Return the result of a study whose figure `y` is a function of the design (samples, parameters)."""
+def result_of(folder: Path, design: str, samples: int, function: Any) -> StudyResult:
+    """Return the result of a study in a folder whose figure `y` is a function of the design (samples, parameters)."""
     study = load_study(study_of(design, samples))
     y = function(draw_design(study))
     table = pa.table({"variant": ["scene"] * len(y), "status": ["ok"] * len(y), "y": y.tolist()})
-    return StudyResult(study, Path(), table)
+    write_table(table, folder / "table.parquet")
+    return StudyResult(study, folder)
 
 
-def test_elementary_effects_of_a_linear_function_are_its_slopes() -> None:
+def test_elementary_effects_of_a_linear_function_are_its_slopes(tmp_path: Path) -> None:
     """Of a linear function Morris' mean magnitudes are the slopes, without interaction, the strongest first."""
-    found = sensitivities(result_of("morris", 4, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene")
+    found = sensitivities(result_of(tmp_path, "morris", 4, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene")
     assert [row.parameter for row in found] == [KEYS[1], KEYS[0], KEYS[2]]
     # rounding of sums and of differences by 2/3
     assert np.allclose([row[1:] for row in found], [[5.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]], atol=1e-12)
 
 
-def test_total_indices_of_a_product_are_those_of_theory() -> None:
+def test_total_indices_of_a_product_are_those_of_theory(tmp_path: Path) -> None:
     """Of y = x1 x2 the total indices are 4/7, of which 1/7 is interaction; x3 has none."""
-    found = sensitivities(result_of("saltelli", 4096, lambda x: x[:, 0] * x[:, 1]), "y", "scene")
+    found = sensitivities(result_of(tmp_path, "saltelli", 4096, lambda x: x[:, 0] * x[:, 1]), "y", "scene")
     by_key = {row.parameter: row for row in found}
     for key in KEYS[:2]:
         # var(x1 x2) = 7/144, of x1 alone 3/144: 4096 base samples of a Sobol sequence come within 1 % of 1
@@ -84,12 +86,14 @@ def test_the_command_shows_what_a_figure_depends_on(tmp_path: Path) -> None:
     assert "Sensitivity to the parameters (Morris)" in (tmp_path / "page.html").read_text()
 
 
-def test_studies_without_indices() -> None:
+def test_studies_without_indices(tmp_path: Path) -> None:
     """Other designs, figures that some runs lack, and a number of samples that is no power of two are refused."""
-    drawn = result_of("morris", 2, lambda x: x[:, 0])
+    drawn = result_of(tmp_path, "morris", 2, lambda x: x[:, 0])
     with pytest.raises(SceneError, match="sensitivities need morris or saltelli"):
-        sensitivities(StudyResult(load_study(study_of("sobol", 8)), Path(), drawn.table), "y", "scene")
+        sensitivities(StudyResult(load_study(study_of("sobol", 8)), drawn.folder), "y", "scene")
     with pytest.raises(SceneError, match="1 of 8 runs have none"):
-        sensitivities(result_of("morris", 2, lambda x: np.where(np.arange(8) == 3, np.nan, x[:, 0])), "y", "scene")
+        sensitivities(
+            result_of(tmp_path, "morris", 2, lambda x: np.where(np.arange(8) == 3, np.nan, x[:, 0])), "y", "scene"
+        )
     with pytest.raises(SceneError, match="4, 8"):
         load_study(study_of("saltelli", 6))

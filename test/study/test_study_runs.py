@@ -7,8 +7,9 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from command_line import crane
 import crane_sim
 from crane_sim import study as studies
 from crane_sim.files.errors import SceneError
+from crane_sim.study.workers import Workers
 
 MASS = "cable.node_masses.0"
 STUDY: dict[str, Any] = {
@@ -74,6 +76,28 @@ def test_the_number_of_workers_changes_no_bit(whole: studies.StudyResult, tmp_pa
 def test_a_cluster_writes_the_same_table(whole: studies.StudyResult, tmp_path: Path) -> None:
     """The workers of a Dask cluster write the table of plain processes; an address without a scheduler is one line."""
     found = studies.run(STUDY, tmp_path / "cluster", workers=2, scheduler="local")
+    assert without_times(found.table) == without_times(whole.table)
+
+
+class Late(Executor):
+    """An executor whose tasks end half a second after they were submitted."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Return the future of a task."""
+        future = Future[Any]()
+        Timer(0.5, lambda: future.set_result(fn(*args, **kwargs))).start()
+        return future
+
+
+def test_waiting_for_workers_is_told(
+    whole: studies.StudyResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A study whose workers finish nothing for a known reason says it, and goes on when they are back."""
+    monkeypatch.setattr("crane_sim.study.execution.PATIENCE", 0.2)  # s
+    told: list[str] = []
+    pool = Workers(Late(), 16, lambda: "has lost all its workers")
+    found = studies.run(STUDY, tmp_path / "late", pool=pool, on_wait=told.append)
+    assert "has lost all its workers" in told
     assert without_times(found.table) == without_times(whole.table)
 
 

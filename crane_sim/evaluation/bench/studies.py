@@ -26,9 +26,11 @@ from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.batch import allocate_arrays
 from crane_sim.simulation.columns import columns, extract_drive
+from crane_sim.simulation.figured_runs import run_all
 from crane_sim.stepping.batch import TimeGrid, simulate_range
 from crane_sim.study import cases, execution
 from crane_sim.study.form import Study, load_study, scene_document
+from crane_sim.study.runs import rows_of
 
 STUDY = {
     "scene": "overhead_energy",
@@ -64,6 +66,25 @@ def _kernel_time(scenes: Sequence[Scene]) -> float:
     began = time.process_time()
     simulate_range(cranes, grid, arrays, 0, len(scenes))
     return (time.process_time() - began) / len(scenes)
+
+
+def _parts(samples: int) -> dict[str, float]:
+    """Return what parts of a row take of a processor [s] for each crane."""
+    study = study_of(samples)
+    document, listed, found = scene_document(study), [*cases(study)], dict[str, float]()
+    changes = [case.changes for case in listed]
+    scenes = _load(samples)
+    steps = {
+        "scenes and laws": lambda: load_scenes(document, changes),
+        "runs, figures, hashes": lambda: run_all(scenes),
+        "rows in all": lambda: rows_of(listed, document),
+    }
+    for name, step in steps.items():
+        step()  # compiles
+        began = time.process_time()
+        step()
+        found[name] = (time.process_time() - began) / samples
+    return found
 
 
 def run_study(samples: str, way: str, workers: str) -> None:
@@ -121,6 +142,7 @@ def measure(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds
         "dask_rate": {n: ratio(running[f"processes_{n}"], running[f"dask_{n}"]) for n in ("1", "2")},
         "sizes": sizes,
         "processor_us": 1e6 * processor,
+        "parts_us": {name: 1e6 * t for name, t in _parts(len(scenes)).items()},
         "overhead": processor / statistics.median(kernel) - 1.0,
         "machine": machine(),
     }
@@ -136,6 +158,7 @@ def format_lines(results: dict[str, Any]) -> list[str]:
         f"of a processor, per further crane: {results['processor_us']:.0f} µs, the compiled loop alone "
         f"{results['kernel_us']['median']:.0f} µs: overhead {results['overhead']:.0%}",
     ]
+    lines.append("of it: " + ", ".join(f"{name} {t:.0f} µs" for name, t in results["parts_us"].items()))
     for samples, size in results["sizes"].items():
         lines.append(f"memory of {samples}: {size['own_MB']:.0f} MB, {size['worker_MB']:.0f} MB in a worker")
     for name, spread in results["running_us"].items():
