@@ -30,7 +30,7 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.arrays import accumulate
-from crane_sim.numerics.jit import kernel, lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
 from crane_sim.numerics.lanes import lane, put_lane, use_wide_vectors
 from crane_sim.numerics.stage_lanes import (
     STAGES,
@@ -41,7 +41,6 @@ from crane_sim.numerics.stage_lanes import (
     take_row,
     weigh_stages,
 )
-from crane_sim.numerics.states import dimension
 from crane_sim.system import rate_entries, rhs, rhs_into
 
 ORDER = 16
@@ -92,8 +91,10 @@ BASE, WEIGHT = STAGES, STAGES + 1
 
 
 class Gauss16(NamedTuple):
-    """Gauss collocation of order 16, for tight tolerances; error control by the rms of error / (atol + rtol |x|),
-    where |x| is the most that an entry is within the step, by its rate at the begin."""
+    """Gauss collocation of order 16, for tight tolerances; error control by the rms of error / (atol + rtol |x|).
+
+    |x| is the most that an entry is within a step of size h from where it begins: |x| + |h x'| there.
+    """
 
     rtol: Positive = 1e-12  # -, relative tolerance
     atol: NonNegative = 1e-14  # state's unit, absolute tolerance

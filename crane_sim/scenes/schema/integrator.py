@@ -12,10 +12,12 @@ from crane_sim.integrators.rodas import Rodas
 
 
 class Auto(NamedTuple):
-    """`rodas` for stiff cables, `gauss16` for a tight `rtol` where nothing is sampled or switches and the state has few
-    entries, `gauss` for long horizons without an `rtol`, else `dop853`; the summary has the choice and its reason."""
+    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary has the choice and its reason.
 
-    rtol: Positive | None = None  # -, relative tolerance; the absolute one is a hundredth of it; absent: the method's own
+    With a tight `rtol`, `gauss16` where nothing is sampled or switches and no chain hangs below.
+    """
+
+    rtol: Positive | None = None  # -, relative tolerance, the absolute one is a hundredth of it; left out: the method's
 
 
 class MethodRequirements(NamedTuple):
