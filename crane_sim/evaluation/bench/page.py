@@ -23,8 +23,8 @@ second method on other equations, Taylor's of order 22 to 29 in numbers of 64 to
 A timing repeats short runs for 2 ms at least; compiling, loading and building models are not timed. What may be the
 cheapest at an error, by the least of five timings, is timed in up to 20 more rounds in which all engines take turns, so
 that other programs hit all of them; the least time counts. Runs that fail, diverge or are slower stay in the data; a
-dash stands where an engine does not reach an error, or the reference cannot tell it (20 times its own error bound). Take
-the ratios, not the times: they were measured on a shared virtual machine.
+dash stands where an engine does not reach an error, or the reference cannot tell it (20 times its own error bound).
+Take the ratios, not the times: they were measured on a shared virtual machine.
 
 - **crane_sim**: the integrators of the scene files on the compiled equations, without rows of results.
 - **hand C** (`crane_sim/evaluation/bench/floor`): each crane by hand, as fast as we can make it: fused multiply-adds,

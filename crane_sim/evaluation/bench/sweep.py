@@ -17,7 +17,7 @@ SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not
 ROUNDS, PATIENCE = 20, 10.0
 """Timings of each promising run, while all those of one engine take less than PATIENCE [s]; at least three."""
 PROBES, QUICK = 5, 0.02
-"""Timings of each run that takes less than QUICK [s], of which the least says whether it is promising; of others one."""
+"""Timings of a run that takes less than QUICK [s], of which the least says whether it is promising; of others one."""
 CLOSE = 1.3  # times the cheapest one's time at an error: runs that may well be the cheapest
 BEST = 2e-13  # m, an error below which finer settings are not tried
 

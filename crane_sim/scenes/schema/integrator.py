@@ -47,15 +47,15 @@ def needs_frequency(method: Any) -> bool:
     return isinstance(method, Auto) or hasattr(method, "safe_step")
 
 
-def choose_method(method: Any, requirements: MethodRequirements, long_state: bool = False) -> tuple[Any, str | None]:
-    """Return (method, reason of an automatic choice or None); a long state is an array.
+def choose_method(method: Any, requirements: MethodRequirements, model: Any = None) -> tuple[Any, str | None]:
+    """Return (method, reason of an automatic choice or None) for a model; None: one whose state is no array.
 
     Raises:
         SceneError: a fixed step is too large for the stiffest motion, or a setting is out of range.
     """
     _check_range(method)
     if isinstance(method, Auto):
-        return _choice(requirements, method.rtol, long_state)
+        return _choice(requirements, method.rtol, system.rhs_into.has_implementation(type(model)))
     largest = getattr(method, "safe_step", None)
     if largest is None or not requirements.frequency:  # without motion any step is safe
         return method, None

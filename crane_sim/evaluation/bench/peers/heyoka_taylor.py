@@ -164,21 +164,14 @@ def _chain(hy: Any, p: Chain, number: Number) -> Equations:
     m, lengths = [number(mass) for mass in p.masses.tolist()], [number(length) for length in p.lengths.tolist()]
     trolley, g, one = number(p.trolley), number(p.gravity), number(1.0)
     inverse = [one / mass for mass in m]
-    s, c = [hy.sin(a) for a in angles], [hy.cos(a) for a in angles]
+    s, c = hy.sin(angles[0]), hy.cos(angles[0])
     bends = [(hy.cos(b - a), hy.sin(b - a)) for a, b in zip(angles[:-1], angles[1:], strict=True)]
-    pivot = [inverse[0] + s[0] * s[0] / trolley, *(inverse[k] + inverse[k + 1] for k in range(n - 1))]
-    t = [length * w * w for length, w in zip(lengths, rates, strict=True)]
-    t[0] += g * c[0]
-    for k in range(1, n):
-        off = bends[k - 1][0] * inverse[k - 1]
-        ratio = off / pivot[k - 1]
-        pivot[k] = pivot[k] - ratio * off
-        t[k] = t[k] + ratio * t[k - 1]
-    t[-1] = t[-1] / pivot[-1]
-    for k in range(n - 2, -1, -1):
-        t[k] = (t[k] + bends[k][0] * inverse[k] * t[k + 1]) / pivot[k]
-    acceleration = t[0] * s[0] / trolley
-    across = [-g * s[0] - c[0] * acceleration, *[None] * (n - 1)]
+    pivots = [inverse[0] + s * s / trolley, *(inverse[k] + inverse[k + 1] for k in range(n - 1))]
+    right_side = [length * w * w for length, w in zip(lengths, rates, strict=True)]
+    right_side[0] += g * c
+    t = _solve(pivots, [-cosine * inverse[k] for k, (cosine, _) in enumerate(bends)], right_side)
+    acceleration = t[0] * s / trolley
+    across = [-g * s - c * acceleration, *[None] * (n - 1)]
     for k in range(n - 1):
         across[k] = across[k] + bends[k][1] * inverse[k] * t[k + 1]
         across[k + 1] = -(bends[k][1] * inverse[k] * t[k])
@@ -186,10 +179,22 @@ def _chain(hy: Any, p: Chain, number: Number) -> Equations:
     return list(zip((x, *angles, v, *rates), (v, *rates, acceleration, *turning), strict=True))
 
 
+def _solve(pivots: list[Any], off_diagonal: list[Any], right_side: list[Any]) -> list[Any]:
+    """Return the solution of a symmetric tridiagonal system."""
+    pivots, t = list(pivots), list(right_side)
+    for k, off in enumerate(off_diagonal):
+        ratio = off / pivots[k]
+        pivots[k + 1] = pivots[k + 1] - ratio * off
+        t[k + 1] = t[k + 1] - ratio * t[k]
+    t[-1] = t[-1] / pivots[-1]
+    for k in range(len(off_diagonal) - 1, -1, -1):
+        t[k] = (t[k] - off_diagonal[k] * t[k + 1]) / pivots[k]
+    return t
+
+
 def _knuckle(hy: Any, p: KnuckleCrane, number: Number) -> Equations:
     """Return the knuckle crane, its payload in the slewing frame."""
-    names = ("alpha", "beta", "gamma", "x", "y", "z", "wa", "wb", "wg", "vx", "vy", "vz")
-    variables = hy.make_vars(*names)
+    variables = hy.make_vars("alpha", "beta", "gamma", "x", "y", "z", "wa", "wb", "wg", "vx", "vy", "vz")
     _, beta, gamma, x, y, z, wa, wb, wg, vx, vy, vz = variables
     lb, mb, ib, axial_b = map(number, p.boom)
     lj, mj, ij, axial_j = map(number, p.jib)
@@ -198,8 +203,8 @@ def _knuckle(hy: Any, p: KnuckleCrane, number: Number) -> Equations:
     half, quarter, two = number(0.5), number(0.25), number(2.0)
     k3, jb, jj = half * lb * lj * mj, ib + lb * lb * (quarter * mb + mj), ij + quarter * lj * lj * mj
     sb, cb, sg, cg = hy.sin(beta), hy.cos(beta), hy.sin(gamma), hy.cos(gamma)
-    r = lb * cb + lj * cg
-    ex, ez = x - r, z - lb * sb - lj * sg
+    r, ez = lb * cb + lj * cg, z - lb * sb - lj * sg
+    ex = x - r
     pull = kr - kr * r0 / hy.sqrt(ex * ex + y * y + ez * ez)
     fr, ft, fz = pull * ex, pull * y, pull * ez
     p1, p2 = (jb - axial_b) * cb + k3 * cg, (jj - axial_j) * cg + k3 * cb
