@@ -1,9 +1,9 @@
 """Gauss collocation with eight stages, order 16, with error control: for tight tolerances.
 
 The stages are found by repeated evaluation, all eight at once: of a tuple state as lanes of vectors, so that eight
-evaluations cost little more than one (M. Antoñana, J. Makazaga, A. Murua, "SIMD-vectorized implementation of high order
-IRK integrators", arXiv:2211.01573, 2022). Nodes and weights: Abramowitz, Stegun, "Handbook of Mathematical Functions",
-table 25.4. Positions whose rates are entries of the state (`system.rate_entries`) are integrated twice from the
+evaluations cost little more than one (M. Antoñana, J. Makazaga, A. Murua, "SIMD-vectorized implicit symplectic
+integrators can outperform explicit symplectic ones", arXiv:2511.03655). Nodes and weights: Abramowitz, Stegun,
+"Handbook of Mathematical Functions", table 25.4. Positions whose rates are entries of the state (`system.rate_entries`) are integrated twice from the
 accelerations, which halves the sweeps that a vibration takes (Hairer, Norsett, Wanner, "Solving Ordinary Differential
 Equations I", 2nd ed., II.14, collocation for y'' = f).
 
@@ -184,9 +184,9 @@ def combine_estimates(last, before):
 
 @lean_kernel
 def aim(error, contraction):
-    """Return the error as step control is to see it: an accepted one as large as makes the next step shorter in time.
+    """Return the error as step control is to see it: larger than it is, and at most 1 where the step is accepted.
 
-    The size of the next step aims at an error MARGIN below the tolerance, and at a contraction of CONTRACTION.
+    So the size of the next step aims at an error of 1 / MARGIN of the tolerance, and at a contraction of CONTRACTION.
     """
     power = contraction / CONTRACTION
     power *= power
