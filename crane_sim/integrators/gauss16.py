@@ -3,9 +3,9 @@
 The stages are found by repeated evaluation, all eight at once: of a tuple state as lanes of vectors, so that eight
 evaluations cost little more than one (M. Antoñana, J. Makazaga, A. Murua, "SIMD-vectorized implicit symplectic
 integrators can outperform explicit symplectic ones", arXiv:2511.03655). Nodes and weights: Abramowitz, Stegun,
-"Handbook of Mathematical Functions", table 25.4. Positions whose rates are entries of the state (`system.rate_entries`) are integrated twice from the
-accelerations, which halves the sweeps that a vibration takes (Hairer, Norsett, Wanner, "Solving Ordinary Differential
-Equations I", 2nd ed., II.14, collocation for y'' = f).
+"Handbook of Mathematical Functions", table 25.4. Positions whose rates are entries of the state
+(`system.rate_entries`) are integrated twice from the accelerations, which halves the sweeps that a vibration takes
+(Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., II.14, collocation for y'' = f).
 
 Error: the derivative's Legendre series over the step has coefficients c_k; two orders shrink them by the ratio
 r = |c_6, c_7| / |c_4, c_5|. What the series leaves out begins at order 8 and is orthogonal to all polynomials below, so
