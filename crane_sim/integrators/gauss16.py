@@ -1,11 +1,11 @@
 """Gauss collocation with eight stages, order 16, with error control: for tight tolerances.
 
 The stages are found by repeated evaluation, all eight at once: of a tuple state as lanes of vectors, so that eight
-evaluations cost little more than one (M. Antoñana, J. Makazaga, A. Murua, "SIMD-vectorized implementation of high order
-IRK integrators", arXiv:2211.01573, 2022). Nodes and weights: Abramowitz, Stegun, "Handbook of Mathematical Functions",
-table 25.4. Positions whose rates are entries of the state (`system.rate_entries`) are integrated twice from the
-accelerations, which halves the sweeps that a vibration takes (Hairer, Norsett, Wanner, "Solving Ordinary Differential
-Equations I", 2nd ed., II.14, collocation for y'' = f).
+evaluations cost little more than one (M. Antoñana, J. Makazaga, A. Murua, "SIMD-vectorized implicit symplectic
+integrators can outperform explicit symplectic ones", arXiv:2511.03655). Nodes and weights: Abramowitz, Stegun,
+"Handbook of Mathematical Functions", table 25.4. Positions whose rates are entries of the state
+(`system.rate_entries`) are integrated twice from the accelerations, which halves the sweeps that a vibration takes
+(Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., II.14, collocation for y'' = f).
 
 Error: the derivative's Legendre series over the step has coefficients c_k; two orders shrink them by the ratio
 r = |c_6, c_7| / |c_4, c_5|. What the series leaves out begins at order 8 and is orthogonal to all polynomials below, so
@@ -30,7 +30,7 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.arrays import accumulate
-from crane_sim.numerics.jit import kernel, lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
 from crane_sim.numerics.lanes import lane, put_lane, use_wide_vectors
 from crane_sim.numerics.stage_lanes import (
     STAGES,
@@ -41,7 +41,6 @@ from crane_sim.numerics.stage_lanes import (
     take_row,
     weigh_stages,
 )
-from crane_sim.numerics.states import dimension
 from crane_sim.system import rate_entries, rhs, rhs_into
 
 ORDER = 16
@@ -92,8 +91,10 @@ BASE, WEIGHT = STAGES, STAGES + 1
 
 
 class Gauss16(NamedTuple):
-    """Gauss collocation of order 16, for tight tolerances; error control by the rms of error / (atol + rtol |x|),
-    where |x| is the most that an entry is within the step, by its rate at the begin."""
+    """Gauss collocation of order 16, for tight tolerances; error control by the rms of error / (atol + rtol |x|).
+
+    |x| is the most that an entry is within a step of size h from where it begins: |x| + |h x'| there.
+    """
 
     rtol: Positive = 1e-12  # -, relative tolerance
     atol: NonNegative = 1e-14  # state's unit, absolute tolerance
@@ -183,9 +184,9 @@ def combine_estimates(last, before):
 
 @lean_kernel
 def aim(error, contraction):
-    """Return the error as step control is to see it: an accepted one as large as makes the next step shorter in time.
+    """Return the error as step control is to see it: larger than it is, and at most 1 where the step is accepted.
 
-    The size of the next step aims at an error MARGIN below the tolerance, and at a contraction of CONTRACTION.
+    So the size of the next step aims at an error of 1 / MARGIN of the tolerance, and at a contraction of CONTRACTION.
     """
     power = contraction / CONTRACTION
     power *= power

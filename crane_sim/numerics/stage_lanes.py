@@ -37,7 +37,7 @@ def mix_stages(matrix: Any, source: Any, i: int, to: Any, k: int, scale: float) 
 
 
 def reach_stages(matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[float, float, float, Any]) -> None:
-    """Write x + nodes move + scale M s into row k of `to`, with path = (x, move, scale, nodes (8,)); see `mix_stages`."""
+    """Write x + nodes move + scale M s into row k of `to`, path = (x, move, scale, nodes (8,)), see `mix_stages`."""
     x, move, scale, nodes = path
     for j, total in enumerate(_mixed(matrix, source[i])):
         to[k, j] = fma(scale, total, fma(nodes[j], move, x))
@@ -117,7 +117,8 @@ def _fold(builder: Any, vector: Any) -> Any:
 
 
 def _float_count(kind: Any) -> int:
-    return sum(map(_float_count, kind)) if isinstance(kind, types.BaseTuple) else 1
+    parts: Any = kind if isinstance(kind, types.BaseTuple) else ()
+    return sum(map(_float_count, parts)) if isinstance(kind, types.BaseTuple) else 1
 
 
 @type_callable(stage_rows)

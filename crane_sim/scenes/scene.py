@@ -211,8 +211,7 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
     sampled = control is not None and not continuous
     source = law if continuous else None if control is not None else file.open_loop()
-    long_state = system.rhs_into.has_implementation(type(crane))
-    method, reason = choose_method(file.integrator, file.method_requirements(sampled), long_state)
+    method, reason = choose_method(file.integrator, file.method_requirements(sampled), crane)
     devices, noted = _devices(file, period, law)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(devices["hardware"]))
     check_fit(method, model, continuous)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from crane_sim.evaluation.bench.engine import Engine, EngineUnavailable, Run, RunResult
-from crane_sim.evaluation.bench.peers import mujoco_engine, pinocchio_engine
+from crane_sim.evaluation.bench.peers import heyoka_taylor, mujoco_engine, pinocchio_engine
 from crane_sim.evaluation.bench.peers.drake_engine import Drake
+from crane_sim.evaluation.bench.peers.heyoka_taylor import Heyoka
 from crane_sim.evaluation.bench.peers.joints import (
     highest_frequency,
     model_joints,
@@ -171,10 +172,34 @@ def test_a_batch_ends_like_single_runs() -> None:
     assert ends[1] == pytest.approx(nearest_run(engine(MuJoCo), mirrored, "RK4", 0.01).execute(1).payload, abs=1e-12)
 
 
-@pytest.mark.parametrize("kind", [MuJoCo, Pinocchio, Drake])
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_heyokas_equations_are_those_of_the_scene(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At a tight tolerance each crane ends where extended precision does, and a run repeats itself exactly."""
+    tested_engine = engine(Heyoka)
+    monkeypatch.setattr(heyoka_taylor, "TOLERANCES", [1e-11])
+    monkeypatch.setattr(heyoka_taylor, "COARSE_TOLERANCES", [1e-11])
+    monkeypatch.setattr(heyoka_taylor, "MAX_UNROLLED", 1)  # recurrences of ten links take half a minute to compile
+    (taylor,) = tested_engine.runs(PROBLEMS[name])
+    outcome = taylor.execute(1)
+    assert error(name, outcome) < 2e-11  # its tolerance is per step and relative; chaotic terms of the chain double it
+    assert np.array_equal(taylor.execute(2).payload, outcome.payload)
+
+
+def test_heyokas_batch_ends_like_single_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each crane of heyoka's batch ends at the end of a single run with its payload."""
+    tested_engine = engine(Heyoka)
+    monkeypatch.setattr(heyoka_taylor, "TOLERANCES", [1e-12])
+    masses = np.linspace(8.0, 12.0, 2 * heyoka_taylor.load_heyoka().recommended_simd_size())
+    ends = heyoka_taylor.Batch(SWING, masses.tolist(), 1e-12).run()
+    for mass, end in list(zip(masses, ends, strict=True))[::5]:
+        single = nearest_run(tested_engine, SWING._replace(masses=np.array([mass]), duration=10.0), "taylor", 1e-12)
+        assert end == pytest.approx(single.execute(1).payload, abs=1e-11)  # both within their tolerance
+
+
+@pytest.mark.parametrize("kind", [MuJoCo, Pinocchio, Drake, Heyoka])
 def test_a_missing_engine_is_named(kind: type[Engine], monkeypatch: pytest.MonkeyPatch) -> None:
     """Without its package an engine is unavailable, named in a single-line error."""
-    for name in ("mujoco", "pydrake", "pydrake.systems.analysis"):
+    for name in ("mujoco", "pydrake", "pydrake.systems.analysis", "heyoka"):
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.setattr(pinocchio_engine, "find_spec", lambda name: None)
     with pytest.raises(EngineUnavailable, match=f"(?i){kind.name}.* is not installed") as error_info:

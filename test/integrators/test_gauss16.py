@@ -1,4 +1,4 @@
-"""Gauss collocation of order 16: its coefficients, its order, its two ways through the stages, events, and its choice."""
+"""Gauss collocation of order 16: its coefficients, its order, its way through the stages, events, and its choice."""
 
 from math import cos, sin
 from typing import Any, NamedTuple

@@ -193,7 +193,9 @@ def test_a_state_that_is_not_finite_is_reported() -> None:
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
-    "method", [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1), Gauss16()], ids=lambda m: type(m).__name__
+    "method",
+    [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1), Gauss16()],
+    ids=lambda m: type(m).__name__,
 )
 def test_rest_stays_rest(method: Any) -> None:
     """Every method leaves a state at rest exactly where it is."""

@@ -17,11 +17,14 @@ HOW = """## What was measured, and how
 
 Each engine passes the whole time of a scene over a range of steps or tolerances, every method for itself. The error is
 the distance of the payload at the end from a reference whose own error is known: solutions in extended precision by
-`test/reference`, which shares no code with the simulator. A timing repeats short runs for 2 ms at least; compiling,
-loading and building models are not timed. What may be the cheapest at an error is timed in up to 20 more rounds in
-which all engines take turns, so that other programs hit all of them; the least time counts. Runs that fail, diverge or
-are slower stay in the data; a dash stands where an engine does not reach an error, or the reference cannot tell it
-(20 times its own error bound). Take the ratios, not the times: they were measured on a shared virtual machine.
+`test/reference`, which shares no code with the simulator. Those that other engines are compared on are checked by a
+second method on other equations, Taylor's of order 22 to 29 in numbers of 64 to 113 bits (`test/reference/taylor.py`).
+
+A timing repeats short runs for 2 ms at least; compiling, loading and building models are not timed. What may be the
+cheapest at an error, by the least of five timings, is timed in up to 20 more rounds in which all engines take turns, so
+that other programs hit all of them; the least time counts. Runs that fail, diverge or are slower stay in the data; a
+dash stands where an engine does not reach an error, or the reference cannot tell it (20 times its own error bound).
+Take the ratios, not the times: they were measured on a shared virtual machine.
 
 - **crane_sim**: the integrators of the scene files on the compiled equations, without rows of results.
 - **hand C** (`crane_sim/evaluation/bench/floor`): each crane by hand, as fast as we can make it: fused multiply-adds,

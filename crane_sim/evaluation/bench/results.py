@@ -50,7 +50,7 @@ def points_of(scene: dict[str, Any]) -> list[WorkPrecisionPoint]:
 
 
 def best(points: Iterable[WorkPrecisionPoint], error_bound: float = 0.0) -> dict[str, list[WorkPrecisionPoint | None]]:
-    """Return for each engine its cheapest point at each of LEVELS; None where the reference cannot tell such an error."""
+    """Return for each engine its cheapest point at each of LEVELS, None where the reference cannot tell that."""
     by_engine: dict[str, list[WorkPrecisionPoint]] = {}
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)

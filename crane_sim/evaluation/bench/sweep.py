@@ -16,6 +16,8 @@ MIN_TIMING = 2e-3  # s, of a timing: shorter runs are repeated within it
 SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not tried
 ROUNDS, PATIENCE = 20, 10.0
 """Timings of each promising run, while all those of one engine take less than PATIENCE [s]; at least three."""
+PROBES, QUICK = 5, 0.02
+"""Timings of a run that takes less than QUICK [s], of which the least says whether it is promising; of others one."""
 CLOSE = 1.3  # times the cheapest one's time at an error: runs that may well be the cheapest
 BEST = 2e-13  # m, an error below which finer settings are not tried
 
@@ -114,15 +116,16 @@ def measure_points(
         duration: simulated seconds of a run.
         on_progress: called with a line at each step.
     """
-    timings = {(name, i): [time_run(t.run, t.seconds)] for name, own in trials.items() for i, t in enumerate(own)}
-    candidates = {name: select_candidates([t._replace(seconds=timings[name, i][0]) for i, t in enumerate(own)])
+    timings = {(name, i): [time_run(t.run, t.seconds) for _ in range(PROBES if t.seconds < QUICK else 1)]
+               for name, own in trials.items() for i, t in enumerate(own)}  # fmt: skip
+    candidates = {name: select_candidates([t._replace(seconds=min(timings[name, i])) for i, t in enumerate(own)])
               for name, own in trials.items()}  # fmt: skip
     rounds = {name: _rounds(trials[name], indices) for name, indices in candidates.items()}
     for k in range(max(rounds.values(), default=0)):
         on_progress(f"round {k + 1} of {max(rounds.values())}")
         for name, indices in candidates.items():
             for i in indices if k < rounds[name] else ():
-                timings[name, i].append(time_run(trials[name][i].run, timings[name, i][0]))
+                timings[name, i].append(time_run(trials[name][i].run, min(timings[name, i])))
     return [_point(t, timings[name, i], duration) for name, own in trials.items() for i, t in enumerate(own)]
 
 

@@ -30,8 +30,8 @@ def target_table(data: Scenes) -> str:
             rows += [_format_target(row) for row in targets(case.id, scene)]
     text = (
         "## Targets\n\nAt most 1.5 times the time of hand-written C; the best general engine (Pinocchio, MuJoCo, "
-        "Drake) takes at least 15 times ours (S4: 10 times); CasADi's generated C is never faster; heyoka takes at least "
-        "1.5 times ours from 1e-4 to 1e-9, 5 times on chains, and is never faster at 1e-12. S4r is S4 taken for a "
+        "Drake) takes at least 15 times ours (S4: 10 times); CasADi's generated C is never faster; heyoka takes 1.5 "
+        "times ours at least from 1e-4 to 1e-9, 5 times on chains, and is never faster at 1e-12. S4r is S4 taken for a "
         "straight rod by the scene, beside the engines' chains.\n\n"
     )
     head = ["scene", "error", "/ hand C", "best general", "/ ours", "CasADi C / ours", "heyoka / ours", ""]

@@ -13,12 +13,12 @@ from crane_sim.integrators.rodas import Rodas
 
 
 class Auto(NamedTuple):
-    """`rodas` for stiff cables, `gauss16` for a tight `rtol` where nothing is sampled or switches and the state has few
-    entries, `gauss` for long horizons without an `rtol`, else `dop853`; the summary has the choice and its reason."""
+    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary has the choice and its reason.
 
-    rtol: Positive | None = (
-        None  # -, relative tolerance; the absolute one is a hundredth of it; absent: the method's own
-    )
+    With a tight `rtol`, `gauss16` where nothing is sampled or switches and no chain hangs below.
+    """
+
+    rtol: Positive | None = None  # -, relative tolerance, the absolute one is a hundredth of it; left out: the method's
 
 
 class MethodRequirements(NamedTuple):
@@ -48,15 +48,15 @@ def needs_frequency(method: Any) -> bool:
     return isinstance(method, Auto) or hasattr(method, "safe_step")
 
 
-def choose_method(method: Any, requirements: MethodRequirements, long_state: bool = False) -> tuple[Any, str | None]:
-    """Return (method, reason of an automatic choice or None); a long state is an array.
+def choose_method(method: Any, requirements: MethodRequirements, model: Any = None) -> tuple[Any, str | None]:
+    """Return (method, reason of an automatic choice or None) for a model; None: one whose state is no array.
 
     Raises:
         SceneError: a fixed step is too large for the stiffest motion, or a setting is out of range.
     """
     _check_range(method)
     if isinstance(method, Auto):
-        return _choice(requirements, method.rtol, long_state)
+        return _choice(requirements, method.rtol, system.rhs_into.has_implementation(type(model)))
     largest = getattr(method, "safe_step", None)
     if largest is None or not requirements.frequency:  # without motion any step is safe
         return method, None
