@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mcap_samples import read, stamp_of
 
-from crane_sim import load_scene, orchestration
+from crane_sim import load_scene, orchestration, read_recording
 from crane_sim.evaluation.soak.kill import Kill, back_after
 from crane_sim.evaluation.soak.kill import soak as kill_soak
 from crane_sim.evaluation.soak.monitor import Received
@@ -90,6 +90,7 @@ def test_a_killed_controller_has_the_crane_braked_to_rest(tmp_path: Path) -> Non
     driven = [SCENE.joint_names.index(name) for name in SCENE.actuated]
     assert np.abs(rates[:100, driven]).max() > 10 * SLOW  # it did move
     assert np.abs(rates[-1, driven]).max() < SLOW  # what the plant itself calls rest
+    assert [state for _, state in read_recording(path).states["brakes"]] == ["released", "acting"]
 
 
 @pytest.mark.long
