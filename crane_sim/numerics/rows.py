@@ -102,7 +102,7 @@ def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
 
         return types.none(types.intp, outputs, inputs), generate
 
-    def choose(n: Any, outputs: Any, inputs: Any) -> Any:
+    def choose(n, outputs, inputs):
         return lambda n, outputs, inputs: fill_blocks(n, outputs, inputs)
 
     overload(fill, jit_options=LEAN)(choose)
