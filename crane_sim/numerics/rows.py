@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import overload
 
-from crane_sim.numerics.arrays import _broadcast, _fma, _in_blocks, _part
+from crane_sim.numerics.arrays import WIDTHS, _broadcast, _fma, _in_blocks, _part
 from crane_sim.numerics.elementary import sincos, sincos_of_residue
 from crane_sim.numerics.jit import LEAN, intrinsic
 
@@ -131,4 +131,4 @@ def _build(builder: Any, f: Any, n: Any, targets: list[Any], sources: list[Any])
         for row, value in zip(targets, f(*values), strict=True):
             builder.store(values[0].of(value), _part(builder, row, at, width), align=8)
 
-    _in_blocks(builder, n, block)
+    _in_blocks(builder, n, block, WIDTHS[1:])  # long functions: each width is a copy to compile
