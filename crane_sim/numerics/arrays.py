@@ -115,13 +115,13 @@ def broadcast(builder: Any, value: Any, width: int) -> Any:
     return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(index_type, width), [0] * width))
 
 
-def in_blocks(builder: Any, n: Any, block: Any) -> None:
+def in_blocks(builder: Any, n: Any, block: Any, widths: tuple[int, ...] = WIDTHS) -> None:
     """Build calls of block(width, first index) that cover n floats: as many of the widest as fit, then one of each."""
     size, at = n.type, n.type(0)
-    whole = builder.and_(n, size(-WIDTHS[0]))
-    with cgutils.for_range_slice(builder, at, whole, size(WIDTHS[0]), intp=size) as (index, _):
-        block(WIDTHS[0], index)
-    for width in WIDTHS[1:]:
+    whole = builder.and_(n, size(-widths[0]))
+    with cgutils.for_range_slice(builder, at, whole, size(widths[0]), intp=size) as (index, _):
+        block(widths[0], index)
+    for width in widths[1:]:
         remainder = builder.and_(n, size(width))
         with builder.if_then(builder.icmp_unsigned("!=", remainder, size(0))):
             block(width, whole)

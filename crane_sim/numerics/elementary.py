@@ -24,7 +24,7 @@ _LIBRARY: Any = ctypes.CDLL("libm.so.6")
 _LIBRARY.fma.restype, _LIBRARY.fma.argtypes = ctypes.c_double, [ctypes.c_double] * 3
 
 
-def fma(a: float, b: float, c: float) -> float:
+def fma(a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, rounded once; a float, or what has its own `fma`, such as `rows.Lanes`."""
     return a.fma(b, c) if hasattr(a, "fma") else _LIBRARY.fma(a, b, c)
 

@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import overload
 
-from crane_sim.numerics.arrays import broadcast, fused, in_blocks, part_of_row
+from crane_sim.numerics.arrays import WIDTHS, broadcast, fused, in_blocks, part_of_row
 from crane_sim.numerics.elementary import sincos, sincos_of_residue
 from crane_sim.numerics.jit import LEAN, intrinsic
 
@@ -96,28 +96,8 @@ def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
     @intrinsic
     def fill_blocks(typing_context, n, outputs, inputs):
         def generate(context, builder, signature, args):
-            def parts(kinds, values):
-                """Return the addresses of rows, and the floats."""
-                found = [(kind, builder.extract_value(values, i)) for i, kind in enumerate(kinds)]
-                arrays = [isinstance(kind, types.Array) for kind in kinds]
-                return [
-                    context.make_array(kind)(context, builder, value).data if is_row else value
-                    for (kind, value), is_row in zip(found, arrays, strict=True)
-                ]
-
-            def load(value, at, width):
-                if not isinstance(value.type, ir.PointerType):
-                    return Lanes(builder, broadcast(builder, value, width))
-                return Lanes(builder, builder.load(part_of_row(builder, value, at, width), align=8))
-
-            targets, sources = parts(outputs, args[1]), parts(inputs, args[2])
-
-            def block(width, at):
-                values = [load(source, at, width) for source in sources]
-                for row, value in zip(targets, f(*values), strict=True):
-                    builder.store(values[0].of(value), part_of_row(builder, row, at, width), align=8)
-
-            in_blocks(builder, args[0], block)
+            targets, sources = _parts(context, builder, outputs, args[1]), _parts(context, builder, inputs, args[2])
+            _build(builder, f, args[0], targets, sources)
             return context.get_dummy_value()
 
         return types.none(types.intp, outputs, inputs), generate
@@ -127,3 +107,28 @@ def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
 
     overload(fill, jit_options=LEAN)(choose)
     return fill
+
+
+def _parts(context: Any, builder: Any, kinds: Any, values: Any) -> list[Any]:
+    """Return the addresses of rows, and floats, of a tuple of both."""
+    parts = []
+    for i, kind in enumerate(kinds):
+        value = builder.extract_value(values, i)
+        parts.append(context.make_array(kind)(context, builder, value).data if isinstance(kind, types.Array) else value)
+    return parts
+
+
+def _build(builder: Any, f: Any, n: Any, targets: list[Any], sources: list[Any]) -> None:
+    """Build the loop over blocks that fills the first n of the rows at `targets`."""
+
+    def load(source: Any, width: int, at: Any) -> Lanes:
+        if not isinstance(source.type, ir.PointerType):
+            return Lanes(builder, broadcast(builder, source, width))
+        return Lanes(builder, builder.load(part_of_row(builder, source, at, width), align=8))
+
+    def block(width: int, at: Any) -> None:
+        values = [load(source, width, at) for source in sources]
+        for row, value in zip(targets, f(*values), strict=True):
+            builder.store(values[0].of(value), part_of_row(builder, row, at, width), align=8)
+
+    in_blocks(builder, n, block, WIDTHS[1:])  # long functions: each width is a copy to compile
