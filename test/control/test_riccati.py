@@ -32,7 +32,7 @@ def test_solutions_are_those_of_scipy(m: int, nu: int, discrete: bool) -> None:
     """Of 8 plants solved together each has SciPy's solution to the last bit: it makes the same calls of LAPACK."""
     a, b, q, r = random_plants(m, nu, 8)
     if discrete:
-        whole = expm(PERIOD * np.concatenate([np.concatenate([a, b], axis=2), np.zeros((8, nu, m + nu))], axis=1))
+        whole: Any = expm(PERIOD * np.concatenate([np.concatenate([a, b], axis=2), np.zeros((8, nu, m + nu))], axis=1))
         a, b = whole[:, :m, :m], whole[:, :m, m:]
     solutions, found = solve_riccati(a, b, q, r, discrete)
     assert found.all()
