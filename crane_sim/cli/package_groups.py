@@ -71,7 +71,7 @@ def _is_of_this_tree() -> bool:
 def _install(name: str) -> None:
     log = Path(sys.prefix, "install.log")
     line = f"crane: installing the packages for {GROUPS[name].purpose} (once, {GROUPS[name].size} MB)"
-    options = ("--disable-pip-version-check", "--no-deps", "--no-compile", "--require-hashes")
+    options = ("--disable-pip-version-check", "--no-deps", "--require-hashes")
     command = [sys.executable, "-m", "pip", "install", *options, "-r", str(_lock_file(name))]
     print(line, file=sys.stderr, flush=True)
     with log.open("a") as out:
