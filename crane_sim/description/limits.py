@@ -40,7 +40,7 @@ def find_joint_limit(scene: Scene, joint: str) -> Limit:
 
 def add_limits(robot: ElementTree.Element, scene: Scene) -> None:
     """Add the limits of all joints that have none yet; turning joints without any end become continuous."""
-    for joint in robot.iter("joint"):
+    for joint in robot.findall("joint"):
         if joint.get("type") == "fixed" or joint.find("limit") is not None:
             continue
         limit = find_joint_limit(scene, joint.attrib["name"])

@@ -84,7 +84,7 @@ class TransformTree:
         self._turned: Transform | None = None  # the payload's frame without its turn
         self.fixed: list[Transform] = []
         self._moving: list[MovingJoint] = []
-        for joint in ElementTree.fromstring(document).iter("joint"):
+        for joint in ElementTree.fromstring(document).findall("joint"):
             parent, child, origin = _link(joint, "parent"), _link(joint, "child"), _vector(joint, "origin")
             if joint.attrib["type"] != "fixed":
                 self._moving.append(_moving_joint(joint, joints))

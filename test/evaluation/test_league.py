@@ -131,7 +131,7 @@ def test_a_page_without_matplotlib_has_no_figure(
     save_comparison(CELLS, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md", "league.png"}
     assert "league.png" not in (tmp_path / "league.md").read_text()
-    assert capsys.readouterr().err == "no league.png: the figure needs matplotlib, which is not installed\n"
+    assert capsys.readouterr().err == "no league.png: the figure needs matplotlib (./crane install plots)\n"
 
 
 def test_page_figure_and_data_are_written(tmp_path: Path) -> None:

@@ -155,4 +155,4 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     with pytest.raises(SceneError) as refused:
         importlib.import_module("crane_sim.gym")
-    assert str(refused.value) == "gymnasium is not installed: environments need it (pip install 'crane_sim[gym]')"
+    assert str(refused.value) == "gymnasium is not installed: environments need it (./crane install gym)"

@@ -110,9 +110,9 @@ def test_a_data_frame_has_the_columns(run: RecordedRun) -> None:
 
 
 def test_a_data_frame_without_pandas_is_one_line(run: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where pandas cannot be imported, a single line names it, its extra, and what there is without it."""
+    """Where pandas cannot be imported, a single line names it, how to get it, and what there is without it."""
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(crane_sim.SceneError, match="^a data frame needs .* pandas, .*extra `pandas`.*columns") as error:
+    with pytest.raises(crane_sim.SceneError, match="^a data frame needs .* pandas, .*install study.*columns") as error:
         run.to_dataframe()
     assert "\n" not in str(error.value)
 

@@ -76,8 +76,8 @@ def test_ros2_control_has_the_interfaces_of_the_drives() -> None:
         for joint in tree.iterfind("ros2_control/joint")
         if (interface := joint.find("command_interface")) is not None
     }
-    assert interfaces["trolley"] == ("velocity", [-0.5, 0.5])
-    assert interfaces["bridge"] == ("position", [-float("inf"), float("inf")])
+    assert interfaces["trolley"] == ("velocity", [-0.5, 0.5, 0.0])  # least, largest, initial
+    assert interfaces["bridge"] == ("position", [-5.0])  # no limits
     limit = tree.find("joint[@name='trolley']/limit")
     assert limit is not None and float(limit.attrib["velocity"]) == 0.5
     with pytest.raises(SceneError, match="velocity, bridge: position, rope: effort: a controller commands"):

@@ -1,7 +1,7 @@
 """Scene files, overrides and parameters, mutated at random: each is a scene, or an error of one line."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,11 @@ from crane_sim.scenes.scene import Scene
 HANG = 60.0  # s; the slowest scene takes half a second, but others may keep both cores busy
 
 
-def linear(scene: Scene, q: Any, v: Any, u: Any, t: float = 0.0) -> Any:
+def linear(scenes: Sequence[Scene], points: Any) -> Any:
     """Stand in for the equations of motion, which would have to be compiled anew for every set of groups."""
-    return np.pad(np.asarray(u, float), (0, len(q) - len(u))) - np.asarray(q, float) - np.asarray(v, float)
+    nq = len(scenes[0].joint_names)
+    q, v, u = np.split(points, (nq, 2 * nq), axis=2)
+    return np.pad(u, ((0, 0), (0, 0), (0, nq - u.shape[2]))) - q - v
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -36,7 +38,7 @@ def nothing_compiled() -> Iterator[None]:
     """
     compiled = Compilations()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(crane_sim.simulation.linearisation, "acceleration", linear)
+        patch.setattr(crane_sim.simulation.linearisation, "accelerations", linear)
         for document in DOCUMENTS:
             load_scene(document)
         with event.install_listener("numba:compile", compiled):

@@ -20,7 +20,7 @@ def robot_of(document: str, joints: Sequence[str]) -> dict[str, Any]:
     """
     robot = ElementTree.fromstring(document)
     links = {link.attrib["name"]: [_solid(visual) for visual in link.iter("visual")] for link in robot.iter("link")}
-    return {"links": links, "joints": [_joint(joint, list(joints)) for joint in robot.iter("joint")]}
+    return {"links": links, "joints": [_joint(joint, list(joints)) for joint in robot.findall("joint")]}
 
 
 def sources(robot: dict[str, Any]) -> list[int]:
