@@ -82,9 +82,9 @@ def test_ros2_control_has_the_interfaces_of_the_drives() -> None:
     assert limit is not None and float(limit.attrib["velocity"]) == 0.5
     with pytest.raises(SceneError, match="velocity, bridge: position, rope: effort: a controller commands"):
         controllers_file(scene)
-    nodes = yaml.safe_load(controllers_file(crane({"all": SPEED})))["bridge"]
-    assert nodes["velocity_forwarding_controller"]["ros__parameters"]["interface_name"] == "velocity"
-    assert nodes["joint_trajectory_controller"]["ros__parameters"]["command_interfaces"] == ["velocity"]
+    nodes = yaml.safe_load(controllers_file(crane({"all": SPEED})))
+    assert nodes["/**/velocity_forwarding_controller"]["ros__parameters"]["interface_name"] == "velocity"
+    assert nodes["/**/joint_trajectory_controller"]["ros__parameters"]["command_interfaces"] == ["velocity"]
 
 
 def test_position_drives_stay_where_they_are_until_they_are_commanded() -> None:
