@@ -11,7 +11,7 @@ its settings are read into by the group that has them, is described in the page 
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -108,11 +108,11 @@ def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequen
     """Return the law called `name` for each of many nominal scenes, or the error that `make_law` raises for it.
 
     A law whose module has `build_many`, a function of (list of settings, list of scenes) that returns laws and errors,
-    is designed for all scenes at once.
+    is designed for all scenes at once; where that fails, for each alone, so that an error is of one scene.
     """
     module = next((entry.module for entry in _laws() if entry.name == name), None)
     if module is not None and hasattr(import_module(module), "build_many"):
-        with _errors_in_one_line(name):
+        with suppress(SceneError), _errors_in_one_line(name):
             return import_module(module).build_many(settings, nominals)
     laws: list[Law | SceneError] = []
     for own, nominal in zip(settings, nominals, strict=True):

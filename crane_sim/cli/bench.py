@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from crane_sim.cli.help_lines import HELP
+from crane_sim.cli.package_groups import install_groups
 from crane_sim.evaluation.bench import groups, scenes
 from crane_sim.evaluation.bench.cases import LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import METHODS
@@ -93,6 +94,7 @@ def _make_folder(folder: str) -> Path:
 
 def _write(data: dict[str, Any], folder: Path) -> None:
     """Write data, figure and page."""
+    install_groups("plots")
     from crane_sim.evaluation.bench.figure import draw_benchmark
 
     written = ["performance.json", "performance.md"]

@@ -166,13 +166,14 @@ def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
 @app.command()
 @click.argument("file")
 @click.option("--ros2-control", "urdf", type=click.Path(path_type=Path), help="Its <ros2_control> tag is checked, too.")
-def check(file: str, urdf: Path | None) -> None:
+@click.option("--namespace", default="", help="Of the run that the tag is for (default: the crane's name).")
+def check(file: str, urdf: Path | None, namespace: str) -> None:
     """Validate a scene file, and with --ros2-control URDF the tag with which ros2_control is to drive its crane."""
     loaded = load_scene_with_options(file)
     if urdf is not None:
         from crane_sim.ros.common.ros2_control_tag import check_tag
 
-        check_tag(loaded, urdf)
+        check_tag(loaded, urdf, namespace)
         print(f"{urdf}: fine (commands {', '.join(loaded.actuated)})")
     control = f"law {loaded.law_name}" if loaded.law_name else "open loop"
     steps = f"{loaded.steps} steps of {loaded.period:g} s"
@@ -228,9 +229,11 @@ def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
     """Print the description and the controllers of a scene, or write them into a folder."""
     from crane_sim.ros.common.ros2_control import controllers_file, urdf_with_ros2_control
 
-    files = {f"{scene.name}.urdf": urdf_with_ros2_control(scene)}
-    files[f"{scene.name}_controllers.yaml"] = controllers_file(scene)
-    for name, text in files.items():
+    for name, write in (
+        (f"{scene.name}.urdf", urdf_with_ros2_control),
+        (f"{scene.name}_controllers.yaml", controllers_file),
+    ):
+        text = write(scene)  # drives that differ have the first file only: the second ends the command in one line
         if folder is None:
             print(text)
         else:

@@ -21,13 +21,13 @@ from crane_sim.files.errors import SceneError, did_you_mean
 class PackageGroup(NamedTuple):
     """What a group of packages is for, and its size."""
 
-    purpose: str
+    purpose: str  # what, and which commands
     size: int  # MB, installed
 
 
 GROUPS = {
-    "plots": PackageGroup("figures: plot, report, reproduce, league --save", 80),
-    "study": PackageGroup("studies: sweep, tune, identify", 240),
+    "plots": PackageGroup("figures: plot, report, identify, and pages with --save", 80),
+    "study": PackageGroup("studies: tune, clusters and sensitivity of sweep", 240),
     "gym": PackageGroup("environments of Gymnasium", 4),
     "docs": PackageGroup("the documentation site: docs --build, --serve", 45),
     "test": PackageGroup("the test suite", 420),
@@ -41,11 +41,11 @@ def install_groups(*names: str) -> None:
     Raises:
         RuntimeError: the packages could not be installed; one line.
     """
-    if not _is_of_this_tree():
+    if not _is_of_this_tree() or all(map(_is_installed, names)):
         return
     with _lock():
         for name in names:
-            if not _stamp(name).is_file() or _stamp(name).read_text() != _digest(name):
+            if not _is_installed(name):
                 _install(name)
 
 
@@ -53,13 +53,18 @@ def check_names(names: tuple[str, ...]) -> None:
     """Check that groups exist, and that they can be installed here.
 
     Raises:
-        SceneError: one line.
+        SceneError: a name is unknown, or the environment is not the tree's own.
     """
     for name in names:
         if name not in GROUPS:
             raise SceneError(f"{name}: no such group of packages{did_you_mean(name, GROUPS)} ({', '.join(GROUPS)})")
     if names and not _is_of_this_tree():
         raise SceneError(f"{sys.prefix}: not made by ./crane; install the packages with pip: 'crane_sim[{names[0]}]'")
+
+
+def _is_installed(name: str) -> bool:
+    """Return whether a group was installed from the lock file that it has now."""
+    return _stamp(name).is_file() and _stamp(name).read_text() == _digest(name)
 
 
 def _is_of_this_tree() -> bool:
@@ -88,11 +93,16 @@ def _install(name: str) -> None:
 def _lock() -> Iterator[None]:
     """Let one process at a time install packages."""
     with Path(sys.prefix, "groups.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print("crane: waiting for another command that installs packages", file=sys.stderr, flush=True)
+            fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 
 
 def _lock_file(name: str) -> Path:
+    """Return the file of the group's pinned packages."""
     return config_folder().parent / "requirements" / f"{name}.lock"
 
 
@@ -101,6 +111,7 @@ def _digest(name: str) -> str:
 
 
 def _stamp(name: str) -> Path:
+    """Return the file with the digest of the lock file that the group was installed from."""
     return Path(sys.prefix, "groups", f"{name}.sha256")
 
 
@@ -114,5 +125,5 @@ def install_packages(groups: tuple[str, ...]) -> None:
     for heading in ("group", "MB", "installed", "for"):
         table.add_column(heading, overflow="fold")
     for name, group in GROUPS.items():
-        table.add_row(name, str(group.size), "yes" if _stamp(name).is_file() else "no", group.purpose)
+        table.add_row(name, str(group.size), "yes" if _is_installed(name) else "no", group.purpose)
     Console().print(table)

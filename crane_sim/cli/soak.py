@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from crane_sim.cli.help_lines import HELP, CommandGroup
+from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.run_options import check_folder
 from crane_sim.evaluation.soak.figures import Figure
 
@@ -98,6 +99,7 @@ def realtime(seconds: float, **output: Any) -> None:
 @click.option("--save", "folder", metavar="FOLDER", required=True, help="Folder of the data.")
 def rewrite_page(folder: str) -> None:
     """Rewrite page and plots from the saved data."""
+    install_groups("plots")
     from crane_sim.evaluation.soak.store import write_page
 
     write_page(Path(folder))
@@ -110,6 +112,7 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
         figures, data = measure()
     if folder is not None:
+        install_groups("plots")
         from crane_sim.evaluation.soak.store import save_findings
 
         save_findings(part, _command_line(part), figures, data, Path(folder))

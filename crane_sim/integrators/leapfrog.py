@@ -22,7 +22,7 @@ CARRIED = MAX_STAGES + 4  # row of a scratch: the derivative that the next step 
 
 
 class Leapfrog(NamedTuple):
-    """Order 2 with a fixed step, one evaluation each: for light cables in rigid links, where two to four digits do."""
+    """Order 2 with a fixed step, one evaluation each (two beside events): for light cables in rigid links."""
 
     step: Positive  # s, shortened so that a whole number of them fills each period
 

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
+from crane_control import lqr
 from crane_control.riccati import solve_riccati
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.many import load_scenes
+from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.columns import columns
 
 PERIOD = 0.01  # s
@@ -54,6 +56,7 @@ def test_a_plant_that_no_effort_reaches_is_not_solved() -> None:
 SCENES: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
     "trolley": ("overhead_energy", {"control.law": "lqr"}, {"cable.node_masses.0": [5.0, 9.0, -1.0, 20.0]}),
     "sphere": ("knuckle_lqr", {}, {"payload.mass": [0.8, 1.0, 1.2]}),
+    "no damping": ("overhead_energy", {"control.law": "lqr"}, {"control.r": [[1.0], [1e300], [1e-300]]}),
     "weights": ("overhead_energy", {"control.law": "lqr"}, {"control.r": [[1.0], [2.0, 3.0], [-1.0]]}),
 }
 
@@ -77,6 +80,19 @@ def test_laws_of_many_scenes_are_those_of_one(kind: str) -> None:
             both = columns([getattr(loaded, tree), getattr(alone, tree)])
             for leaf in leaves(both):
                 np.testing.assert_array_equal(leaf[0], leaf[1])
+
+
+@pytest.mark.interpreted
+def test_a_design_of_many_that_fails_spares_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the design for all scenes at once raises what no scene of its own does, each scene has its law."""
+
+    def fail(*_: Any) -> Any:
+        raise np.linalg.LinAlgError("singular matrix")
+
+    monkeypatch.setattr(lqr, "build_many", fail)
+    changes: list[dict[str, Any]] = [{"control.law": "lqr", "control.r": r} for r in ([1.0], [1e300])]
+    first, second = load_scenes("overhead_energy", changes)
+    assert isinstance(first, Scene) and first.law is not None and isinstance(second, SceneError)
 
 
 def leaves(tree: Any) -> list[np.ndarray]:

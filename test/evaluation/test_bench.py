@@ -61,7 +61,7 @@ def test_references_that_decide_agree_with_a_second_method(name: str) -> None:
     checked = 0
     for case in json.loads((Path(__file__).parents[1] / "data" / f"{name}.json").read_text()).values():
         if "agreement_taylor_m" in case:
-            assert case["agreement_taylor_m"] <= max(case["agreement_m"], case["trusted_abs_error_m"])
+            assert case["agreement_taylor_m"] <= case["agreement_m"]  # of the solution's own two settings
             checked += 1
     assert checked == (5 if name == "overhead" else 1)
 

@@ -17,8 +17,9 @@ HOW = """## What was measured, and how
 
 Each engine passes the whole time of a scene over a range of steps or tolerances, every method for itself. The error is
 the distance of the payload at the end from a reference whose own error is known: solutions in extended precision by
-`test/reference`, which shares no code with the simulator. Those that other engines are compared on are checked by a
-second method on other equations, Taylor's of order 22 to 29 in numbers of 64 to 113 bits (`test/reference/taylor.py`).
+`make.py` and `knuckle.py` of `test/reference`, which share no code with the simulator. Those that other engines are
+compared on are checked by a second method on other equations, the benchmark's for heyoka: Taylor's of order 22 to 29
+in numbers of 64 to 113 bits (`test/reference/taylor.py`).
 
 A timing repeats short runs for 2 ms at least; compiling, loading and building models are not timed. What may be the
 cheapest at an error, by the least of five timings, is timed in up to 20 more rounds in which all engines take turns, so

@@ -15,7 +15,8 @@ from crane_sim.integrators.rodas import Rodas
 class Auto(NamedTuple):
     """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary has the choice and its reason.
 
-    With a tight `rtol`, `gauss16` where nothing is sampled or switches and no chain hangs below.
+    With `rtol`: `rodas` for stiff cables, `gauss16` at 1e-8 and below where nothing is sampled or switches and no
+    chain hangs below, else `dop853`.
     """
 
     rtol: Positive | None = None  # -, relative tolerance, the absolute one is a hundredth of it; left out: the method's
@@ -106,7 +107,7 @@ def _choice(requirements: MethodRequirements, rtol: float | None, long_state: bo
     if rtol is not None and rtol <= TIGHT and requirements.smooth and not long_state:
         return Gauss16(*tolerances), "gauss16: a tight tolerance, and nothing switches or is sampled"
     if rtol is not None:
-        return DOP853(*tolerances), "dop853: no method that is faster at this tolerance fits"
+        return DOP853(*tolerances), "dop853: the default where a tolerance is given"
     if frequency and requirements.smooth and requirements.swing_angle > LONG_HORIZON and not requirements.elastic:
         step = GAUSS_STEP_FACTOR / frequency
         return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({requirements.duration:g} s)"
