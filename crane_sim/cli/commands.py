@@ -229,11 +229,9 @@ def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
     """Print the description and the controllers of a scene, or write them into a folder."""
     from crane_sim.ros.common.ros2_control import controllers_file, urdf_with_ros2_control
 
-    for name, write in (
-        (f"{scene.name}.urdf", urdf_with_ros2_control),
-        (f"{scene.name}_controllers.yaml", controllers_file),
-    ):
-        text = write(scene)  # drives that differ have the first file only: the second ends the command in one line
+    files = {f"{scene.name}.urdf": urdf_with_ros2_control(scene)}
+    files[f"{scene.name}_controllers.yaml"] = controllers_file(scene)
+    for name, text in files.items():
         if folder is None:
             print(text)
         else:
