@@ -85,7 +85,6 @@ def test_laws_of_many_scenes_are_those_of_one(kind: str) -> None:
 @pytest.mark.interpreted
 def test_a_design_of_many_that_fails_spares_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the design for all scenes at once raises what no scene of its own does, each scene has its law."""
-
     build = lqr.build_many
 
     def fail_for_several(settings: Any, scenes: Any) -> Any:
