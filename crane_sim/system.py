@@ -110,7 +110,7 @@ def project_in_place(p, x):
 def rate_entries(p):
     """Return ((first, count), ...): each `count` entries of the state from `first` on have the next `count` as rates.
 
-    Entries are counted through nested tuples. By default none are said to have.
+    Entries are counted through nested tuples. Default: no entries.
     """
     return ((0, 0),)
 

@@ -197,9 +197,9 @@ def aim(error, contraction):
 
 @lean_routine
 def collocate(method, p, t, x, u, h, k1):
-    """Return (state one step of size h after (t, x), error relative to the tolerance, sweeps); no number: not settled.
+    """Return (state one step of size h after (t, x), error relative to the tolerance, sweeps).
 
-    k1 is the derivative at (t, x).
+    The error is inf where the sweeps did not converge. k1 is the derivative at (t, x).
     """
     use_wide_vectors()
     entries, ys, ks = rate_entries(p), stage_rows(x), stage_rows(x)

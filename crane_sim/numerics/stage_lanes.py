@@ -56,7 +56,7 @@ def weigh_stages(weights: Any, source: Any, i: int) -> float:
 
 
 def stage_count() -> int:
-    """Return the number of stages; the compiler is not told, or it would write a loop over them out one by one."""
+    """Return the number of stages; a function, as the compiler would unroll a loop over a constant."""
     return STAGES
 
 

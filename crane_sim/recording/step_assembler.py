@@ -24,7 +24,7 @@ class Row(NamedTuple):
     demanded: Vector | None  # None without a command of this stamp, or where it is not known which one counted
     reference: Vector | None
     measured: tuple[Vector, Vector] | None = None  # (q, v) as sensors show them, beside the truth
-    braked: bool = False  # the plant has said that its brakes act
+    braked: bool = False  # the plant reports that its brakes act
 
 
 class StepAssembler:

@@ -19,7 +19,7 @@ from crane_sim.simulation.columns import columns, extract_drive, kind_of
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants, empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins, note_range
 from crane_sim.simulation.figures import flatten, leaves
-from crane_sim.simulation.metrics import Gathered, name_figures, read_meters
+from crane_sim.simulation.metrics import RunTotals, name_figures, read_meters
 from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
 from crane_sim.simulation.rollout import simulate
 from crane_sim.simulation.settling import nearness, note_outside
@@ -145,7 +145,7 @@ def finish_run(p, clock, run, scratch, x):
     run.audit[0], run.audit[1] = audit
 
 
-class Ended(NamedTuple):
+class RunEnd(NamedTuple):
     """How a run ended."""
 
     figures: dict[str, Any]  # of its summary, by dotted key
@@ -153,7 +153,7 @@ class Ended(NamedTuple):
     events: tuple[tuple[float, str], ...]
 
 
-def run_all(scenes: Sequence[Scene]) -> list[Ended]:
+def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
     """Return how runs of scenes end, those that compiled code can gather the figures of in one call for each kind.
 
     Raises:
@@ -162,7 +162,7 @@ def run_all(scenes: Sequence[Scene]) -> list[Ended]:
     groups: dict[Any, list[int]] = {}
     for i, scene in enumerate(scenes):
         groups.setdefault(kind_of_run(scene) if has_compiled_figures(scene) else i, []).append(i)
-    found: dict[int, Ended] = {}
+    found: dict[int, RunEnd] = {}
     for group in groups.values():
         own = [scenes[i] for i in group]
         ended = run_with_figures(own) if has_compiled_figures(own[0]) else [_run_alone(own[0])]
@@ -170,12 +170,12 @@ def run_all(scenes: Sequence[Scene]) -> list[Ended]:
     return [found[i] for i in range(len(scenes))]
 
 
-def _run_alone(scene: Scene) -> Ended:
+def _run_alone(scene: Scene) -> RunEnd:
     try:
         run, why = simulate(scene), None
     except SimulationError as error:
         run, why = error.run, str(error)
-    return Ended(flatten(run.summary), why, tuple(run.events))
+    return RunEnd(flatten(run.summary), why, tuple(run.events))
 
 
 def has_compiled_figures(scene: Scene) -> bool:
@@ -196,7 +196,7 @@ def kind_of_run(scene: Scene) -> Any:
     return kind_of(extract_drive(scene)), scene.period, scene.steps, joints
 
 
-def run_with_figures(scenes: Sequence[Scene]) -> list[Ended]:
+def run_with_figures(scenes: Sequence[Scene]) -> list[RunEnd]:
     """Run scenes of one kind, which have compiled figures, from their beginning to their end or failure.
 
     Raises:
@@ -216,7 +216,7 @@ def run_with_figures(scenes: Sequence[Scene]) -> list[Ended]:
     names, columns_of = zip(*((name, column.tolist()) for name, column in figures), strict=True)
     rows = zip(scenes, zip(*columns_of, strict=True), strict=True)
     return [
-        Ended(dict(zip(names, values, strict=True)) | flatten(scene.notes), _error(scene, runs, i), ())
+        RunEnd(dict(zip(names, values, strict=True)) | flatten(scene.notes), _error(scene, runs, i), ())
         for i, (scene, values) in enumerate(rows)
     ]
 
@@ -246,7 +246,7 @@ def _allocate_scratch(scene: Scene) -> RunScratch:
 
 
 def _figures(scenes: Sequence[Scene], runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
-    ended = Gathered(
+    ended = RunTotals(
         t=runs.counts[:, 1] * scenes[0].period,
         q=runs.driven_end,
         swing=swing_angles(runs.ends[:, :3], runs.ends[:, 3:]),

@@ -285,7 +285,7 @@ class Metrics:
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
         final = derive_instant(self._scene, t, q, v)
         audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
-        ended = Gathered(
+        ended = RunTotals(
             t=np.array([t]),
             q=self._of_driven(q)[None],
             swing=final.swing,
@@ -311,7 +311,7 @@ class Metrics:
         return np.array(q)[self._driven]
 
 
-class Gathered(NamedTuple):
+class RunTotals(NamedTuple):
     """What n runs have shown up to their ends."""
 
     t: Array  # (n,) s, the ends
@@ -325,7 +325,7 @@ class Gathered(NamedTuple):
     sha: Sequence[str]  # (n,)
 
 
-def name_figures(scenes: Sequence[Scene], ended: Gathered) -> dict[str, Any]:
+def name_figures(scenes: Sequence[Scene], ended: RunTotals) -> dict[str, Any]:
     """Return the figures of n runs of one kind by name, arrays (n,) in groups by joint: the keys of `Metrics.summary`.
 
     Where a run has none, a figure is None.
@@ -362,7 +362,7 @@ def _by_joint(scene: Scene, values: npt.NDArray[Any]) -> dict[str, npt.NDArray[A
     return dict(zip(scene.actuated, values.T, strict=True))
 
 
-def _settling_by_joint(scenes: Sequence[Scene], ended: Gathered) -> dict[str, npt.NDArray[Any]]:
+def _settling_by_joint(scenes: Sequence[Scene], ended: RunTotals) -> dict[str, npt.NDArray[Any]]:
     if ended.outside is None:
         return {}
     first, target = scenes[0], _targets(scenes)

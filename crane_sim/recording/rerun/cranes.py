@@ -155,7 +155,7 @@ class RobotVisual:
             if joint.joint_type == "fixed" and joint.name != ATTITUDE_JOINT:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand.frame), static=True)
-        if "tip_z" in layout.joints:  # the head of a boom that is not modelled would be a riddle
+        if "tip_z" in layout.joints:  # its boom is not modelled: nothing else shows what it is
             name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", colors=LABEL, radii=0.0)
             rec.log("suspension_point", rr.CoordinateFrame("tip_link"), name, static=True)
 

@@ -149,7 +149,7 @@ class Recorder:
 
         That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
         could not be joined within `within` seconds stay as they are, and are named as `parts`; a file of many blocks
-        that could not be compacted by then has them.
+        that could not be compacted in that time keeps them.
         """
         began = time.monotonic()
         entries = self._complete(summary, within)
