@@ -28,7 +28,7 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene, SceneSource
-from crane_sim.simulation.columns import columns, extract_drive, kind_of
+from crane_sim.simulation.columns import columns, extract_drive, group_indices, kind_of
 from crane_sim.simulation.figured_runs import run_all
 from crane_sim.simulation.figures import figure_columns
 from crane_sim.simulation.rollout import checked_times
@@ -185,14 +185,12 @@ def add_figures(batch: Batch, scenes: Sequence[Scene]) -> Batch:
 
 def run_groups(scenes: Sequence[Scene], times: Array, threads: int) -> Batch:
     """Run scenes that may differ in kind, those of one kind together; arguments of `run_cranes`."""
-    groups: dict[Any, list[int]] = {}
-    for i, scene in enumerate(scenes):
-        groups.setdefault((kind_of(extract_drive(scene)), scene.actuated), []).append(i)
+    groups = group_indices((kind_of(extract_drive(scene)), scene.actuated) for scene in scenes)
     parts = []
-    for numbers in groups.values():
+    for numbers in groups:
         own = [scenes[i] for i in numbers]
         parts.append(run_cranes(own, times, threads, moves_in_lanes(own)))
-    return parts[0] if len(parts) == 1 else _join(parts, np.argsort(np.concatenate(list(groups.values()))))
+    return parts[0] if len(parts) == 1 else _join(parts, np.argsort(np.concatenate(groups)))
 
 
 def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:

@@ -1,6 +1,6 @@
 """Many scenes of one kind as columns: trees of NamedTuples whose numbers are arrays, one entry for each scene."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,14 @@ def columns(trees: Sequence[Any], path: str = "") -> Any:
     names = getattr(first, "_fields", range(len(first)))
     parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
     return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
+
+
+def group_indices(keys: Iterable[Hashable]) -> list[list[int]]:
+    """Return the indices of equal keys, group by group, in the order in which the keys first occur."""
+    groups: dict[Hashable, list[int]] = {}
+    for i, key in enumerate(keys):
+        groups.setdefault(key, []).append(i)
+    return list(groups.values())
 
 
 def _are_alike(trees: Sequence[Any]) -> bool:

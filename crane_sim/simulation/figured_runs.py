@@ -15,7 +15,7 @@ from crane_sim.integrators import Integration
 from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.columns import columns, extract_drive, kind_of
+from crane_sim.simulation.columns import columns, extract_drive, group_indices, kind_of
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants, empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins, note_range
 from crane_sim.simulation.figures import flatten, leaves
@@ -159,11 +159,9 @@ def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
     Raises:
         LawError: a law failed.
     """
-    groups: dict[Any, list[int]] = {}
-    for i, scene in enumerate(scenes):
-        groups.setdefault(kind_of_run(scene) if has_compiled_figures(scene) else i, []).append(i)
+    keys = (kind_of_run(scene) if has_compiled_figures(scene) else i for i, scene in enumerate(scenes))
     found: dict[int, RunEnd] = {}
-    for group in groups.values():
+    for group in group_indices(keys):
         own = [scenes[i] for i in group]
         ended = run_with_figures(own) if has_compiled_figures(own[0]) else [_run_alone(own[0])]
         found |= zip(group, ended, strict=True)

@@ -17,7 +17,7 @@ from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.columns import columns, kind_of
+from crane_sim.simulation.columns import columns, group_indices, kind_of
 from crane_sim.simulation.dynamics import joint_acceleration
 
 Array = npt.NDArray[np.float64]
@@ -109,10 +109,7 @@ def _hang_at_rest(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | None]:
 
 def by_kind(scenes: Sequence[Scene]) -> list[list[int]]:
     """Return the indices of scenes whose models are of one kind, group by group."""
-    groups: dict[object, list[int]] = {}
-    for i, scene in enumerate(scenes):
-        groups.setdefault((kind_of(scene.model), scene.joint_names, scene.actuated), []).append(i)
-    return list(groups.values())
+    return group_indices((kind_of(scene.model), scene.joint_names, scene.actuated) for scene in scenes)
 
 
 def equilibrium(scene: Scene) -> tuple[Array, Array]:

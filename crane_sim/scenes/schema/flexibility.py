@@ -12,11 +12,10 @@ from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import LockedSlew, TowerCrane
 from crane_sim.scenes.schema.groups import Group
-from crane_sim.scenes.schema.mast import sway_frequency, swaying_tower
+from crane_sim.scenes.schema.mast import LARGEST, sway_frequency, swaying_tower
 
 DEFLECTION = "_deflection"  # last part of the name of a mode's joint
 MAST_JOINTS = "mast_x" + DEFLECTION, "mast_y" + DEFLECTION  # angles about the axes of the base
-LARGEST = 0.5  # rad, of a deflection at rest: a mode of bending is far from linear there
 ROUNDING = 1e-15  # rad, of a deflection
 
 

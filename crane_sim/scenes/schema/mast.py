@@ -39,6 +39,13 @@ def swaying_tower(rigid: TowerCrane, flexibility: Any, ballast: tuple[float, flo
     return tower._replace(damping=damping)
 
 
+def compute_moments(tower: SwayingTower, radius: float, hung: float = 0.0) -> tuple[float, float, float]:
+    """Return Σ m [kg], Σ m x [kg m] and Σ m x² [kg m²] with the trolley, and a mass [kg] below it, at a radius [m]."""
+    masses, places = (*tower.masses, tower.support.trolley.mass + hung), (*tower.places, radius)
+    rows = list(zip(masses, places, strict=True))
+    return sum(masses), sum(m * x for m, x in rows), sum(m * x * x for m, x in rows)
+
+
 def tilt_inertia(tower: SwayingTower, radius: float) -> float:
     """Return the inertia [kg m²] of what sways about an axis across the jib, the trolley at a radius [m]."""
     rows = zip((*tower.masses, tower.support.trolley.mass), (*tower.places, radius), strict=True)
@@ -50,10 +57,8 @@ def sway_frequency(tower: SwayingTower, radius: float) -> float:
 
     Across the jib the slew is free, so that only what a turn about the mast leaves is moved.
     """
-    masses, places = (*tower.masses, tower.support.trolley.mass), (*tower.places, radius)
-    first = sum(m * x for m, x in zip(masses, places, strict=True))
-    second = sum(m * x * x for m, x in zip(masses, places, strict=True))
-    moved = tower.height**2 * (sum(masses) - first * first / second)
+    mass, first, second = compute_moments(tower, radius)
+    moved = tower.height**2 * (mass - first * first / second)
     return max(sqrt(tower.stiffness / moved), tower.damping / moved)
 
 
@@ -70,9 +75,7 @@ def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: flo
     Raises:
         SceneError: the mast bends too far.
     """
-    masses = (*tower.masses, tower.support.trolley.mass + hung)
-    total = sum(masses)
-    moment = sum(m * x for m, x in zip(masses, (*tower.places, radius), strict=True))
+    total, moment, _ = compute_moments(tower, radius, hung)
     x, y, z = moment * cos(slew), moment * sin(slew), total * tower.height
     a, b, step, share = 0.0, 0.0, 1.0, gravity / tower.stiffness
     for _ in range(200):  # k a = -∂V/∂a of V = g (y sin a + (z cos b - x sin b) cos a), and alike for b
