@@ -31,14 +31,14 @@ class Mode(StrEnum):
     """What the desk lets through, and why not."""
 
     STOPPED = "emergency stop"
-    LOST = "device lost"
+    DEVICE_LOST = "device lost"
     INTERLOCKED = "levers to zero"
     OPEN = "dead man's switch open"
     MOVING = "in operation"
 
 
 class DrivenJoint(NamedTuple):
-    """A joint as its operator has it."""
+    """An actuated joint that an operator drives."""
 
     name: str
     unit: str  # m or rad
@@ -94,7 +94,7 @@ class Desk:
         if self.stopped:
             return Mode.STOPPED
         if lost:
-            return Mode.LOST
+            return Mode.DEVICE_LOST
         if self._interlocked:
             return Mode.INTERLOCKED
         return Mode.MOVING if held else Mode.OPEN
