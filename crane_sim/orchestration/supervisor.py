@@ -14,7 +14,8 @@ READY = 120.0  # s without a report allowed while the nodes compile and discover
 _REPORT_TIMEOUT = 60.0  # s; a running plant reports ten times a second
 _POLL = 0.1  # s between two checks of deadlines
 _ANSWER_TIMEOUT = 10.0  # s for which a plant waits for our own controller until that is killed
-_DRAIN = 10.0, 0.8  # s for the plant to report after an early end; once a shutdown is requested
+_SUMMARY_TIMEOUT = 10.0  # s for the plant to report its summary after an early end
+_SHUTDOWN_SUMMARY_TIMEOUT = 0.8  # s for that once a shutdown is requested
 
 
 class RunError(RuntimeError):
@@ -67,7 +68,7 @@ class Supervisor:
         """Order the plant to end early, and wait for its summary."""
         if self.plant.ready:
             self.plant.send("finish")
-            self.drain([self.plant], *_DRAIN)
+            self.drain([self.plant], _SUMMARY_TIMEOUT, _SHUTDOWN_SUMMARY_TIMEOUT)
 
     def drain(self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf) -> None:
         """Read reports until the children are done or have exited, but no longer than `timeout` seconds.

@@ -65,7 +65,7 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     slow, pid, part = tmp_path / "slow", tmp_path / "pid", tmp_path / "run.rrd.part"
     slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
     slow.chmod(0o755)
-    monkeypatch.setattr(repair, "viewer_program", lambda: slow)
+    monkeypatch.setattr(repair, "rerun_executable", lambda: slow)
     interrupts, why = list[int](), "recorder: it was killed by SIGKILL"
     with ProcessGroup({}, interrupts) as group:
         dead: Any = SimpleNamespace(

@@ -24,7 +24,7 @@ def test_the_resume_state_is_in_the_order_to_go() -> None:
     word, _, document = successor.orders[0].partition(" ")
     assert word == "go" and "\n" not in document
     assert read_resume_state(document) == ResumeState(
-        after=70, recorded=68, bagged=60, passes=2, since=role.began, number=2
+        after=70, recorded=68, bagged=60, passes=2, since=role.start_time, number=2
     )
     assert (successor.step, successor.recorded, successor.bagged, successor.passes) == (70, 68, 60, 2)
     assert role.maintain_standbys() == ""

@@ -22,7 +22,7 @@ from crane_sim.orchestration.shutdown import collect_controller_summary, finish_
 from crane_sim.orchestration.supervisor import Supervisor
 from crane_sim.recording.files import part_of, unfinished_name
 from crane_sim.recording.rerun import repair
-from crane_sim.recording.rerun.repair import Parts, Previous
+from crane_sim.recording.rerun.repair import EarlierFiles, Parts
 
 FAILING = """
 from crane_sim.ros.common import node_host
@@ -153,8 +153,8 @@ JOINING = """
 import sys
 from pathlib import Path
 from crane_sim.recording.rerun import repair
-repair.viewer_program = lambda: Path(sys.argv[1])
-repair.optimize_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
+repair.rerun_executable = lambda: Path(sys.argv[1])
+repair.join_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
 """
 
 
@@ -166,8 +166,8 @@ def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.Monk
     parts = [tmp_path / "run.rrd.part", tmp_path / "run.part2.rrd"]
     for part in parts:
         part.touch()
-    monkeypatch.setattr(repair, "viewer_program", lambda: slow)
-    joint = Parts(tmp_path / "run.rrd", Previous(5, 5, (parts[0],)))
+    monkeypatch.setattr(repair, "rerun_executable", lambda: slow)
+    joint = Parts(tmp_path / "run.rrd", EarlierFiles(5, 5, (parts[0],)))
     assert joint.join(parts[1], time_limit=0.0) == parts and not pid.exists()
     assert joint.join(parts[1], time_limit=1.0) == parts and all(part.exists() for part in parts)
     wait_exited(int(pid.read_text()))
