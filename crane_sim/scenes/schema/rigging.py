@@ -1,4 +1,4 @@
-"""Groups of a scene file for what hangs below a rope: links with nodes between them, and a payload with a body."""
+"""Groups of a scene file for what hangs below a rope: links with nodes between them, and a rigid-body payload."""
 
 from collections.abc import Sequence
 from math import cos, sin
