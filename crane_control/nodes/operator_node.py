@@ -37,8 +37,8 @@ PARAMETERS = {
     "device_timeout": Option(0.5, "s without a sign of the device after which it counts as lost", 0.05, 60.0),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
-_PANEL = 0.1  # s between two reports to the terminal
-_RETRY = 1.0  # s without an answer of the brakes until they are ordered again
+_PANEL_PERIOD = 0.1  # s between two reports to the terminal
+_RETRY_TIMEOUT = 1.0  # s without an answer of the brakes until they are ordered again
 
 
 class Brakes:
@@ -59,7 +59,7 @@ class Brakes:
                 self._applied = self._ordered
                 return True
         if on != self._applied and now >= self._next_order:
-            self._next_order, self._ordered = now + _RETRY, on
+            self._next_order, self._ordered = now + _RETRY_TIMEOUT, on
             self._answer = self._client.call_async(SetBool.Request(data=on))
         return False
 
@@ -107,7 +107,7 @@ class OperatorNode:
         """Report the panel to the terminal when it is due."""
         now = time.monotonic()
         if now >= self._next_panel and self._last:
-            self._next_panel = now + _PANEL
+            self._next_panel = now + _PANEL_PERIOD
             self._host.pipes.report("panel", **self._panel(self._last))
 
     def finish(self) -> dict[str, Any]:

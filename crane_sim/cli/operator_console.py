@@ -21,7 +21,7 @@ from crane_sim.operator.levers import Assignment, axis_name, button_names
 from crane_sim.orchestration.desk_link import DeskLink
 
 END = "q"
-_REFRESH = 0.1  # s
+_REFRESH_PERIOD = 0.1  # s
 _BAR = 12  # characters of each half of a speed's bar
 _NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
@@ -92,13 +92,13 @@ class OperatorConsole:
 
     def _serve(self, desk: DeskLink) -> None:
         while not self._closing.is_set():
-            if self._keys and select.select([sys.stdin], [], [], _REFRESH)[0]:
+            if self._keys and select.select([sys.stdin], [], [], _REFRESH_PERIOD)[0]:
                 data = os.read(sys.stdin.fileno(), 1024)
                 self._keys = bool(data)  # none at the end of the file: the terminal has been closed
                 for key in read_keys(data):
                     desk.end() if key == END else desk.send(f"key {key}")
             elif not self._keys:
-                self._closing.wait(_REFRESH)
+                self._closing.wait(_REFRESH_PERIOD)
             if self._live and (state := desk.panel()):
                 self._live.update(make_panel(self._title, self._joints, state, self._keys), refresh=True)
 

@@ -33,7 +33,7 @@ PARAMETERS = {
     "passes": Option(0, "resets of the plant before this recorder stands by", 0, 1_000_000_000),
 }
 
-_FINISH_TIME = 60.0  # s to complete the files without an order that limits it
+_FINISH_TIMEOUT = 60.0  # s to complete the files without an order that limits it
 _WAIT_SHARE = 0.5  # of that time at most, for messages that are still on their way
 _PERIOD = 0.01  # s between two polls: bursts cost less than messages one by one
 
@@ -154,7 +154,7 @@ def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
         argument = json.loads(document)
         return argument["summary"], argument["time_limit"]
     entries = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return entries | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIME
+    return entries | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIMEOUT
 
 
 def _lower_priority() -> None:

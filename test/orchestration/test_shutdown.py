@@ -41,7 +41,7 @@ def test_an_early_end_has_one_deadline(tmp_path: Path, ros_environment: dict[str
     with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
         names = ("plant", "controller", "recorder", *("standby",) * 4)
         roles: list[Any] = [SimpleNamespace(name=name, active=group.start(name, "node", "a", {})) for name in names]
-        vars(roles[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, failure="")
+        vars(roles[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, start_time=0.0, failure="")
         listen_until(group, lambda: all(child.ready for child in group.children))
         no_callbacks: Any = SimpleNamespace()
         supervisor, began = Supervisor(group, roles, interrupts, no_callbacks, 0.0), time.monotonic()
@@ -184,7 +184,7 @@ def test_only_bags_of_this_run_are_listed(tmp_path: Path) -> None:
     Path(path).touch()
     os.utime(path, (1.0, 1.0))
     unfinished_name(part_of(path, 2)).mkdir()
-    role: Any = SimpleNamespace(mcap=path, restarts=2, began=time.time() - 1.0)
+    role: Any = SimpleNamespace(mcap=path, restarts=2, start_time=time.time() - 1.0)
     assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap"}
     part_of(path, 1).touch()
     assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}

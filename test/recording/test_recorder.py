@@ -212,9 +212,8 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
-    previous = EarlierFiles(
-        last_step=20, recorded=20, parts=(tmp_path / "run.rrd.part",)
-    )  # it had not reported the last ten
+    # it had not reported the last ten steps
+    previous = EarlierFiles(last_step=20, recorded=20, parts=(tmp_path / "run.rrd.part",))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 60, after=20)
     added = successor.finish({"steps": 60})
