@@ -24,7 +24,7 @@ AHEAD = 0.1
 
 
 DRAGGED = 0.25
-"""Part of a joint's largest speed: velocities that differ by more from a drive's reference are a load's doing."""
+"""Fraction of a joint's largest speed: a velocity that differs by more from a drive's reference is due to a load."""
 
 
 class Mode(StrEnum):
@@ -74,7 +74,7 @@ class Desk:
         self._last_sign = -inf
 
     def take(self, demand: Demand, now: float) -> tuple[float, ...]:
-        """Return the operator's speeds (nu,), exactly the levers' parts of the largest ones; zero where interlocked."""
+        """Return the operator's speeds (nu,), exactly the levers' fractions of the largest; zero where interlocked."""
         self._switch_assistance(demand.assistance)
         at_rest = not any(demand.axes)
         self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.held))

@@ -124,10 +124,10 @@ def _pack_statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[i
 
 
 def _pack_chunk_index(chunk: Chunk) -> bytes:
-    place = struct.pack("<QQQQ", *chunk.time_range, chunk.offset, chunk.length)
+    location = struct.pack("<QQQQ", *chunk.time_range, chunk.offset, chunk.length)
     indices = _pack_map(chunk.index_offsets) + _UINT64.pack(chunk.index_length)
     sizes = _UINT32.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)  # no compression; its size twice
-    return _pack_record(CHUNK_INDEX, place + indices + sizes)
+    return _pack_record(CHUNK_INDEX, location + indices + sizes)
 
 
 def _pack_map(values: dict[int, int]) -> bytes:
