@@ -134,34 +134,31 @@ def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, An
         state: what the node `operator` has reported last.
         keys: the terminal's keys are read.
     """
-    mode, table = Mode(state["mode"]), Table.grid(padding=(0, 2))
-    outer = Table.grid()
+    mode, outer, table = Mode(state["mode"]), Table.grid(), Table.grid(padding=(0, 2))
     head = Text.assemble(f"{title}  {state['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow")))
     assistance = state["assistance_unavailable"] or ("on" if state["assisted"] else "off")
     if state["braked"]:
         head.append("   brakes on")
     outer.add_row(head)
     for i, joint in enumerate(joints):
-        fraction = state["speeds"][i] / joint.bounds.speed
-        notes = [
-            note for note, key in (("soft limit", "at_soft_limit"), ("dragged", "dragged")) if joint.name in state[key]
-        ]
-        velocity = _format_number(state["velocities"][i], joint.unit, "/s")
-        table.add_row(
-            joint.name,
-            format_bar(fraction),
-            velocity,
-            _format_number(state["positions"][i], joint.unit),
-            ", ".join(notes),
-        )
+        table.add_row(*_format_joint(joint, i, state))
     outer.add_row(table)
-    scale = (
-        f"   keys: {100.0 * state['speed_scale']:.0f} % of the speed" if keys and state["device"] == "keyboard" else ""
-    )
+    scale = ""
+    if keys and state["device"] == "keyboard":
+        scale = f"   keys: {100.0 * state['speed_scale']:.0f} % of the speed"
     outer.add_row(f"swing {state['swing_deg']:.1f}°   assistance: {assistance}   device: {state['device']}{scale}")
     if keys:
         outer.add_row(Text("space emergency stop · enter release · tab assistance · + - speed · q end", style="dim"))
     return outer
+
+
+def _format_joint(joint: DrivenJoint, i: int, state: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the cells of the i-th joint's row of the panel."""
+    bar = format_bar(state["speeds"][i] / joint.bounds.speed)
+    velocity = _format_number(state["velocities"][i], joint.unit, "/s")
+    position = _format_number(state["positions"][i], joint.unit)
+    notes = {"at_soft_limit": "soft limit", "dragged": "dragged"}
+    return joint.name, bar, velocity, position, ", ".join(notes[key] for key in notes if joint.name in state[key])
 
 
 def format_bar(fraction: float) -> str:
