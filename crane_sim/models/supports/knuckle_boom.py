@@ -85,7 +85,7 @@ class Tower(NamedTuple):
 
 
 class Knuckle(NamedTuple):
-    """Parameters of the support."""
+    """Parameters of the structure, a support: tower, boom and jib, without what hangs on the tip."""
 
     boom: Rod
     jib: Rod
