@@ -99,6 +99,7 @@ Method = Annotated[Any, tagged_union_validator("method", _METHODS)]
 Channel = Annotated[
     Any, tagged_union_validator("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})
 ]
+"""An open-loop input, of a joint or a component of a force: a function of time of one of these kinds."""
 
 
 class InlineUnion(NamedTuple):
