@@ -103,17 +103,18 @@ def zero_order_hold_step(method, p, command, integration, end, rows, i):
 
 
 @entry_point
-def continuous_step(method, p, source, integration, t, end, rows, i):
-    """Write row i, then integrate from t to `end` [s] with the source in the equations.
+def continuous_step(method, p, source, integration, k, steps, period, rows, i):
+    """Write row i, then integrate over period k of `steps` [s] with the source in the equations.
 
     Returns:
         (integration, q, v, effort applied)
     """
+    t, end = k * period, (k + 1) * period
     integration = apply_pending_events(system.switching(p), p, source, integration)
     x = dense_output(method, p, source, integration, t)
     u = system.effort(source, p, t, x)
     write(rows, i, p, t, x, u)
-    integration = integrate_to(method, p, source, integration, end, latest_step_end(method, end))
+    integration = integrate_to(method, p, source, integration, end, latest_step_end(method, k, steps, period))
     q, v = system.joints(p, dense_output(method, p, source, integration, end))
     return integration, q, v, u
 
@@ -168,7 +169,8 @@ def continuous_rollout(method, p, source, integration, period, out):
     for k in range(steps):
         end = (k + 1) * period
         write(out.rows, k, p, k * period, dense_output(method, p, source, integration, k * period), source)
-        integration, i = integrate_period(method, p, source, integration, end, latest_step_end(method, end), out, i)
+        latest = latest_step_end(method, k, steps, period)
+        integration, i = integrate_period(method, p, source, integration, end, latest, out, i)
         if integration.status != OK and integration.t < end:
             return integration, k
     finish(method, p, source, integration, steps * period, out, i)
