@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 from crane_sim.study.form import Study, scene_document
 from crane_sim.study.runs import FIRST_COLUMNS
 from crane_sim.study.versions import deciding_versions
@@ -39,7 +40,7 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
     try:
         return import_module(module)
     except ModuleNotFoundError:
-        line = "pyarrow is not installed: tables of studies need it (pip install 'crane_sim[study]')"
+        line = f"pyarrow is not installed: tables of studies need it ({how_to_install('study')})"
         raise SceneError(line) from None
 
 

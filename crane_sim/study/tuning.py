@@ -24,6 +24,7 @@ import yaml
 
 from crane_sim.files.document import get_value, set_value
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import cases
 from crane_sim.study.execution import check_cases, run, run_block
 from crane_sim.study.form import Study, Tune, load_study, scene_document
@@ -114,7 +115,7 @@ def _load_optuna() -> Any:
     try:
         optuna = import_module("optuna")
     except ModuleNotFoundError:
-        raise SceneError("optuna is not installed: crane tune needs it (./crane install study)") from None
+        raise SceneError(f"optuna is not installed: crane tune needs it ({how_to_install('study')})") from None
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna
 

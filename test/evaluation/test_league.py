@@ -15,6 +15,7 @@ from crane_sim.evaluation.league.cells import Cell, Figures, evaluate, evaluate_
 from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value
+from crane_sim.files.installation import how_to_install
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study.form import load_study
@@ -131,7 +132,7 @@ def test_a_page_without_matplotlib_has_no_figure(
     save_comparison(CELLS, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md", "league.png"}
     assert "league.png" not in (tmp_path / "league.md").read_text()
-    assert capsys.readouterr().err == "no league.png: the figure needs matplotlib (./crane install plots)\n"
+    assert capsys.readouterr().err == f"no league.png: the figure needs matplotlib ({how_to_install('plots')})\n"
 
 
 def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
