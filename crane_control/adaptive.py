@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, tracking_law
+from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, make_cartesian_law
 from crane_control.estimation.features import FeatureArguments, Features, draw_frequencies, write_features
 from crane_control.tracking.tracker import Estimate, Gains, estimate
 from crane_sim.files.errors import SceneError
@@ -145,6 +145,6 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
     own, remaining = read_group(Adaptation, settings, "adaptation")
-    return tracking_law(
+    return make_cartesian_law(
         "adaptive", remaining, nominal, lambda tracker, _: make_learner(own, tracker.gains), TrackingDefaults()
     )

@@ -12,7 +12,7 @@ from math import cos, sqrt
 from typing import Any, NamedTuple
 
 from crane_control.tracking.suspension import PositionServo, make_tip_servo, nominal_pendulum
-from crane_control.tracking.tip_servo import cable_kinematics, efforts_for_acceleration
+from crane_control.tracking.tip_servo import compute_cable_state, compute_efforts_for_acceleration
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
@@ -77,13 +77,13 @@ def compute_tracking(law, goal, tip, dtip, i):
 
 @system.command.register(AngularLaw)
 def _(law, t, q, v):
-    goal, cable = reference_at(law.trajectory, t), cable_kinematics(law.servo, law.length, q, v)
+    goal, cable = reference_at(law.trajectory, t), compute_cable_state(law.servo, law.length, q, v)
     ax, ay = compute_damping(law.length, law.damping, cable.n, cable.dn)
     a = (
         ax + compute_tracking(law, goal, cable.tip, cable.dtip, 0),
         ay + compute_tracking(law, goal, cable.tip, cable.dtip, 1),
     )
-    return efforts_for_acceleration(law.servo, t, cable, a)
+    return compute_efforts_for_acceleration(law.servo, t, cable, a)
 
 
 @entry_point

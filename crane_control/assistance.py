@@ -20,7 +20,7 @@ from crane_sim.trajectories.shaping import impulses
 
 DAMPING = 0.1
 """Ratio z that the feedback gives the swing."""
-_UPDATE = 0.5  # s between two updates for the configuration
+_UPDATE_PERIOD = 0.5  # s between two updates for the configuration
 _TIME_TOLERANCE = 1e-6  # s by which instants may differ by rounding
 
 
@@ -50,13 +50,13 @@ class Assistance:
             self._past.clear()
             self._next_update = 0.0
         self._past.append((t, tuple(speeds)))
-        while len(self._past) > 1 and self._past[1][0] <= t - self.delay - _UPDATE:
+        while len(self._past) > 1 and self._past[1][0] <= t - self.delay - _UPDATE_PERIOD:
             self._past.popleft()
 
     def compute_velocity_command(self, t: float, q: Sequence[float]) -> tuple[float, ...]:
         """Return the velocity command (nu,) at joint positions q (nq,), from the commands recorded up to t [s]."""
         if t >= self._next_update:
-            self._next_update = t + _UPDATE
+            self._next_update = t + _UPDATE_PERIOD
             self._update_gains(q)
         shaped = sum(
             weight * np.array(self._at(t - delay)) for weight, delay in zip(self._weights, self._delays, strict=True)

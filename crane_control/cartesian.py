@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from crane_control.tracking.multirate import MultirateTracker, make_multirate, tip_setpoint
 from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
-from crane_control.tracking.tip_servo import Servo, cable_kinematics, suspension_effort
+from crane_control.tracking.tip_servo import Servo, compute_cable_state, compute_suspension_efforts
 from crane_control.tracking.tracker import INITIAL_DAMPING, Gains, Tracker
 from crane_control.tracking.vision import Vision, make_camera
 from crane_sim import system
@@ -19,10 +19,10 @@ from crane_sim.scenes.scene import Scene
 class TrackingDefaults(NamedTuple):
     """Defaults of a law's settings, here those of the papers' law."""
 
-    stiffness: float = 1.0  # kp, in units of the pendulum's own g / L
+    stiffness: float = 1.0  # kp, in units of g / L, the square of the pendulum's natural frequency
     damping: float = INITIAL_DAMPING  # of the payload's error, of critical
     ramp: float = 0.0  # s, in which the gains rise to their values
-    velocity: bool = False  # the setpoint's velocity is fed forward: the law estimates the disturbance's rate
+    velocity_feedforward: bool = False  # of the setpoint: for a law that estimates the disturbance's rate
 
 
 class CartesianLaw(NamedTuple):
@@ -51,9 +51,9 @@ class CartesianLaw(NamedTuple):
 
 @system.command.register(CartesianLaw)
 def _(law, t, q, v):
-    cable = cable_kinematics(law.servo, law.tracker.pendulum.length, q, v)
+    cable = compute_cable_state(law.servo, law.tracker.pendulum.length, q, v)
     setpoint = tip_setpoint(law.tracker, t, cable.tip, cable.y, cable.dy)
-    return suspension_effort(law.servo, t, setpoint, cable)
+    return compute_suspension_efforts(law.servo, t, setpoint, cable)
 
 
 @entry_point
@@ -76,7 +76,7 @@ class Settings(NamedTuple):
     For the pendulum and, by joint efforts, for the knuckle boom (`knuckle_tracking`).
     """
 
-    kp: NonNegative | None = None  # 1/s², of the payload's error; left out: from the pendulum's own frequency
+    kp: NonNegative | None = None  # 1/s², of the payload's error; left out: from the pendulum's natural frequency
     kd: NonNegative | None = None  # 1/s, of the payload's error; left out: by the law's own damping
     servo: Servo | None = None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
     feedforward: Forward = Forward()  # to the suspension point
@@ -88,7 +88,7 @@ class Settings(NamedTuple):
 SETTINGS = {"control": Settings}
 
 
-def tracking_law(
+def make_cartesian_law(
     name: str,
     settings: Mapping[str, Any],
     nominal: Scene,
@@ -98,7 +98,7 @@ def tracking_law(
     """Return the Cartesian law called `name`.
 
     Args:
-        name, settings, nominal: see `make_law`.
+        name, settings, nominal: of the law; the settings are those of its group, the scene is the nominal one.
         make_estimator: makes the disturbance estimator of a tracker (None: none), given the suspension point's lag [s].
         defaults: the law's own.
 
@@ -109,7 +109,7 @@ def tracking_law(
     (pendulum, trajectory), forward = nominal_pendulum(name, nominal), options.feedforward
     base = nominal.model.base if forward.base else None
     servo = make_tip_servo(name, options.servo, nominal, base)
-    velocity = defaults.velocity if forward.velocity is None else forward.velocity
+    velocity = defaults.velocity_feedforward if forward.velocity is None else forward.velocity
     hold = nominal.period if options.tracker_rate is None else 1.0 / options.tracker_rate
     lag = 0.5 * hold + (0.0 if velocity else servo.kd / servo.kp)
     kp = defaults.stiffness * pendulum.gravity / pendulum.length if options.kp is None else options.kp
@@ -126,4 +126,4 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    return tracking_law("cartesian", settings, nominal, lambda tracker, lag: None, TrackingDefaults())
+    return make_cartesian_law("cartesian", settings, nominal, lambda tracker, lag: None, TrackingDefaults())

@@ -1,9 +1,16 @@
-"""The law called `harmonic`: Cartesian tracking with an observer of a disturbance that swings at an unknown frequency.
+"""The law called `harmonic`: Cartesian tracking with an observer of a disturbance at an unknown frequency.
 
-For each axis an extended Kalman filter estimates [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, ω the
-pendulum frequency; θ and b are random walks, λ, the nominal length of the cable over the true one, is an unknown
-constant. The law compensates the disturbance predicted for the time when the suspension point responds:
-u = -d(t + τ) - b, d(t + τ) = d cos(√θ τ) + d' sin(√θ τ) / √θ.
+For each horizontal axis an extended Kalman filter estimates [y, y', d, d', θ, b, λ]: the payload's position y [m], the
+oscillating disturbance d [m/s²] and the square θ [1/s²] of its angular frequency, a bias b [m/s²], and the ratio λ of
+the nominal to the true length of the cable:
+
+    y'' = ω² (tip - y) + d + b,   d'' = -θ d,
+
+tip the suspension point's position [m], ω the pendulum frequency [rad/s]. θ and b are random walks, λ is constant. The
+compensation u [m/s²] is an acceleration of the payload that the tracker adds. It opposes the disturbance predicted for
+the time when the suspension point responds, τ [s] later:
+
+    u = -d(t + τ) - b,   d(t + τ) = d cos(√θ τ) + d' sin(√θ τ) / √θ.
 """
 
 from collections.abc import Mapping
@@ -12,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, tracking_law
+from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, make_cartesian_law
 from crane_control.estimation.oscillator import (
     BIAS,
     DISTURBANCE_RATE,
@@ -34,17 +41,17 @@ from crane_sim.laws import read_group
 from crane_sim.numerics.jit import kernel, routine
 from crane_sim.scenes.scene import Scene
 
-WITHOUT_CAMERA = TrackingDefaults(stiffness=1.25, damping=0.65, ramp=1.6, velocity=True)
-WITH_CAMERA = TrackingDefaults(stiffness=2.0, damping=0.65, ramp=0.6, velocity=True)
-"""With a camera the gains rise faster: that jerks the tip no more than the camera's noise does."""
+WITHOUT_CAMERA = TrackingDefaults(stiffness=1.25, damping=0.65, ramp=1.6, velocity_feedforward=True)
+WITH_CAMERA = TrackingDefaults(stiffness=2.0, damping=0.65, ramp=0.6, velocity_feedforward=True)
+"""The gains rise faster: that accelerates the tip no more than the camera's noise does."""
 
 
-class Observer(NamedTuple):
+class ObserverSettings(NamedTuple):
     """Observer of the disturbance, a sine of unknown frequency, and of the rope's length."""
 
-    frequency: Positive | None = None  # rad/s, to begin with; left out: 20 % below the payload's own
-    lead: NonNegative | None = None  # s, τ; left out: what the suspension point lags behind
-    ramp: NonNegative | None = None  # s, in which u and the gains come in; left out: the law's own
+    frequency: Positive | None = None  # rad/s, initial; left out: 20 % below the natural frequency of the pendulum
+    lead: NonNegative | None = None  # s, τ, prediction time; left out: the lag of the suspension point
+    ramp: NonNegative | None = None  # s, rise time of u and of the gains; left out: the law's own
     noise: Positive = 1e-4  # m, standard deviation of the measured position, or that of the camera if larger
     noise_rate: Positive = 1e-3  # m/s, standard deviation of the measured velocity, where there is no camera
     push: Positive = 0.005  # m/s, standard deviation of the process noise of the payload's velocity after one second
@@ -55,15 +62,15 @@ class Observer(NamedTuple):
     # default, the payload of `offshore_obstacle` is within 1 mm of its path on a rope 10 % shorter or longer
 
 
-SETTINGS = {"control": Settings, "control.observer": Observer}
+SETTINGS = {"control": Settings, "control.observer": ObserverSettings}
 
 
 class HarmonicObserver(NamedTuple):
     """The observer: settings and state of its filter."""
 
-    lead: float  # s
-    ramp: float  # s
-    direct: bool  # no camera: the velocity is measured, too
+    lead: float  # s, τ
+    ramp: float  # s, rise time of the compensation
+    velocity_measured: bool  # there is no camera
     ekf: Filter
 
     def with_initial_state(self) -> "HarmonicObserver":
@@ -102,7 +109,7 @@ def update_filter(observer, pendulum, sample, measurement):
             rate, last_tip[i] = (sample.tip[i] - last_tip[i]) / h, sample.tip[i]
             if measurement.new:
                 correct(ekf, i, Y, measurement.raw[i], omega_sq, sample.tip[i], rate, measurement.age)
-            if observer.direct:
+            if observer.velocity_measured:
                 correct(ekf, i, V, measurement.dy[i], omega_sq, sample.tip[i], rate, 0.0)
         last_time[0] = sample.t
 
@@ -120,7 +127,7 @@ def _(observer, pendulum, sample, measurement):
     )
 
 
-def make_observer(settings: Observer, tracker: Tracker, lag: float) -> HarmonicObserver:
+def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> HarmonicObserver:
     """Return the observer of a tracker whose suspension point lags `lag` seconds behind its setpoint.
 
     Raises:
@@ -130,18 +137,20 @@ def make_observer(settings: Observer, tracker: Tracker, lag: float) -> HarmonicO
         raise SceneError(
             "control.feedforward.base: must be left out, the harmonic law estimates the base's effect as a disturbance"
         )
-    own = tracker.pendulum.gravity / tracker.pendulum.length
-    theta = 0.64 * own if settings.frequency is None else settings.frequency**2
+    omega_sq = tracker.pendulum.gravity / tracker.pendulum.length
+    theta = 0.64 * omega_sq if settings.frequency is None else settings.frequency**2
     deviation = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.deviation)
-    noise = np.array([1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0])
+    process_noise = np.array(
+        [1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0]
+    )
     initial_variance = np.array([deviation**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
     ekf = Filter(
         (deviation**2, settings.noise_rate**2),
         theta,
         initial_variance,
-        noise,
-        (0.01 * own, 9.0 * own),
-        initial_filter_state(),
+        process_noise,
+        bounds=(0.01 * omega_sq, 9.0 * omega_sq),
+        state=initial_filter_state(),
     )
     return HarmonicObserver(
         lag if settings.lead is None else settings.lead, tracker.gains.ramp, tracker.camera is None, ekf
@@ -154,7 +163,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    own, remaining = read_group(Observer, settings, "observer")
+    observer, remaining = read_group(ObserverSettings, settings, "observer")
     defaults = WITH_CAMERA if remaining.get("vision") else WITHOUT_CAMERA
-    defaults = defaults if own.ramp is None else defaults._replace(ramp=own.ramp)
-    return tracking_law("harmonic", remaining, nominal, lambda tracker, lag: make_observer(own, tracker, lag), defaults)
+    defaults = defaults if observer.ramp is None else defaults._replace(ramp=observer.ramp)
+    return make_cartesian_law(
+        "harmonic", remaining, nominal, lambda tracker, lag: make_observer(observer, tracker, lag), defaults
+    )

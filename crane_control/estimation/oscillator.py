@@ -31,10 +31,10 @@ class FilterState(NamedTuple):
 class Filter(NamedTuple):
     """The filter of both axes."""
 
-    variances: tuple[float, float]  # m² of a measured position, m²/s² of a measured velocity
+    measurement_variances: tuple[float, float]  # m² of a measured position, m²/s² of a measured velocity
     theta: float  # 1/s², initial
     initial_variance: Any  # (7,) of the state
-    noise: Any  # (7,) process noise: variance per second
+    process_noise: Any  # (7,) variance per second
     bounds: tuple[float, float]  # 1/s², of θ
     state: FilterState
 
@@ -76,7 +76,7 @@ def predict(ekf, i, omega_sq, tip, h):
     x[D], x[DISTURBANCE_RATE] = d_next, x[DISTURBANCE_RATE] * c - theta * d * s
     propagate_covariance(p, f, ekf.state.work[1])
     for k in range(N):
-        p[k, k] += h * ekf.noise[k]
+        p[k, k] += h * ekf.process_noise[k]
 
 
 @kernel
@@ -147,7 +147,7 @@ def correct(ekf, i, component, measured, omega_sq, tip, tip_rate, age):
     x, p, work = ekf.state.x[i], ekf.state.covariance[i], ekf.state.work[1]
     gain, row = work[0], work[1]
     sensitivity, expected = measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age)
-    innovation, variance = measured - expected, ekf.variances[component]
+    innovation, variance = measured - expected, ekf.measurement_variances[component]
     for k in range(N):
         row[k] = 0.0
         for m in range(N):

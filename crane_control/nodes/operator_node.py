@@ -37,8 +37,8 @@ PARAMETERS = {
     "device_timeout": Option(0.5, "s without a sign of the device after which it counts as lost", 0.05, 60.0),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
-_PANEL = 0.1  # s between two reports to the terminal
-_RETRY = 1.0  # s without an answer of the brakes until they are ordered again
+_PANEL_PERIOD = 0.1  # s between two reports to the terminal
+_RETRY_TIMEOUT = 1.0  # s without an answer of the brakes until they are ordered again
 
 
 class Brakes:
@@ -59,7 +59,7 @@ class Brakes:
                 self._applied = self._ordered
                 return True
         if on != self._applied and now >= self._next_order:
-            self._next_order, self._ordered = now + _RETRY, on
+            self._next_order, self._ordered = now + _RETRY_TIMEOUT, on
             self._answer = self._client.call_async(SetBool.Request(data=on))
         return False
 
@@ -82,7 +82,7 @@ class OperatorNode:
         self._keyboard = Keyboard(self._assignment)
         self._device = self._open_device()
         host.orders["key"] = lambda key: self._keyboard.press(key, time.monotonic())
-        self._assistance, self._no_assistance = _assistance(scene)
+        self._assistance, self._assistance_unavailable = _assistance(scene)
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self._warm_up()
         self._reader, self._wire = StateReader(host.node, scene), CommandWire(scene)
@@ -107,7 +107,7 @@ class OperatorNode:
         """Report the panel to the terminal when it is due."""
         now = time.monotonic()
         if now >= self._next_panel and self._last:
-            self._next_panel = now + _PANEL
+            self._next_panel = now + _PANEL_PERIOD
             self._host.pipes.report("panel", **self._panel(self._last))
 
     def finish(self) -> dict[str, Any]:
@@ -167,7 +167,7 @@ class OperatorNode:
         return self._assistance.compute_velocity_command(state.t, state.q)
 
     def _count(self, before: Mode) -> None:
-        for name, mode in (("stops", Mode.STOPPED), ("losses", Mode.LOST)):
+        for name, mode in (("stops", Mode.STOPPED), ("losses", Mode.DEVICE_LOST)):
             self._counts[name] += self._desk.mode == mode != before
 
     def _panel(self, state: State) -> dict[str, Any]:
@@ -176,13 +176,13 @@ class OperatorNode:
             "t": state.t,
             "mode": desk.mode.value,
             "assisted": desk.assisted and self._assistance is not None,
-            "no_assistance": self._no_assistance,
+            "assistance_unavailable": self._assistance_unavailable,
             "device": self._device.name,
-            "level": LEVELS[self._keyboard.level],
+            "speed_scale": LEVELS[self._keyboard.level],
             "speeds": self._speeds,
             "positions": [state.q[i] for i in self._driven],
             "velocities": [state.v[i] for i in self._driven],
-            "limited": self._limits.held,
+            "at_soft_limit": self._limits.held,
             "dragged": [] if desk.braked else self._limits.dragged([state.v[i] for i in self._driven]),
             "braked": desk.braked,
             "swing_deg": _swing(self._scene, state.q),

@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 
 from crane_control.tracking.tip_servo import (
     CableState,
-    cable_kinematics,
+    compute_cable_state,
+    compute_efforts_for_acceleration,
+    compute_suspension_efforts,
     compute_tracking_acceleration,
-    efforts_for_acceleration,
-    suspension_effort,
 )
 from crane_control.tracking.tracker import TipSetpoint
 from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope, rope_kinematics
@@ -50,7 +50,7 @@ class BoomServo(NamedTuple):
     crane: Crane  # nominal, with a rope whose acceleration is prescribed
 
 
-@cable_kinematics.register(BoomServo)
+@compute_cable_state.register(BoomServo)
 def _(servo, length, q, v):
     xs, xc = state_from_joints(servo.crane.support, servo.crane, q, v)
     pose = forward_kinematics(servo.crane.support, xs)
@@ -159,7 +159,7 @@ def tip_efforts(servo, t, cable, a):
     return append_winch_effort(servo.rope, efforts, rope_state, rope_acc, tension)
 
 
-@efforts_for_acceleration.register(BoomServo)
+@compute_efforts_for_acceleration.register(BoomServo)
 def _(servo, t, cable, a):
     return tip_efforts(servo, t, cable, a)
 
@@ -175,7 +175,7 @@ def clamp_to_workspace(radius_range, setpoint):
     return TipSetpoint((scale * x, scale * y), (0.0, 0.0), (0.0, 0.0))
 
 
-@suspension_effort.register(BoomServo)
+@compute_suspension_efforts.register(BoomServo)
 def _(servo, t, setpoint, cable):
     reachable = clamp_to_workspace(servo.radius_range, setpoint)
     return tip_efforts(servo, t, cable, compute_tracking_acceleration(servo, reachable, cable))

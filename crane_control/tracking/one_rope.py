@@ -7,7 +7,7 @@ from crane_sim.scenes.scene import Scene
 
 
 def check_one_rope(law: str, nominal: Scene) -> None:
-    """Raise SceneError where the nominal crane has falls, further links or a payload with a body; law: its name."""
+    """Raise SceneError where the nominal crane has falls, further links or a rigid-body payload; law: its name."""
     if isinstance(nominal.model, FallsCrane):  # whose joints are the load's place, and no swing angles
         line = "knows one rope and a point mass, here is falls; possible with falls: lqr, joint_trajectory"
         raise SceneError(f"control.law = {law!r}: {line}")

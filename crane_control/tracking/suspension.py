@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from crane_control.tracking.knuckle_boom import BoomServo
 from crane_control.tracking.one_rope import check_one_rope
-from crane_control.tracking.tip_servo import Servo, suspension_effort
+from crane_control.tracking.tip_servo import Servo, compute_suspension_efforts
 from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum
 from crane_sim.files.errors import SceneError
@@ -20,7 +20,7 @@ class PositionServo(NamedTuple):
     kd: float  # 1/s
 
 
-@suspension_effort.register(PositionServo)
+@compute_suspension_efforts.register(PositionServo)
 def _(servo, t, setpoint, cable):
     """Return position commands (2,) [m] for which the plant's servo accelerates the point as the setpoint asks."""
     x, v, a = setpoint

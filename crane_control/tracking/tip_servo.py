@@ -1,8 +1,10 @@
 """Tip servos: state of the cable below the suspension point, and the efforts that move this point.
 
+Equations are those of Smith & Egeland, "Nonparametric adaptive payload tracking for an offshore crane".
 A tip servo is the lowest loop of a tracking law: a `Servo`, a `suspension.PositionServo` or a `knuckle_boom.BoomServo`.
-Vectors are in the axes of the base and relative to it. The default implementations here are those for the crane
-`pendulum`.
+Vectors are in the axes of the base and relative to it; the horizontal ones have the components x and y of the base. The
+default implementations here are those for the crane `pendulum`, whose suspension point is driven: its efforts are the
+commands of that drive, accelerations [m/s²] or positions [m].
 """
 
 from typing import Any, NamedTuple
@@ -19,19 +21,19 @@ class Servo(NamedTuple):
 
 
 class CableState(NamedTuple):
-    """A payload and the suspension point above it."""
+    """The ends of a cable, the suspension point and the payload, and the direction of the cable."""
 
-    tip: tuple[float, float]  # m, horizontal
+    tip: tuple[float, float]  # m, the suspension point's horizontal position
     dtip: tuple[float, float]  # m/s
-    y: tuple[float, float]  # m, the payload, horizontal
+    y: tuple[float, float]  # m, the payload's horizontal position
     dy: tuple[float, float]  # m/s
-    n: tuple[float, float, float]  # unit vector from the point to the payload
+    n: tuple[float, float, float]  # unit vector from the suspension point to the payload
     dn: tuple[float, float, float]  # 1/s, its rate
-    state: Any  # (support state xs, payload state xc) of the nominal crane that carries the point, None without one
+    state: Any  # (support state, payload state) of the nominal crane at the suspension point; None: that is driven
 
 
 @generic
-def cable_kinematics(servo, length, q, v):
+def compute_cable_state(servo, length, q, v):
     """Return the CableState at joint positions q and velocities v (nq,) for a rope of the nominal length [m].
 
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.
@@ -42,29 +44,29 @@ def cable_kinematics(servo, length, q, v):
 
 
 @generic
-def efforts_for_acceleration(servo, t, cable, a):
+def compute_efforts_for_acceleration(servo, t, cable, a):
     """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at time t [s].
 
-    `cable` is the CableState at that time. A point whose efforts are accelerations takes a as it is.
+    `cable` is the CableState at that time. Where efforts are accelerations, as of the crane `pendulum`, they are a.
     """
     return a
 
 
 @generic
-def suspension_effort(servo, t, setpoint, cable):
-    """Return the efforts (nu,) that bring the suspension point of a CableState to a TipSetpoint at t [s], eq. 64."""
+def compute_suspension_efforts(servo, t, setpoint, cable):
+    """Return the efforts (nu,) that bring the suspension point of a CableState to a TipSetpoint at t [s] (eq. 64)."""
     raise NotImplementedError
 
 
 @kernel
 def compute_tracking_acceleration(servo, setpoint, cable):
     """Return the acceleration (2,) [m/s²] of eq. 64, by the gains kp and kd of a servo."""
-    x, v, a = setpoint
+    x, v, a = setpoint  # position, velocity, acceleration
     ax = a[0] - servo.kd * (cable.dtip[0] - v[0]) - servo.kp * (cable.tip[0] - x[0])
     ay = a[1] - servo.kd * (cable.dtip[1] - v[1]) - servo.kp * (cable.tip[1] - x[1])
     return ax, ay
 
 
-@suspension_effort.register(Servo)
+@compute_suspension_efforts.register(Servo)
 def _(servo, t, setpoint, cable):
     return compute_tracking_acceleration(servo, setpoint, cable)

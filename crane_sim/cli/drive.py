@@ -11,7 +11,7 @@ import click
 from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP
-from crane_sim.cli.operator_console import OperatorConsole, lever_note, lever_table
+from crane_sim.cli.operator_console import OperatorConsole, format_lever_note, make_lever_table
 from crane_sim.cli.run_options import RunOptions, drive_options
 from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, load_scene_with_options
 from crane_sim.files.errors import SceneError, shorten
@@ -105,8 +105,8 @@ def _open_console(scene: Any, assignment: Assignment, given: dict[str, Any], as_
     parameters = {"device": device, "joy_topic": given["joy_topic"] or DEFAULT_TOPIC, "gamepad": given["gamepad"]}
     parameters |= {"mapping": ",".join(given["mapping"]), "assistance": given["assist"]}
     console = OperatorConsole(parameters, scene.name, joints, as_json)
-    console.console.print(lever_table(joints, assignment, device))
-    console.console.print(lever_note(assignment, device), highlight=False, soft_wrap=True)
+    console.console.print(make_lever_table(joints, assignment, device))
+    console.console.print(format_lever_note(assignment, device), highlight=False, soft_wrap=True)
     return console
 
 

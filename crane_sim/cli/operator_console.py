@@ -21,11 +21,11 @@ from crane_sim.operator.levers import Assignment, axis_name, button_names
 from crane_sim.orchestration.desk_link import DeskLink
 
 END = "q"
-_REFRESH = 0.1  # s
+_REFRESH_PERIOD = 0.1  # s
 _BAR = 12  # characters of each half of a speed's bar
 _NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
-_COLORS = {Mode.STOPPED: "bold white on red", Mode.LOST: "bold white on red", Mode.MOVING: "bold green"}
+_COLORS = {Mode.STOPPED: "bold white on red", Mode.DEVICE_LOST: "bold white on red", Mode.MOVING: "bold green"}
 
 
 def read_keys(data: bytes) -> list[str]:
@@ -46,26 +46,26 @@ class OperatorConsole:
     """The terminal of `crane drive`: an `orchestration.desk_link.Operator`.
 
     Attributes:
-        parameters: of the node `operator`.
-        console: for everything that is printed while it is open.
+        parameters: parameters of the ROS node `operator`.
+        console: prints above the panel while that is shown.
     """
 
     def __init__(
         self, parameters: Mapping[str, object], title: str, joints: Sequence[DrivenJoint], hidden: bool
     ) -> None:
-        """Create it closed; `hidden`: show nothing. Where stderr is no terminal there is no panel."""
+        """Create the console, closed; `hidden`: it prints nothing. Where stderr is no terminal there is no panel."""
         self.parameters, self.console = parameters, Console(stderr=True, quiet=hidden)
         self._title, self._joints = title, joints
         self._keys = sys.stdin.isatty()
         shows = self.console.is_terminal and not hidden
         self._live = Live(console=self.console, auto_refresh=False, transient=True) if shows else None
-        self._closing, self._modes = threading.Event(), None
+        self._closing, self._terminal_attributes = threading.Event(), None
         self._thread: threading.Thread | None = None
 
     def begin(self, desk: DeskLink) -> None:
         """Take the terminal: from now on keys go to the desk."""
         if self._keys:
-            self._modes = termios.tcgetattr(sys.stdin)
+            self._terminal_attributes = termios.tcgetattr(sys.stdin)
             tty.setcbreak(sys.stdin)
         self._thread = threading.Thread(target=self._run, args=(desk,), name="operator", daemon=True)
         self._thread.start()
@@ -75,8 +75,8 @@ class OperatorConsole:
         self._closing.set()
         if self._thread:
             self._thread.join()
-        if self._modes:
-            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._modes)
+        if self._terminal_attributes:
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._terminal_attributes)
 
     def log(self, line: str) -> None:
         """Print a line above the panel."""
@@ -92,33 +92,33 @@ class OperatorConsole:
 
     def _serve(self, desk: DeskLink) -> None:
         while not self._closing.is_set():
-            if self._keys and select.select([sys.stdin], [], [], _REFRESH)[0]:
+            if self._keys and select.select([sys.stdin], [], [], _REFRESH_PERIOD)[0]:
                 data = os.read(sys.stdin.fileno(), 1024)
-                self._keys = bool(data)  # the terminal is gone
+                self._keys = bool(data)  # none at the end of the file: the terminal has been closed
                 for key in read_keys(data):
                     desk.end() if key == END else desk.send(f"key {key}")
             elif not self._keys:
-                self._closing.wait(_REFRESH)
-            if self._live and (shown := desk.panel()):
-                self._live.update(panel(self._title, self._joints, shown, self._keys), refresh=True)
+                self._closing.wait(_REFRESH_PERIOD)
+            if self._live and (state := desk.panel()):
+                self._live.update(make_panel(self._title, self._joints, state, self._keys), refresh=True)
 
 
-def lever_table(joints: Sequence[DrivenJoint], assignment: Assignment, device: str) -> Table:
+def make_lever_table(joints: Sequence[DrivenJoint], assignment: Assignment, device: str) -> Table:
     """Return the table of levers: what moves which joint, how fast, and how far."""
     lever = "keys" if device == "keyboard" else "lever"
     table = Table("joint", lever, "moves", "largest speed", "ramp", "soft limits", title_justify="left")
     for joint, levers in zip(joints, assignment.levers, strict=True):
-        way = " / ".join(levers.keys) if device == "keyboard" else axis_name(levers)
+        control = " / ".join(levers.keys) if device == "keyboard" else axis_name(levers)
         speed, ramp = (
-            _number(joint.bounds.speed, joint.unit, "/s"),
-            _number(joint.bounds.acceleration, joint.unit, "/s²"),
+            _format_number(joint.bounds.speed, joint.unit, "/s"),
+            _format_number(joint.bounds.acceleration, joint.unit, "/s²"),
         )
-        table.add_row(joint.name, way, " / ".join(levers.ways), speed, ramp, _travel(joint))
+        table.add_row(joint.name, control, " / ".join(levers.directions), speed, ramp, _format_travel(joint))
     return table
 
 
-def lever_note(assignment: Assignment, device: str) -> str:
-    """Return one line on dead man's switch, emergency stop and the rest."""
+def format_lever_note(assignment: Assignment, device: str) -> str:
+    """Return one line on dead man's switch, emergency stop, its release, assistance and the end of the run."""
     if device == "keyboard":
         return "speeds last while a key is held; space: emergency stop, enter: release, tab: assistance, q: end"
     names = button_names(assignment.buttons)
@@ -126,44 +126,55 @@ def lever_note(assignment: Assignment, device: str) -> str:
     return f"{held}, assistance: {names['assistance']}; in this terminal space, enter, tab, q do the same"
 
 
-def panel(title: str, joints: Sequence[DrivenJoint], shown: Mapping[str, Any], keys: bool) -> Table:
-    """Return the panel: the desk's mode, and each joint's speed, velocity and place."""
-    mode, table = Mode(shown["mode"]), Table.grid(padding=(0, 2))
-    outer = Table.grid()
-    head = Text.assemble(f"{title}  {shown['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow")))
-    assistance = shown["no_assistance"] or ("on" if shown["assisted"] else "off")
-    if shown["braked"]:
+def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, Any], keys: bool) -> Table:
+    """Return the panel: the desk's mode, and each joint's commanded velocity as a bar, its velocity and position.
+
+    Args:
+        title, joints: of the scene.
+        state: what the node `operator` has reported last.
+        keys: the terminal's keys are read.
+    """
+    mode, outer, table = Mode(state["mode"]), Table.grid(), Table.grid(padding=(0, 2))
+    head = Text.assemble(f"{title}  {state['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow")))
+    assistance = state["assistance_unavailable"] or ("on" if state["assisted"] else "off")
+    if state["braked"]:
         head.append("   brakes on")
     outer.add_row(head)
     for i, joint in enumerate(joints):
-        speed, largest = shown["speeds"][i], joint.bounds.speed
-        notes = [note for note, key in (("soft limit", "limited"), ("dragged", "dragged")) if joint.name in shown[key]]
-        velocity = _number(shown["velocities"][i], joint.unit, "/s")
-        table.add_row(
-            joint.name, bar(speed / largest), velocity, _number(shown["positions"][i], joint.unit), ", ".join(notes)
-        )
+        table.add_row(*_format_joint(joint, i, state))
     outer.add_row(table)
-    level = f"   keys: {100.0 * shown['level']:.0f} % of the speed" if keys and shown["device"] == "keyboard" else ""
-    outer.add_row(f"swing {shown['swing_deg']:.1f}°   assistance: {assistance}   device: {shown['device']}{level}")
+    scale = ""
+    if keys and state["device"] == "keyboard":
+        scale = f"   keys: {100.0 * state['speed_scale']:.0f} % of the speed"
+    outer.add_row(f"swing {state['swing_deg']:.1f}°   assistance: {assistance}   device: {state['device']}{scale}")
     if keys:
         outer.add_row(Text("space emergency stop · enter release · tab assistance · + - speed · q end", style="dim"))
     return outer
 
 
-def bar(part: float) -> str:
-    """Return a bar about a middle for a part of the largest speed, -1 .. 1."""
-    length = min(round(abs(part) * _BAR), _BAR)
-    left = "━" * length if part < 0.0 else ""
-    right = "━" * length if part > 0.0 else ""
+def _format_joint(joint: DrivenJoint, i: int, state: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the cells of the i-th joint's row of the panel."""
+    bar = format_bar(state["speeds"][i] / joint.bounds.speed)
+    velocity = _format_number(state["velocities"][i], joint.unit, "/s")
+    position = _format_number(state["positions"][i], joint.unit)
+    notes = {"at_soft_limit": "soft limit", "dragged": "dragged"}
+    return joint.name, bar, velocity, position, ", ".join(notes[key] for key in notes if joint.name in state[key])
+
+
+def format_bar(fraction: float) -> str:
+    """Return a bar about a middle for a fraction of the largest speed, -1 .. 1."""
+    length = min(round(abs(fraction) * _BAR), _BAR)
+    left = "━" * length if fraction < 0.0 else ""
+    right = "━" * length if fraction > 0.0 else ""
     return f"{left:>{_BAR}}┃{right:<{_BAR}}"
 
 
-def _travel(joint: DrivenJoint) -> str:
-    low, high = (_number(end, joint.unit) if isfinite(end) else "-" for end in (joint.low, joint.high))
+def _format_travel(joint: DrivenJoint) -> str:
+    low, high = (_format_number(end, joint.unit) if isfinite(end) else "-" for end in (joint.low, joint.high))
     return "none" if joint.low == -inf and joint.high == inf else f"{low} .. {high}"
 
 
-def _number(value: float, unit: str, rate: str = "") -> str:
+def _format_number(value: float, unit: str, rate: str = "") -> str:
     """Return a number with its unit; angles in degrees."""
-    shown, name = (degrees(value), "°") if unit == "rad" else (value, " m")
-    return f"{shown + 0.0:.2f}{name}{rate}"
+    number, name = (degrees(value), "°") if unit == "rad" else (value, " m")
+    return f"{number + 0.0:.2f}{name}{rate}"

@@ -31,58 +31,60 @@ if TYPE_CHECKING:
 def tune(
     study: Path, output: Path | None, trials: int | None, workers: int | None, save: Path | None, as_json: bool
 ) -> None:
-    """Tune gains of a law: search them over the samples of a study, and judge the best ones on other samples.
+    """Tune gains of a law: search them over the samples of a study, and evaluate the best ones on other samples.
 
-    Interrupted at any moment, the same command goes on; more trials go on with the search that is there.
+    Interrupted at any moment, the same command resumes the search; with more trials it extends the one that is there.
     """
     from crane_sim.study import tuning
     from crane_sim.study.form import load_study
 
-    checked = load_study(study)
+    definition = load_study(study)
     install_groups("study")
-    if trials is not None and checked.tune is not None:
-        checked = checked.model_copy(update={"tune": checked.tune.model_copy(update={"trials": trials})})
-    folder = output or Path("runs") / (checked.name or study.stem)
+    if trials is not None and definition.tune is not None:
+        definition = definition.model_copy(update={"tune": definition.tune.model_copy(update={"trials": trials})})
+    folder = output or Path("runs") / (definition.name or study.stem)
     with show_progress("trials", hidden=as_json or not sys.stderr.isatty()) as update:
-        result = tuning.tune(checked, folder, workers, update)
-    found = tuning.summarise(result)
+        result = tuning.tune(definition, folder, workers, update)
+    summary = tuning.summarise(result)
     if save is not None:
-        add_to_file(found, save)
+        add_to_file(summary, save)
     if as_json:
-        print(json.dumps(json_value(found)))
+        print(json.dumps(json_value(summary)))
     else:
-        print_result(result, found, folder, Console())
+        print_result(result, summary, folder, Console())
 
 
-def add_to_file(found: dict[str, Any], file: Path) -> None:
+def add_to_file(summary: dict[str, Any], file: Path) -> None:
     """Write the summary of a search into a JSON file of such summaries, by the name of its study.
 
     Raises:
         SceneError: the file cannot be read or written.
     """
     try:
-        known = json.loads(file.read_text()) if file.exists() else {}
-        known[found["study"]] = json_value(found)
-        file.write_text(json.dumps(dict(sorted(known.items())), indent=1) + "\n")
+        summaries = json.loads(file.read_text()) if file.exists() else {}
+        summaries[summary["study"]] = json_value(summary)
+        file.write_text(json.dumps(dict(sorted(summaries.items())), indent=1) + "\n")
     except (OSError, ValueError) as error:
         raise SceneError(f"--save {file}: {error}") from None
 
 
-def print_result(result: TuningResult, found: dict[str, Any], folder: Path, console: Console) -> None:
-    """Print the gains that were chosen, and how each does on the held-out samples beside the baseline."""
-    counts = f"{found['trials']} trials, {found['infeasible']} of them no candidates; {len(result.front)} compromises"
+def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, console: Console) -> None:
+    """Print the gains that were chosen, and their objectives on the held-out samples beside those of the baseline."""
+    counts = (
+        f"{summary['trials']} trials, {summary['infeasible']} of them infeasible; {len(result.front)} Pareto-optimal"
+    )
     console.print(counts, highlight=False)
-    gains = Table(Column("gain", no_wrap=True), *found["chosen"], title="gains", title_justify="left")
+    gains = Table(Column("gain", no_wrap=True), *summary["chosen"], title="gains", title_justify="left")
     for key in next(iter(result.chosen.values())).gains:
-        gains.add_row(key, *(format_cell(each["gains"][key]) for each in found["chosen"].values()))
+        gains.add_row(key, *(format_cell(each["gains"][key]) for each in summary["chosen"].values()))
     console.print(gains)
-    for objective, rows in found["held_out"].items():
-        title = f"{objective} on {found['samples']} held-out samples, and the difference from {found['baseline']}"
-        console.print(_judgement(title, rows))
+    for objective, rows in summary["held_out"].items():
+        title = f"{objective} on {summary['samples']} held-out samples, and the difference from {summary['baseline']}"
+        console.print(_comparison_table(title, rows))
     console.print(f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report", highlight=False)
 
 
-def _judgement(title: str, rows: dict[str, Any]) -> Table:
+def _comparison_table(title: str, rows: dict[str, Any]) -> Table:
     """Return the table of one objective: its mean, and the mean difference with its 95 % interval."""
     columns = (Column("gains", no_wrap=True), "runs", "mean", "difference", "from", "to", "")
     table = Table(*columns, title=title, title_justify="left")

@@ -74,7 +74,7 @@ def add_head(robot: ElementTree.Element, falls: Falls, tip: str) -> None:
 
 
 def add_load(robot: ElementTree.Element, crane: FallsCrane) -> None:
-    """Add the load with the joints of its place and attitude."""
+    """Add the load with the joints of its position and attitude."""
     parent = "base_link"
     for axis, way in (("x", FORWARD), ("y", LEFT), ("z", UP)):
         child = f"payload_{axis}_link"

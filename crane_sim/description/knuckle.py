@@ -16,11 +16,11 @@ from xml.etree import ElementTree
 
 from crane_sim.description.robot import DOWN, FORWARD, RIGHT, UP, add_comment, add_joint, add_link
 from crane_sim.description.solids import (
-    ACROSS,
     DARK,
     GLASS,
     GREY,
     ORIGIN,
+    RPY_ALONG_Y,
     STEEL,
     YELLOW,
     Body,
@@ -131,7 +131,7 @@ def _tower(unit: float) -> list[Shape]:
         Shape((0.6 * unit, 0.14 * unit), (0.0, 0.0, -0.47 * unit), YELLOW),
         Shape(cheek, (0.0, 0.27 * unit, -0.12 * unit), YELLOW),
         Shape(cheek, (0.0, -0.27 * unit, -0.12 * unit), YELLOW),
-        Shape((0.11 * unit, 0.74 * unit), ORIGIN, STEEL, ACROSS),
+        Shape((0.11 * unit, 0.74 * unit), ORIGIN, STEEL, RPY_ALONG_Y),
         Shape((0.75 * unit, 1.0 * unit, 0.55 * unit), (-0.68 * unit, 0.0, -0.13 * unit), DARK),
         Shape((0.5 * unit, 0.4 * unit, 0.62 * unit), (0.12 * unit, 0.56 * unit, -0.09 * unit), GLASS),
     ]
@@ -149,5 +149,5 @@ def _beam(length: float, width: float) -> list[Shape]:
         Shape((root, width, 1.25 * width), (0.5 * root, 0.0, 0.0), YELLOW),
         Shape((length - root, 0.75 * width, 0.9 * width), (0.5 * (length + root), 0.0, 0.0), YELLOW),
         Shape((0.1 * width, 1.05 * width, 1.3 * width), (root, 0.0, 0.0), DARK),
-        Shape((0.55 * width, 1.15 * width), (length, 0.0, 0.0), STEEL, ACROSS),
+        Shape((0.55 * width, 1.15 * width), (length, 0.0, 0.0), STEEL, RPY_ALONG_Y),
     ]

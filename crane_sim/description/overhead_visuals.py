@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import atan2, cbrt, hypot
 from typing import TYPE_CHECKING
 
-from crane_sim.description.solids import ACROSS, DARK, GREY, ORIGIN, STEEL, YELLOW, Shape, crate
+from crane_sim.description.solids import DARK, GREY, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, crate
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
@@ -36,11 +36,11 @@ def bridge(box: BoundingBox) -> list[Shape]:
 def trolley(box: BoundingBox) -> list[Shape]:
     """Return a sheave where the cable begins, two side plates, four wheels on the beam's lower flange, a base plate."""
     unit = box.unit
-    shapes = [Shape((0.13 * unit, 0.3 * unit), ORIGIN, STEEL, ACROSS)]
+    shapes = [Shape((0.13 * unit, 0.3 * unit), ORIGIN, STEEL, RPY_ALONG_Y)]
     for side in (1.0, -1.0):
         shapes.append(Shape((0.9 * unit, 0.05 * unit, 0.5 * unit), (0.0, side * 0.23 * unit, 0.2 * unit), GREY))
         for x in (0.28 * unit, -0.28 * unit):
-            shapes.append(Shape((0.11 * unit, 0.09 * unit), (x, side * 0.13 * unit, 0.365 * unit), STEEL, ACROSS))
+            shapes.append(Shape((0.11 * unit, 0.09 * unit), (x, side * 0.13 * unit, 0.365 * unit), STEEL, RPY_ALONG_Y))
     return [*shapes, Shape((0.7 * unit, 0.5 * unit, 0.08 * unit), (0.0, 0.0, 0.1 * unit), DARK)]
 
 

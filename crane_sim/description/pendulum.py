@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from crane_sim.description.cables import ALONG, SuspendedCable, add_directed
 from crane_sim.description.falls import add_head, add_load
 from crane_sim.description.robot import add_joint, add_link
-from crane_sim.description.solids import ACROSS, DARK, ORIGIN, STEEL, YELLOW, Shape, crate, point_mass
+from crane_sim.description.solids import DARK, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, crate, point_mass
 from crane_sim.description.suspended import add_payload, hook_block, hung_length
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
@@ -65,7 +65,7 @@ def _head(length: float) -> list[Shape]:
     unit = 0.1 * length
     cheek = (0.9 * unit, 0.1 * unit, 1.3 * unit)
     return [
-        Shape((0.4 * unit, 0.3 * unit), ORIGIN, STEEL, ACROSS),
+        Shape((0.4 * unit, 0.3 * unit), ORIGIN, STEEL, RPY_ALONG_Y),
         Shape(cheek, (0.0, 0.25 * unit, 0.25 * unit), YELLOW),
         Shape(cheek, (0.0, -0.25 * unit, 0.25 * unit), YELLOW),
         Shape((0.9 * unit, 0.6 * unit, 0.2 * unit), (0.0, 0.0, 0.8 * unit), DARK),

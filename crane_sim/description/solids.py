@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, float, float]
 ORIGIN: Vector = (0.0, 0.0, 0.0)
-ACROSS: Vector = (pi / 2, 0.0, 0.0)  # roll, pitch, yaw that lay a cylinder along y
+RPY_ALONG_Y: Vector = (pi / 2, 0.0, 0.0)  # roll, pitch, yaw of a cylinder, by default along z, along y
 
 YELLOW = "0.95 0.66 0.08 1"
 DARK = "0.20 0.23 0.27 1"
@@ -21,41 +21,41 @@ GLASS = "0.35 0.60 0.75 1"
 
 
 class Shape(NamedTuple):
-    """A solid of one colour, given by its size [m].
+    """A solid of one colour, in the frame of its link.
 
-    That is three edge lengths of a box, radius and length (along z) of a cylinder, or the radius of a sphere alone.
+    Its size gives its kind: three edge lengths of a box, radius and length of a cylinder along z, radius of a sphere.
     """
 
-    size: Sequence[float]
-    at: Vector
+    size: Sequence[float]  # m
+    at: Vector  # m, of its centre
     color: str
-    rpy: Vector = ORIGIN
+    rpy: Vector = ORIGIN  # rad, roll, pitch, yaw
 
 
 class Body(NamedTuple):
-    """Mass [kg], centre of mass [m] and principal inertias about it [kg m²], all in the link's frame."""
+    """Mass, centre of mass and inertia tensor about it of a link, in the axes of its frame."""
 
-    mass: float
-    centre: Vector
-    inertia: Vector
+    mass: float  # kg
+    centre: Vector  # m
+    inertia: Vector  # kg m², entries xx, yy, zz of the tensor
     products: Vector = (0.0, 0.0, 0.0)  # kg m², entries xy, xz, yz of the tensor
 
 
 def tube(start: Sequence[float], end: Sequence[float], radius: float, color: str) -> Shape:
-    """Return a cylinder between two points (x, z) [m] of the plane in which a boom luffs."""
+    """Return a solid cylinder, drawn for a tube, between two points (x, z) [m] of the plane in which a boom luffs."""
     along = end[0] - start[0], end[1] - start[1]
     middle = (0.5 * (start[0] + end[0]), 0.0, 0.5 * (start[1] + end[1]))
     return Shape((radius, hypot(*along)), middle, color, (0.0, atan2(*along), 0.0))
 
 
-def hydraulic_cylinder(foot: Sequence[float], eye: Sequence[float], radius: float) -> list[Shape]:
-    """Return barrel and rod from a foot to an eye (x, z) [m]; it hints at the drive, and is not simulated."""
-    end = tuple(a + 0.6 * (b - a) for a, b in zip(foot, eye, strict=True))
-    return [tube(foot, end, radius, DARK), tube(end, eye, 0.55 * radius, STEEL)]
+def hydraulic_cylinder(foot: Sequence[float], rod_end: Sequence[float], radius: float) -> list[Shape]:
+    """Return barrel and rod from the foot to the rod end (x, z) [m]; it hints at the drive, and is not simulated."""
+    barrel_end = tuple(a + 0.6 * (b - a) for a, b in zip(foot, rod_end, strict=True))
+    return [tube(foot, barrel_end, radius, DARK), tube(barrel_end, rod_end, 0.55 * radius, STEEL)]
 
 
 def crate(edge: float) -> list[Shape]:
-    """Return a payload: a box with two bands and an eye on its lid, its centre in the origin."""
+    """Return a payload: a box with two bands and a lifting eye on its lid, its centre in the origin."""
     band = (1.02 * edge, 1.02 * edge, 0.12 * edge)
     return [
         Shape((edge, edge, edge), ORIGIN, RED),
@@ -66,5 +66,5 @@ def crate(edge: float) -> list[Shape]:
 
 
 def point_mass(mass: float) -> Body:
-    """Return a mass [kg] in the origin of its link, without inertia: what payloads, nodes and trolleys are."""
+    """Return a mass [kg] in the origin of its link, without inertia: a payload, a node of a chain or a trolley."""
     return Body(mass, ORIGIN, ORIGIN)

@@ -19,12 +19,12 @@ from crane_sim.description.cables import SuspendedCable, add_directed
 from crane_sim.description.knuckle import add_knuckle_boom, pedestal_height
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_comment, add_joint, add_link
 from crane_sim.description.solids import (
-    ACROSS,
     DARK,
     GLASS,
     GREY,
     ORIGIN,
     RED,
+    RPY_ALONG_Y,
     STEEL,
     YELLOW,
     Body,
@@ -201,7 +201,7 @@ def products_of(load: RigidLoad) -> tuple[float, float, float]:
 def hook_block(unit: float) -> list[Shape]:
     """Return the solids of a hook block whose size is some `unit` [m]."""
     return [
-        Shape((0.9 * unit, 0.5 * unit), ORIGIN, STEEL, ACROSS),
+        Shape((0.9 * unit, 0.5 * unit), ORIGIN, STEEL, RPY_ALONG_Y),
         Shape((0.9 * unit, 0.5 * unit, 1.6 * unit), (0.0, 0.0, -0.3 * unit), YELLOW),
     ]
 
@@ -306,7 +306,7 @@ def _tower_head(size: float, unit: float) -> list[Shape]:
 def _jib_trolley(unit: float) -> list[Shape]:
     return [
         Shape((2.2 * unit, 1.4 * unit, 0.5 * unit), (0.0, 0.0, 0.3 * unit), DARK),
-        Shape((0.5 * unit, 1.0 * unit), ORIGIN, STEEL, ACROSS),
+        Shape((0.5 * unit, 1.0 * unit), ORIGIN, STEEL, RPY_ALONG_Y),
     ]
 
 
@@ -399,7 +399,7 @@ def _boom_section(length: float, start: float, width: float) -> list[Shape]:
 def _carrier(size: float, unit: float) -> list[Shape]:
     height, ground = 3.0 * unit, -FOOT_HEIGHT * size
     axles = [
-        Shape((0.9 * unit, 0.7 * unit), (x * unit, side * 1.6 * unit, ground + 0.9 * unit), DARK, ACROSS)
+        Shape((0.9 * unit, 0.7 * unit), (x * unit, side * 1.6 * unit, ground + 0.9 * unit), DARK, RPY_ALONG_Y)
         for x in (-4.5, -2.2, 2.2, 4.5)
         for side in (1.0, -1.0)
     ]

@@ -29,7 +29,7 @@ class Imu(NamedTuple):
 
     sampling: Sampling
     position: Vector  # m
-    acceleration: tuple[float, Vector]  # m/s², standard deviation and bias
+    acceleration: tuple[float, Vector]  # m/s², (standard deviation, bias)
     angular_velocity: tuple[float, Vector]  # rad/s, likewise
     orientation: float | None  # rad, standard deviation; None where none is measured
 
@@ -50,14 +50,14 @@ class Instruments(NamedTuple):
 
 
 @entry_point
-def fill_normals(seed, stream, k, out):
+def fill_standard_normals(seed, stream, k, out):
     """Fill out (n,) with normal numbers of period k, mean 0 and deviation 1, from 2 n streams; `seed` is a word."""
     for i in range(len(out)):
         out[i] = normal(seed, stream + 2 * i, k)
 
 
-def normals(seed: int, stream: int, k: int, count: int) -> NDArray[np.float64]:
+def standard_normals(seed: int, stream: int, k: int, count: int) -> NDArray[np.float64]:
     """Return normal numbers (count,) of the period k, mean 0 and deviation 1."""
     out = np.empty(count)
-    fill_normals(seed_to_uint64(seed), stream, k, out)
+    fill_standard_normals(seed_to_uint64(seed), stream, k, out)
     return out

@@ -65,16 +65,16 @@ _DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))
 
 
 class DOP853(NamedTuple):
-    """Dormand and Prince's order 8; error control by the rms of error / (atol + rtol max(|x|, |y|)), step x to y."""
+    """Dormand and Prince's order 8; error control by orders 5 and 3, against atol + rtol max(|x|, |y|), step x to y."""
 
     rtol: Positive = 1e-11  # -, relative tolerance
     atol: NonNegative = 1e-13  # state's unit, absolute tolerance
 
 
 class RK8(NamedTuple):
-    """Dormand and Prince's order 8 with a fixed step; a step that is unstable for the stiffest mode is rejected."""
+    """Dormand and Prince's order 8 with a fixed step; one that is unstable for the stiffest motion is refused."""
 
-    step: Positive  # s, shortened so that a whole number of them fills each period; without control it may span periods
+    step: Positive  # s, shortened so that a whole number of them fills each control period; without control it may span several
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""
@@ -83,7 +83,7 @@ class RK8(NamedTuple):
 
 @lean_generic
 def dop853_stages(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all twelve stages, the first one computed by `first_stage`."""
+    """Return the derivatives of all twelve stages, the first one that of `evaluate_first_stage`."""
     k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = evaluate_stage(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = evaluate_stage(p, t, x, u, h, A[2], C[2], (k1, k2, k3))
@@ -105,18 +105,18 @@ def _(scratch, k1, p, t, x, u, h):
 
 
 @lean_kernel
-def _error(ks, x, y, h, rtol, atol):
-    """Return the error of a step relative to the tolerance, from both embedded orders."""
+def _combined_error(ks, x, y, h, rtol, atol):
+    """Return the error of a step relative to the tolerance, |e5|² / sqrt((|e5|² + |e3|² / 100) n) as in DOP853."""
     e5 = error_square(h, E5, ks, x, y, rtol, atol)
     e3 = error_square(h, E3, ks, x, y, rtol, atol)
-    return 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # not a number stays one
+    return 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # a NaN is propagated
 
 
 @step_with_error.register(DOP853)
 def _(method, scratch, k1, p, t, x, u, h, out):
     ks = dop853_stages(scratch, k1, p, t, x, u, h)
     y = add_weighted(x, h, B, ks, out)
-    return y, _error(ks, x, result_of(out, y), h, method.rtol, method.atol), STAGES - 1
+    return y, _combined_error(ks, x, result_of(out, y), h, method.rtol, method.atol), STAGES - 1
 
 
 @max_steps.register(DOP853)
@@ -140,18 +140,18 @@ def _(method, k, steps, period):
 
 
 @lean_kernel
-def _stride(p, t, x, u, h, scratch, out):
+def _take_step(p, t, x, u, h, scratch, out):
     return add_weighted(x, h, B, dop853_stages(scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 
 
 @explicit_step.register(DOP853)
 def _(method, p, t, x, u, h, scratch, out):
-    return _stride(p, t, x, u, h, scratch, out)
+    return _take_step(p, t, x, u, h, scratch, out)
 
 
 @explicit_step.register(RK8)
 def _(method, p, t, x, u, h, scratch, out):
-    return _stride(p, t, x, u, h, scratch, out)
+    return _take_step(p, t, x, u, h, scratch, out)
 
 
 @stages.register(DOP853)

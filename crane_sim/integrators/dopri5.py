@@ -48,7 +48,7 @@ class DOPRI5(NamedTuple):
 
 @lean_generic
 def dopri5_stages(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all seven stages, the first one computed by `first_stage`."""
+    """Return the derivatives of all seven stages, the first one that of `evaluate_first_stage`."""
     k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = evaluate_stage(p, t, x, u, h, A[1], C[1], (k1, k2))
     k4 = evaluate_stage(p, t, x, u, h, A[2], C[2], (k1, k2, k3))

@@ -18,9 +18,9 @@ _DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))
 
 
 class RK4(NamedTuple):
-    """The classical order 4 with a fixed step; a step that is unstable for the stiffest mode is rejected."""
+    """The classical order 4 with a fixed step; one that is unstable for the stiffest motion is refused."""
 
-    step: Positive  # s, shortened so that a whole number of them fills each period; without control it may span periods
+    step: Positive  # s, shortened so that a whole number of them fills each control period; without control it may span several
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""
@@ -29,7 +29,7 @@ class RK4(NamedTuple):
 
 @lean_generic
 def rk4_stages(scratch, k1, p, t, x, u, h):
-    """Return the derivatives of all four stages, the first one computed by `first_stage`."""
+    """Return the derivatives of all four stages, the first one that of `evaluate_first_stage`."""
     k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))
     k3 = evaluate_stage(p, t, x, u, h, A[1], C[1], (k1, k2))
     return k1, k2, k3, evaluate_stage(p, t, x, u, h, A[2], C[2], (k1, k2, k3))

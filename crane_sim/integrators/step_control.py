@@ -28,21 +28,21 @@ MAX_STEPS = 1_000_000
 def step_with_error(method, scratch, k1, p, t, x, u, h, out):
     """Return (the state one step of size h after (t, x), its error relative to the tolerance, evaluations).
 
-    k1 is the derivative at (t, x) as of `runge_kutta.first_stage`; a rejected step does not change it. An array state
-    is written into `out` instead.
+    k1 is the derivative at (t, x) as of `evaluate_first_stage`; a rejected step does not change it. An array state is
+    written into `out` instead.
     """
     raise NotImplementedError
 
 
 @lean_generic
 def error_order(method):
-    """Return the power of h by which the error of a step shrinks."""
+    """Return the power of h with which the estimated error of a step shrinks, an exponent of the step size control."""
     raise NotImplementedError
 
 
 @lean_generic
 def derivative_norm(scratch, k1, x, rtol, atol):
-    """Return the weighted square of the derivative that `first_stage` computed at x."""
+    """Return the weighted square of the derivative that `evaluate_first_stage` computed at x."""
     return squared_error_norm(k1, x, x, rtol, atol)
 
 

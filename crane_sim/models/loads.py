@@ -13,7 +13,7 @@ class PointLoad(NamedTuple):
     """The payload, a point mass."""
 
     mass: Positive  # kg, of the payload
-    windage: Windage | None = None  # what it opposes to the `wind`; left out: none presses on it
+    windage: Windage | None = None  # area and drag in the `wind`; left out: no wind acts on it
 
 
 class RigidLoad(NamedTuple):
@@ -23,5 +23,5 @@ class RigidLoad(NamedTuple):
     inertia: Matrix  # kg m², rows of the inertia tensor about the centre of mass
     inverse_inertia: Matrix  # 1/(kg m²), rows of its inverse
     attachment: Vector  # m, from the centre of mass to the point from which the body hangs
-    windage: Windage | None = None  # what it opposes to the wind
+    windage: Windage | None = None  # area and drag in the wind
     pressure_centre: Vector = (0.0, 0.0, 0.0)  # m, where the wind presses

@@ -23,22 +23,22 @@ from crane_sim.trajectories.wind import (
 
 
 class Windage(NamedTuple):
-    """What a body opposes to the wind, which presses on a point mass, or on a body's centre of pressure."""
+    """Area and drag coefficient of a body; the wind acts on a point mass, or on a body's centre of pressure."""
 
     area: NonNegative  # m², that the wind sees
     drag_coefficient: NonNegative  # -, some 1.2 of a box or a tube
 
 
 class RodWindage(NamedTuple):
-    """What a rod opposes to the part of the wind across it."""
+    """Area and drag coefficient of a rod, for the part of the wind across it."""
 
     area: NonNegative  # m², that a wind across the rod sees
     drag_coefficient: NonNegative  # -, some 1.2 of a tube, 1.7 of a truss of flat-sided members
-    centre: Fraction = 0.5  # -, of pressure, in units of the length from where the rod begins
+    centre: Fraction = 0.5  # -, of pressure, from the rod's lower joint, in units of its length
 
 
 class JibWindage(NamedTuple):
-    """What a tower crane's jib or counter-jib opposes to the part of the wind across it."""
+    """Area and drag coefficient of a tower crane's jib or counter-jib, for the part of the wind across it."""
 
     area: NonNegative  # m², that a wind across the jib sees
     drag_coefficient: NonNegative  # -, some 1.7 of a truss of flat-sided members
@@ -46,7 +46,7 @@ class JibWindage(NamedTuple):
 
 
 class BoomWindage(NamedTuple):
-    """What a telescopic boom opposes to the part of the wind across it: as much as is telescoped out."""
+    """Width and drag coefficient of a telescopic boom, for the part of the wind across what is telescoped out."""
 
     width: NonNegative  # m, mean, that a wind across the boom sees
     drag_coefficient: NonNegative  # -, some 1.2 of a box with rounded corners

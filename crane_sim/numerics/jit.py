@@ -1,8 +1,10 @@
 """Decorators for compiled functions: the only file that imports numba, with the arithmetic modules of this folder.
 
-`kernel`: inlined compiled function. `routine`: compiled function that is not inlined. `generic`: compiled function with
-dispatch on the type of its first argument, like functools.singledispatch. `entry_point`: compiled function that Python
-calls, cached on disk.
+- `entry_point`: compiled, called from Python, machine code cached on disk.
+- `kernel`: compiled, inlined into its callers; `routine`: compiled, called by them.
+- `generic`: a kernel with one body for each type of its first argument, like functools.singledispatch.
+- `lean_` before these: without reference counting (LEAN), for functions that allocate and return no array.
+- `routine_generic`, `stage_generic`: `generic` with bodies that are routines, or optimised before they are copied.
 
 A scene's physics is a tree of NamedTuples, and dispatch on their types is at compile time. Numba therefore
 compiles exactly what a scene is made of, an absent part (None) costs nothing, and functions are never arguments, so

@@ -24,21 +24,21 @@ AHEAD = 0.1
 
 
 DRAGGED = 0.25
-"""Part of a joint's largest speed: velocities that differ by more from a drive's reference are a load's doing."""
+"""Fraction of a joint's largest speed: a velocity that differs by more from a drive's reference is due to a load."""
 
 
 class Mode(StrEnum):
     """What the desk lets through, and why not."""
 
     STOPPED = "emergency stop"
-    LOST = "device lost"
+    DEVICE_LOST = "device lost"
     INTERLOCKED = "levers to zero"
     OPEN = "dead man's switch open"
     MOVING = "in operation"
 
 
 class DrivenJoint(NamedTuple):
-    """A joint as its operator has it."""
+    """An actuated joint that an operator drives."""
 
     name: str
     unit: str  # m or rad
@@ -74,7 +74,7 @@ class Desk:
         self._last_sign = -inf
 
     def take(self, demand: Demand, now: float) -> tuple[float, ...]:
-        """Return the operator's speeds (nu,), exactly the levers' parts of the largest ones; zero where interlocked."""
+        """Return the operator's speeds (nu,), exactly the levers' fractions of the largest; zero where interlocked."""
         self._switch_assistance(demand.assistance)
         at_rest = not any(demand.axes)
         self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.held))
@@ -94,7 +94,7 @@ class Desk:
         if self.stopped:
             return Mode.STOPPED
         if lost:
-            return Mode.LOST
+            return Mode.DEVICE_LOST
         if self._interlocked:
             return Mode.INTERLOCKED
         return Mode.MOVING if held else Mode.OPEN

@@ -21,7 +21,7 @@ REPEAT_HOLD = 0.2
 STOP, RELEASE, ASSISTANCE = "space", "enter", "tab"
 """Keys of the emergency stop, of its release and of the assistance."""
 LEVELS = (0.1, 0.25, 0.5, 1.0)
-"""Parts of the largest speed that keys may ask for."""
+"""Fractions of the largest speed that keys may command."""
 
 
 class Demand(NamedTuple):
@@ -57,7 +57,7 @@ class Keyboard:
     """The keys of a terminal as levers; a key that is held or pressed is the dead man's switch as well.
 
     Attributes:
-        level: index of the part of the largest speed that keys ask for, see LEVELS.
+        level: index in LEVELS of the fraction of the largest speed that keys command.
     """
 
     def __init__(self, assignment: Assignment) -> None:

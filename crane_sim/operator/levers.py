@@ -21,7 +21,7 @@ class Lever(NamedTuple):
 
     joint: str
     keys: tuple[str, str]  # for its positive and its negative direction
-    ways: tuple[str, str]  # these directions in words
+    directions: tuple[str, str]  # these in words
     axis: int  # of a controller, NO_AXIS: none
     sign: float = 1.0  # of the joint's speed where the axis is positive
 

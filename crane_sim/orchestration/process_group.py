@@ -22,7 +22,7 @@ class _GracePeriods(NamedTuple):
 _POLL = 0.1  # s between two checks whether a shutdown was requested
 _GRACE = _GracePeriods(5.0, 2.0)
 _SHORT_GRACE = _GracePeriods(0.3, 0.2)  # once a shutdown is requested, after the results have been reported
-_SHUTDOWN_LIMIT = 2.4  # s for a requested shutdown: 3 s are promised, and the program itself has to end, too
+_SHUTDOWN_TIMEOUT = 2.4  # s for a requested shutdown: 3 s are promised, and the program itself has to end, too
 
 
 class ProcessGroup:
@@ -70,7 +70,7 @@ class ProcessGroup:
 
     def request_shutdown(self) -> None:
         """Set the deadline of the group, unless it is set."""
-        self.deadline = min(self.deadline, time.monotonic() + _SHUTDOWN_LIMIT)
+        self.deadline = min(self.deadline, time.monotonic() + _SHUTDOWN_TIMEOUT)
 
     @property
     def shutting_down(self) -> bool:

@@ -22,7 +22,7 @@ def recover_recordings(role: RecorderRole, summary: dict[str, Any], time_left: C
     from crane_sim.recording.rerun.repair import repair  # needs Rerun
 
     temporary_name(Path(role.path)).unlink(missing_ok=True)
-    parts = existing_parts(role.path, role.restarts + 1, role.began)
+    parts = existing_parts(role.path, role.restarts + 1, role.start_time)
     steps = role.active.recorded
     if not (steps or summary.get("steps")):
         for part in parts:
@@ -43,7 +43,7 @@ def recover_bags(role: RecorderRole, last: str | None, time_left: Callable[[], f
     """
     if not role.mcap:
         return {}
-    parts = existing_parts(role.mcap, role.restarts + (0 if last else 1), role.began)
+    parts = existing_parts(role.mcap, role.restarts + (0 if last else 1), role.start_time)
     files = [*filter(None, (_recover(file, time_left) for file in parts)), *([last] if last else [])]
     return {"mcap": files[-1] if files else None} | ({"bag_parts": files} if files[1:] else {})
 

@@ -107,12 +107,12 @@ class RecorderRole(Role):
     Attributes:
         path: of the recording, empty where there is none.
         mcap: of the bag, empty where there is none.
-        began: s of the system's clock: older files are not of this run.
+        start_time: s of the system's clock; older files are not of this run.
     """
 
     def __init__(self, group: ProcessGroup, spec: RoleSpec, restart: bool = False) -> None:
         """See `Role`."""
-        self.began = time.time()
+        self.start_time = time.time()
         self.path, self.mcap = str(spec.settings["path"]), str(spec.settings["mcap"])
         super().__init__(group, spec, restart)
 
@@ -124,4 +124,4 @@ class RecorderRole(Role):
         successor.step, successor.recorded = exited.step, exited.recorded
         successor.bagged, successor.passes = exited.bagged, exited.passes
         progress = {"after": exited.step, "recorded": exited.recorded, "bagged": exited.bagged, "passes": exited.passes}
-        return json.dumps(progress | {"since": self.began, "number": self.restarts + 1})
+        return json.dumps(progress | {"since": self.start_time, "number": self.restarts + 1})

@@ -13,7 +13,7 @@ from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording
-from crane_sim.orchestration.supervisor import READY, Callbacks, RunError, Supervisor
+from crane_sim.orchestration.supervisor import READY_TIMEOUT, Callbacks, RunError, Supervisor
 from crane_sim.process_signals import collect_signals
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def run(
     ):
         roles = _start(group, scene, Path(folder), settings)
         if not (controller or operator):
-            limit = f", {max(wait, READY):g} s at most" if isfinite(wait) else ""
+            limit = f", {max(wait, READY_TIMEOUT):g} s at most" if isfinite(wait) else ""
             callbacks.on_news(
                 f"the run waits for your node on /{settings.namespace}/joint_commands, ROS domain {domain}{limit}"
             )

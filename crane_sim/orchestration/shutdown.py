@@ -1,4 +1,4 @@
-"""Shutdown of a run: the reports of its nodes become one summary, with what the files lack."""
+"""Shutdown of a run: the reports of its nodes become one summary, which says what is missing in the files."""
 
 import json
 import signal
@@ -12,19 +12,21 @@ from crane_sim.orchestration.roles import RecorderRole, Role
 from crane_sim.orchestration.supervisor import Supervisor
 from crane_sim.recording.files import files_before_resets
 
-_DRAIN = 10.0, 0.3  # s for a law to report; once a shutdown is requested
-_WRITE = 120.0  # s for the recorder to finish the file; once a shutdown is requested, the time that is left
+_SUMMARY_TIMEOUT = 10.0  # s for a controller to report its summary
+_SHUTDOWN_SUMMARY_TIMEOUT = 0.3  # s for that once a shutdown is requested
+_FILES_TIMEOUT = 120.0  # s for the recorder to finish its files; once a shutdown is requested, the time that is left
 _UNFINISHED = "it did not finish the recording"
 _KILL_TIMEOUT = 0.2  # s for a killed process to exit
 
 
 def collect_controller_summary(supervisor: Supervisor, roles: Sequence[Role]) -> dict[str, Any]:
-    """Order the law's processes to finish; return what they add to the summary."""
-    laws = [role.active for role in roles if role.name in ("controller", "tracker", "operator")]
-    for child in laws:
+    """Order the controllers' processes to finish; return what they add to the summary."""
+    controllers = [role.active for role in roles if role.name in ("controller", "tracker", "operator")]
+    for child in controllers:
         child.send("finish")
-    supervisor.drain([child for child in laws if child.ready], *_DRAIN)
-    return {key: value for child in laws for key, value in (child.summary or {}).items()}
+    ready = [child for child in controllers if child.ready]
+    supervisor.drain(ready, _SUMMARY_TIMEOUT, _SHUTDOWN_SUMMARY_TIMEOUT)
+    return {key: value for child in controllers for key, value in (child.summary or {}).items()}
 
 
 def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary: dict[str, Any]) -> dict[str, Any]:
@@ -35,16 +37,16 @@ def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary:
         role: the recorder's, None where nothing is recorded.
         summary: so far; without steps where the plant could not report how many it took.
     """
-    counts = {"recording": None, "recorded_steps": 0, "lost_steps": 0}
+    entries: dict[str, Any] = {"recording": None, "recorded_steps": 0, "lost_steps": 0}
     if role is None:
-        return summary | counts
+        return summary | entries
     report = _wait_finished(supervisor, role, summary)
     if report is None and role.path:
-        counts |= recover_recordings(role, summary, _time_for_files(supervisor))
-    merged = summary | counts | (report or {})
+        entries |= recover_recordings(role, summary, _time_for_files(supervisor))
+    merged = summary | entries | (report or {})
     merged |= recover_bags(role, merged.get("mcap"), _time_for_files(supervisor))
     paths = [path for path in (role.path, role.mcap) if path]
-    if before_resets := [str(file) for path in paths for file in files_before_resets(path, role.began)]:
+    if before_resets := [str(file) for path in paths for file in files_before_resets(path, role.start_time)]:
         merged["before_reset"] = before_resets
     merged.setdefault("steps", max(supervisor.plant.step, merged["recorded_steps"]))
     run_error, recorder_error = summary.get("error", ""), (report or {}).get("error", "")
@@ -56,8 +58,8 @@ def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary:
 
 def _time_for_files(supervisor: Supervisor) -> Callable[[], float]:
     """Return a function of no arguments: the seconds left for files, fewer as soon as a shutdown is requested."""
-    until = time.monotonic() + _WRITE
-    return lambda: min(until - time.monotonic(), supervisor.time_left)
+    deadline = time.monotonic() + _FILES_TIMEOUT
+    return lambda: min(deadline - time.monotonic(), supervisor.time_left)
 
 
 def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str, Any]) -> dict[str, Any] | None:
@@ -78,9 +80,9 @@ def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str
 
 def _order_finish(supervisor: Supervisor, recorder: Child, summary: dict[str, Any]) -> None:
     if recorder.ready or not supervisor.shutting_down:
-        time_limit = min(_WRITE, supervisor.time_left)
-        recorder.send(f"finish {json.dumps({'within': time_limit, 'summary': summary})}")
-        supervisor.drain([recorder], _WRITE)
+        time_limit = min(_FILES_TIMEOUT, supervisor.time_left)
+        recorder.send(f"finish {json.dumps({'time_limit': time_limit, 'summary': summary})}")
+        supervisor.drain([recorder], _FILES_TIMEOUT)
 
 
 def _has_died(recorder: Child) -> bool:
@@ -88,12 +90,12 @@ def _has_died(recorder: Child) -> bool:
 
 
 def _describe_missing(report: dict[str, Any] | None, role: RecorderRole, merged: dict[str, Any]) -> str:
-    """Return one line on what the files lack, empty where that is nothing."""
-    counts = f"it has {merged['recorded_steps']} of {merged['steps']} steps"
+    """Return one line on the steps that are missing in the files, empty where none are."""
+    progress = f"it has {merged['recorded_steps']} of {merged['steps']} steps"
     if report is None:
-        files = f"; {merged['recording'] or 'the recording'} is incomplete, {counts}" if role.path else ""
+        files = f"; {merged['recording'] or 'the recording'} is incomplete, {progress}" if role.path else ""
         files += f"; {merged.get('mcap') or 'the bag'} is incomplete" if role.mcap else ""
         return f"{role.failure or f'recorder: {role.active.fault or _UNFINISHED}'}{files}"
     if role.path and (merged["lost_steps"] or merged["recorded_steps"] != merged["steps"]):
-        return f"recorder: the recording is incomplete, {counts}"
+        return f"recorder: the recording is incomplete, {progress}"
     return ""

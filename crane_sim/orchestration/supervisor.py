@@ -10,11 +10,12 @@ from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import Role
 
-READY = 120.0  # s without a report allowed while the nodes compile and discover each other
+READY_TIMEOUT = 120.0  # s without a report allowed while the nodes compile and discover each other
 _REPORT_TIMEOUT = 60.0  # s; a running plant reports ten times a second
 _POLL = 0.1  # s between two checks of deadlines
 _ANSWER_TIMEOUT = 10.0  # s for which a plant waits for our own controller until that is killed
-_DRAIN = 10.0, 0.8  # s for the plant to report after an early end; once a shutdown is requested
+_SUMMARY_TIMEOUT = 10.0  # s for the plant to report its summary after an early end
+_SHUTDOWN_SUMMARY_TIMEOUT = 0.8  # s for that once a shutdown is requested
 
 
 class RunError(RuntimeError):
@@ -52,7 +53,7 @@ class Supervisor:
 
     def wait_ready(self) -> None:
         """Wait until all nodes are ready; raises RunError when one fails."""
-        timeout = READY if self._own_controller else max(READY, self._timeout)
+        timeout = READY_TIMEOUT if self._own_controller else max(READY_TIMEOUT, self._timeout)
         self._wait_until(self._all_ready, self._check_faults, timeout, "waiting for the nodes to meet")
         self._announce_active()
 
@@ -67,7 +68,7 @@ class Supervisor:
         """Order the plant to end early, and wait for its summary."""
         if self.plant.ready:
             self.plant.send("finish")
-            self.drain([self.plant], *_DRAIN)
+            self.drain([self.plant], _SUMMARY_TIMEOUT, _SHUTDOWN_SUMMARY_TIMEOUT)
 
     def drain(self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf) -> None:
         """Read reports until the children are done or have exited, but no longer than `timeout` seconds.

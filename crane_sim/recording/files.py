@@ -46,7 +46,7 @@ def existing_parts(path: str, count: int, since: float) -> list[Path]:
 
 
 def files_before_resets(path: str, since: float) -> list[Path]:
-    """Return the files that resets have set aside of a file and its parts since `since` [s of the system's clock]."""
+    """Return a file's, and its parts', predecessors renamed at resets since `since` [s of the system's clock]."""
     folder, stem, suffix = Path(path).parent, re.escape(Path(path).stem), re.escape(Path(path).suffix)
     name = re.compile(rf"{stem}(\.part\d+)?\.before_reset_\d+{suffix}")
     matching = [file for file in folder.iterdir() if name.fullmatch(file.name)] if folder.is_dir() else []
@@ -91,7 +91,7 @@ def lock_file(path: Path) -> Iterator[bool]:
             os.close(descriptor)
 
 
-def free_name(part: Path) -> Path:
+def recovered_name(part: Path) -> Path:
     """Return `<name>.recovered.<kind>` for `<name>.<kind>.part`, or the first numbered one that is free."""
     complete_file = part.with_name(part.name.removesuffix(".part"))
     number, path = 1, complete_file.with_name(f"{complete_file.stem}.recovered{complete_file.suffix}")

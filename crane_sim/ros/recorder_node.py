@@ -33,7 +33,7 @@ PARAMETERS = {
     "passes": Option(0, "resets of the plant before this recorder stands by", 0, 1_000_000_000),
 }
 
-_FINISH_TIME = 60.0  # s to complete the files without an order that limits it
+_FINISH_TIMEOUT = 60.0  # s to complete the files without an order that limits it
 _WAIT_SHARE = 0.5  # of that time at most, for messages that are still on their way
 _PERIOD = 0.01  # s between two polls: bursts cost less than messages one by one
 
@@ -132,11 +132,11 @@ def _report_statistics(host: NodeHost, outputs: Outputs) -> None:
 
 
 def _finish_files(
-    host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], within: float
+    host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], time_limit: float
 ) -> dict[str, Any]:
     """Wait for messages that are still on their way, complete the files, return what they add to the summary."""
     steps, start = summary.get("steps"), time.monotonic()
-    deadline = start + _WAIT_SHARE * within
+    deadline = start + _WAIT_SHARE * time_limit
     subscriptions.dispatch()
     while not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < deadline:
         host.spin(_PERIOD)
@@ -144,7 +144,7 @@ def _finish_files(
     subscriptions.dispatch()  # what the last call left pending
     outputs.save()
     _report_statistics(host, outputs)  # a successor has nothing to write: all is on the disk
-    return outputs.finish(summary, start + within)
+    return outputs.finish(summary, start + time_limit)
 
 
 def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
@@ -152,9 +152,9 @@ def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
     _, _, document = order.partition(" ")
     if document:
         argument = json.loads(document)
-        return argument["summary"], argument["within"]
+        return argument["summary"], argument["time_limit"]
     entries = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return entries | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIME
+    return entries | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIMEOUT
 
 
 def _lower_priority() -> None:

@@ -1,4 +1,4 @@
-"""What a scene's instruments measure: functions of the control period in which the sample is taken."""
+"""What a scene's instruments (IMU, camera) measure: functions of the control period in which the sample is taken."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.hardware.instruments import CAMERA_STREAM, IMU_STREAM, Camera, Imu, normals
+from crane_sim.hardware.instruments import CAMERA_STREAM, IMU_STREAM, Camera, Imu, standard_normals
 from crane_sim.simulation.base_state import base_state
 
 if TYPE_CHECKING:
@@ -27,42 +27,42 @@ class ImuSample(NamedTuple):
     rotation: Numbers | None  # (3, 3), takes vectors of the base to the world; None where it is not measured
 
 
-def measure_motion(scene: Scene, imu: Imu, k: int) -> ImuSample:
+def measure_imu(scene: Scene, imu: Imu, k: int) -> ImuSample:
     """Return the sample of an inertial measurement unit at the beginning of period k.
 
-    At its place r the specific force is f + α × r + ω × (ω × r), f that at the origin of the base, ω and α its angular
-    velocity and acceleration.
+    At its position r the specific force is f + α × r + ω × (ω × r), f the one at the origin of the base, ω and α the
+    base's angular velocity and acceleration.
     """
     base, r = base_state(scene, k * scene.period), np.array(imu.position)
-    turning = base.angular_velocity
-    force = base.specific_force + np.cross(base.angular_acceleration, r) + np.cross(turning, np.cross(turning, r))
-    noise = normals(scene.seed, IMU_STREAM, k, 9).reshape(3, 3)
+    omega = base.angular_velocity
+    force = base.specific_force + np.cross(base.angular_acceleration, r) + np.cross(omega, np.cross(omega, r))
+    noise = standard_normals(scene.seed, IMU_STREAM, k, 9).reshape(3, 3)
     measured = [
-        truth + bias + deviation * part
-        for truth, (deviation, bias), part in zip(
-            (force, turning), (imu.acceleration, imu.angular_velocity), noise[:2], strict=True
+        true + bias + deviation * normals
+        for true, (deviation, bias), normals in zip(
+            (force, omega), (imu.acceleration, imu.angular_velocity), noise[:2], strict=True
         )
     ]
-    rotation = None if imu.orientation is None else base.rotation @ rotation_by(imu.orientation * noise[2])
+    rotation = None if imu.orientation is None else base.rotation @ rotation_matrix(imu.orientation * noise[2])
     return ImuSample(measured[0], measured[1], rotation)
 
 
 def measure_payload(scene: Scene, camera: Camera, k: int, payload: Sequence[float]) -> Numbers:
-    """Return the payload's place (3,) [m] in the axes of the base as a camera sees it at the beginning of period k.
+    """Return the payload's position (3,) [m] in the axes of the base as a camera sees it at the beginning of period k.
 
     Args:
         scene, camera, k: the scene, its camera, the period.
-        payload: its true place in the world (3,) [m].
+        payload: its true position in the world (3,) [m].
     """
     base = base_state(scene, k * scene.period)
     true = base.rotation.T @ (np.array(payload) - base.position)
-    return true + camera.bias + camera.noise * normals(scene.seed, CAMERA_STREAM, k, 3)
+    return true + camera.bias + camera.noise * standard_normals(scene.seed, CAMERA_STREAM, k, 3)
 
 
-def rotation_by(vector: Numbers) -> Numbers:
-    """Return the matrix (3, 3) of a turn about the direction of a vector (3,) by its length [rad] (Rodrigues)."""
+def rotation_matrix(vector: Numbers) -> Numbers:
+    """Return the matrix (3, 3) of the rotation about the direction of a vector (3,) by its length [rad] (Rodrigues)."""
     angle = float(np.linalg.norm(vector))
     x, y, z = vector
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    half = np.sinc(0.5 * angle / np.pi)  # sin(angle / 2) / (angle / 2), at rest too
-    return np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half * half * cross @ cross
+    half_sinc = np.sinc(0.5 * angle / np.pi)  # sin(angle / 2) / (angle / 2), 1 for a zero vector
+    return np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half_sinc * half_sinc * cross @ cross

@@ -131,8 +131,8 @@ def _results(
         if not pending:
             return
         done = wait(pending, PATIENCE, FIRST_COMPLETED).done
-        if not done and (complaint := workers.complaint()) is not None:
-            on_wait(complaint)
+        if not done and (reason := workers.unavailable_reason()) is not None:
+            on_wait(reason)
         for future in done:
             yield pending.pop(future), future.result()
 

@@ -108,7 +108,7 @@ class Tune(_Group):
     changes: dict[str, Any] = {}  # of the scene in every trial, by dotted key: another law, a list that gains enter
     objectives: Annotated[tuple[str, ...], Field(min_length=1)]  # figures whose mean over the samples shall be least
     trials: Count = 100  # -
-    keep: Count = 3  # -, of the best compromises, judged beside the best one of each objective
+    keep: Count = 3  # -, of the Pareto-optimal gains, evaluated beside the best of each objective
 
 
 BASELINE = "scene"

@@ -1,7 +1,7 @@
 """Tuning of gains: a search for the least figures over the samples of a study, judged on samples it has not seen.
 
 Optuna proposes gains, a trial runs the samples, and its values are the means of the objectives. A trial in which a run
-fails, or has no such figure, is no candidate; how far it came guides the search. The best compromises (Pareto front)
+fails, or has no such figure, is infeasible; how far it came guides the search. The best of the Pareto-optimal gains
 are then run beside the scene's own gains on other samples: a study like any other, with paired differences.
 """
 
@@ -246,7 +246,7 @@ def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float
 
 
 def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:
-    """Return the candidates to judge by name: the best of each objective, and compromises near the ideal.
+    """Return the candidates to evaluate, by name: the best of each objective, and those nearest to the ideal.
 
     The distance from the ideal is that of objectives scaled to 0 .. 1 over the front.
     """

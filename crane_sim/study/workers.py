@@ -17,9 +17,9 @@ from crane_sim.process_signals import end_with_parent
 
 LOCAL = "local"
 """The scheduler of a Dask cluster on this machine, which lives as long as the study."""
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-_CONNECT = 10.0  # s, for an answer of the scheduler
-_FIRST_WORKER = 60.0  # s
+_THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_CONNECT_TIMEOUT = 10.0  # s, for an answer of the scheduler
+_FIRST_WORKER_TIMEOUT = 60.0  # s, for a worker of a scheduler that has none yet
 
 
 class Workers(NamedTuple):
@@ -27,7 +27,7 @@ class Workers(NamedTuple):
 
     executor: Executor
     parallel: int
-    complaint: Callable[[], str | None] = lambda: None  # returns why no task can be finished now, in one line
+    unavailable_reason: Callable[[], str | None] = lambda: None  # returns why no task can be finished now, one line
 
 
 def errors_of_ended_workers() -> tuple[type[BaseException], ...]:
@@ -36,8 +36,8 @@ def errors_of_ended_workers() -> tuple[type[BaseException], ...]:
     return (BrokenProcessPool,) if distributed is None else (BrokenProcessPool, distributed.KilledWorker)
 
 
-class InThisProcess(Executor):
-    """An executor that runs a task when it is submitted."""
+class SerialExecutor(Executor):
+    """An executor that runs a task in this process, when it is submitted."""
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return the finished future; raises what the task raises."""
@@ -62,9 +62,9 @@ def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]
         if scheduler is not None:
             yield stack.enter_context(_dask_workers(scheduler, count or cores))
         elif (count or cores) == 1:
-            yield Workers(InThisProcess(), 1)
+            yield Workers(SerialExecutor(), 1)
         else:
-            stack.enter_context(_one_thread_each())
+            stack.enter_context(_limit_threads())
             context = multiprocessing.get_context("spawn")
             pool = ProcessPoolExecutor(count or cores, context, _start_worker, (os.getpid(),))
             stack.callback(pool.shutdown, cancel_futures=True)
@@ -72,9 +72,9 @@ def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let processes started in the block compute linear algebra in one thread each: more would wait for one another."""
-    missing = [name for name in _THREADS if name not in os.environ]
+def _limit_threads() -> Iterator[None]:
+    """Limit linear algebra to one thread in each process started in the block: more would wait for one another."""
+    missing = [name for name in _THREAD_COUNTS if name not in os.environ]
     os.environ.update(dict.fromkeys(missing, "1"))
     try:
         yield
@@ -84,7 +84,7 @@ def _one_thread_each() -> Iterator[None]:
 
 
 def _start_worker(parent: int) -> None:
-    """Leave interruptions to the process of the study, and end with it however it ends."""
+    """Ignore SIGINT, which the parent handles for all, and exit when the parent exits, in whatever way."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent(parent)
 
@@ -101,18 +101,18 @@ def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
             options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
             scheduler = stack.enter_context(distributed.LocalCluster(n_workers=count, **options)).scheduler_address
         try:
-            client = stack.enter_context(distributed.Client(scheduler, timeout=_CONNECT))
+            client = stack.enter_context(distributed.Client(scheduler, timeout=_CONNECT_TIMEOUT))
         except (OSError, ValueError) as error:
             line = f"scheduler = {scheduler!r}: no Dask scheduler answers there ({str(error).splitlines()[0]})"
             raise SceneError(line) from None
         try:
-            client.wait_for_workers(1, timeout=_FIRST_WORKER)
+            client.wait_for_workers(1, timeout=_FIRST_WORKER_TIMEOUT)
         except TimeoutError:
             raise SceneError(f"scheduler = {scheduler!r}: has no workers") from None
 
-        def complain() -> str | None:
+        def unavailable_reason() -> str | None:
             return (
                 None if client.nthreads() else f"scheduler = {scheduler!r}: has lost all its workers; waiting for one"
             )
 
-        yield Workers(client.get_executor(pure=False), sum(client.nthreads().values()), complain)
+        yield Workers(client.get_executor(pure=False), sum(client.nthreads().values()), unavailable_reason)

@@ -16,7 +16,14 @@ from command_line import CRANE
 from process_helpers import run_to_completion, started_program
 from rich.console import Console
 
-from crane_sim.cli.operator_console import OperatorConsole, bar, lever_note, lever_table, panel, read_keys
+from crane_sim.cli.operator_console import (
+    OperatorConsole,
+    format_bar,
+    format_lever_note,
+    make_lever_table,
+    make_panel,
+    read_keys,
+)
 from crane_sim.hardware.reference_profiles import Bounds
 from crane_sim.operator.desk import DrivenJoint
 from crane_sim.operator.levers import assign, axis_name
@@ -45,8 +52,9 @@ def test_names_of_keys(data: bytes, keys: list[str]) -> None:
 
 
 def test_a_bar_shows_sign_and_size() -> None:
-    """A speed's bar grows from the middle to its side, as long as its part, and never longer."""
-    assert bar(0.0).strip() == "┃" and bar(0.5).strip() == "┃" + "━" * 6 and bar(-2.0) == "━" * 12 + "┃" + " " * 12
+    """A speed's bar grows from the middle to its side, as long as its fraction of the largest, and never longer."""
+    assert format_bar(0.0).strip() == "┃" and format_bar(0.5).strip() == "┃" + "━" * 6
+    assert format_bar(-2.0) == "━" * 12 + "┃" + " " * 12
 
 
 def printed(*things: object) -> str:
@@ -59,38 +67,42 @@ def printed(*things: object) -> str:
 def test_the_table_of_levers() -> None:
     """The table names each joint's lever, speed, ramp and soft limits in the units of people."""
     assignment = assign(("slew", "rope"))
-    keys, sticks = (printed(lever_table((SLEW, ROPE), assignment, device)) for device in ("keyboard", "joy"))
+    keys, sticks = (printed(make_lever_table((SLEW, ROPE), assignment, device)) for device in ("keyboard", "joy"))
     assert "a / d" in keys and "5.73°/s" in keys and "none" in keys and "1.00 m .. 7.00 m" in keys
     assert "left stick across" in sticks and "right stick along" in sticks
-    assert "emergency stop: B" in lever_note(assignment, "gamepad") and "space" in lever_note(assignment, "keyboard")
+    assert "emergency stop: B" in format_lever_note(assignment, "gamepad") and "space" in format_lever_note(
+        assignment, "keyboard"
+    )
 
 
 def test_the_page_has_the_levers() -> None:
-    """The table of levers in the documentation has the keys and ways of every joint that has levers of its own."""
+    """The table of levers in the documentation has keys and directions of every joint with levers of its own."""
     page = (Path(__file__).parents[2] / "docs" / "operator.md").read_text()
     rows = [line.split("|")[1:4] for line in page.splitlines() if line.startswith("| `")]
     described = {name: (keys, stick) for names, keys, stick in rows for name in re.findall(r"`(\w+)`", names)}
     joints = ("slew", "bridge", "trolley", "telescope", "jib", "boom", "rope", "hoist", "tip_x", "tip_y", "tip_z")
     for joint in joints:
         (lever,), (keys, stick) = assign((joint,)).levers, described[joint]
-        for key, way in zip(lever.keys, lever.ways, strict=True):
-            assert f"{key}: {way}" in keys or (key in keys and "arrows" in keys), joint
+        for key, direction in zip(lever.keys, lever.directions, strict=True):
+            assert f"{key}: {direction}" in keys or (key in keys and "arrows" in keys), joint
         assert axis_name(lever).removesuffix(", inverted") in stick, joint
 
 
 def test_levers_are_listed_without_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
     """Where stderr is no terminal the console still prints, and shows no panel; with --json it prints nothing."""
     for hidden in (False, True):
-        OperatorConsole({}, "tower_gust", (SLEW, ROPE), hidden).console.print(lever_table((SLEW, ROPE), LEVERS, "joy"))
+        OperatorConsole({}, "tower_gust", (SLEW, ROPE), hidden).console.print(
+            make_lever_table((SLEW, ROPE), LEVERS, "joy")
+        )
         assert ("slew" in capfd.readouterr().err) is not hidden
 
 
 def test_the_panel() -> None:
-    """The panel says the desk's mode, velocities and places, what a soft limit holds, why there is no assistance."""
-    shown = {"t": 12.3, "mode": "emergency stop", "assisted": False, "no_assistance": "", "device": "keyboard"}
-    shown |= {"level": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
-    shown |= {"limited": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51}
-    text = printed(panel("tower_gust", (SLEW, ROPE), shown, True))
+    """The panel says the desk's mode, velocities and positions, what a soft limit holds, why there is no assistance."""
+    state = {"t": 12.3, "mode": "emergency stop", "assisted": False, "assistance_unavailable": "", "device": "keyboard"}
+    state |= {"speed_scale": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
+    state |= {"at_soft_limit": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51}
+    text = printed(make_panel("tower_gust", (SLEW, ROPE), state, True))
     for part in (
         "12.3 s",
         "emergency stop",
@@ -104,7 +116,9 @@ def test_the_panel() -> None:
         "q end",
     ):
         assert part in text, part
-    assert "nothing hangs" in printed(panel("x", (SLEW, ROPE), shown | {"no_assistance": "nothing hangs"}, False))
+    assert "nothing hangs" in printed(
+        make_panel("x", (SLEW, ROPE), state | {"assistance_unavailable": "nothing hangs"}, False)
+    )
 
 
 class Terminal:

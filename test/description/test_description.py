@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from urdf_kinematics import forward, numbers
+from urdf_kinematics import link_position, numbers
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
@@ -67,7 +67,7 @@ def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
 @given(st.tuples(ANGLE, ANGLE, ANGLE, st.floats(0.1, 8.0), SWING, SWING))
 def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
     """The payload link is where the model puts the payload: level frames and rope chain are right at any posture."""
-    actual = forward(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
+    actual = link_position(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
     # lengths up to 17 m in double precision
     assert actual == pytest.approx(payload(SCENE, q), abs=1e-12)
 
@@ -146,7 +146,7 @@ def test_the_nodes_are_the_models(scene: Scene, seed: int) -> None:
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
-        actual = forward(document, joints, "payload_link" if k == n else f"node_{k}")
+        actual = link_position(document, joints, "payload_link" if k == n else f"node_{k}")
         assert actual == pytest.approx(nodes[k], abs=1e-12)  # rounding of up to 200 lengths, 10 m together
 
 
@@ -156,7 +156,7 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
     q = posture(scene, 0)
     q[2:6] = 2.5, 0.0, 0.0, -1.0  # hoist, first link
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
-    actual = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
+    actual = link_position(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
     assert actual == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
 
 
@@ -174,7 +174,7 @@ def test_elastic_nodes_are_where_their_joints_say() -> None:
         document = ElementTree.tostring(robot, encoding="unicode")
         for k, link in ((1, "node_1"), (2, "payload_link")):
             expected = [k * place[axis] if axis in axes else 0.0 for axis in "xyz"]
-            assert forward(document, joints, link) == pytest.approx(expected)
+            assert link_position(document, joints, link) == pytest.approx(expected)
 
 
 def test_locked_rope_is_described_too() -> None:

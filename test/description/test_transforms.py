@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from urdf_kinematics import forward
+from urdf_kinematics import link_position
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
@@ -138,7 +138,7 @@ def check_frames(scene: Scene) -> None:
             seed < 3 or len(scene.joint_names) < LONGEST
         ):  # what a subscriber computes from URDF, joint states and the base's place
             base = base_state(scene, t)
-            aboard = forward(document, dict(zip(scene.joint_names, q.tolist(), strict=True)), "payload_link")
+            aboard = link_position(document, dict(zip(scene.joint_names, q.tolist(), strict=True)), "payload_link")
             assert base.position + base.rotation @ aboard == pytest.approx(points[-1], abs=1e-12)
 
 

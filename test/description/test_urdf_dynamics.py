@@ -1,6 +1,7 @@
-"""Masses, inertias and limits of a URDF are the simulated ones."""
+"""Masses, inertias and limits of a crane's URDF are those of the simulation."""
 
 from math import radians
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -20,7 +21,7 @@ AXIAL = {"boom.axial_inertia": 0.3, "jib.axial_inertia": 0.1}
 LINKS = {"lengths": [1.5, 0.7, 0.4], "node_masses": [0.5, 0.2, 10.0]}
 TROLLEY = {"crane": "overhead", "duration": 1.0, "trolley": {"mass": 5.0}}
 HOIST = {"hoist": {"drive": "force", "inertia": 4.0}}
-DRIVEN = {
+ACTUATED_SCENES = {
     "knuckle": load_scene("knuckle_setpoint"),
     "knuckle with rods that turn": load_scene("knuckle_setpoint", AXIAL),
     "knuckle with a light tower": load_scene("knuckle_setpoint", {"tower.inertia": 0.5}),
@@ -29,15 +30,15 @@ DRIVEN = {
 }
 SPATIAL = TROLLEY | {"dimensions": 3, "bridge": {"mass": 9.0}, "cable": LINKS}
 SPRINGS = {"lateral": {"stiffness": 7e3, "deflection": 0.1}, "vertical": {"stiffness": 7e3}}
-BELOW = {"duration": 1.0, "payload": {"mass": 5.0}, "links": [{"mass": 2.0, "length": 1.5}]}
-BENT_JIB = BELOW | {
+HOOK_AND_LOAD = {"duration": 1.0, "payload": {"mass": 5.0}, "links": [{"mass": 2.0, "length": 1.5}]}
+BENT_JIB = HOOK_AND_LOAD | {
     "crane": "tower",
     "slew": {"drive": "force", "inertia": 150.0},
     "trolley": {"mass": 8.0},
     "flexibility": SPRINGS | {"jib": {"mass": 4.0, "centre": 3.0, "inertia": 12.0}},
     "initial": {"q": [0.4, 6.0, 2.5, 0.2, -0.3]},
 }
-BENT_BOOM = BELOW | {
+BENT_BOOM = HOOK_AND_LOAD | {
     "crane": "mobile",
     "superstructure": {"inertia": 30.0, "foot": [0.5, 1.2]},
     "boom": {"mass": 5.0, "centre": 2.0, "inertia": 4.0},
@@ -45,8 +46,8 @@ BENT_BOOM = BELOW | {
     "flexibility": SPRINGS,
     "initial": {"q": [0.4, 0.6, 7.0, 2.5, 0.2, -0.3]},
 }
-HOOK = {"links": BELOW["links"]}
-MOVING = {
+HOOK = {"links": HOOK_AND_LOAD["links"]}
+FREE_SCENES = {
     "pendulum": load_scene("pendulum_free"),
     "hook and load below a point": load_scene("pendulum_free", HOOK),
     "hook and load below a knuckle boom": load_scene("knuckle_setpoint", HOOK | AXIAL | {"control": None}),
@@ -55,63 +56,70 @@ MOVING = {
     "boom that bends": load_scene(BENT_BOOM),
 }
 
-Frame = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+class Frame(NamedTuple):
+    """Frame of a link in the world, and the Jacobians of its motion by the joints' velocities (n,)."""
+
+    R: np.ndarray  # (3, 3) its axes, as columns
+    origin: np.ndarray  # (3,) m
+    J_v: np.ndarray  # (3, n) of the velocity of its origin
+    J_w: np.ndarray  # (3, n) of its angular velocity
 
 
-def frames(robot: ElementTree.Element, names: tuple[str, ...], q: np.ndarray) -> dict[str, Frame]:
-    """Return of each link (its axes (3, 3), its origin (3,), the Jacobians of its velocity and turning rate (3, n))."""
+def link_frames(robot: ElementTree.Element, names: tuple[str, ...], q: np.ndarray) -> dict[str, Frame]:
+    """Return the Frame of each link at positions q (n,) of the joints called `names`."""
     n = len(names)
-    frames: dict[str, Frame] = {"world": (np.eye(3), np.zeros(3), np.zeros((3, n)), np.zeros((3, n)))}
+    frames: dict[str, Frame] = {"world": Frame(np.eye(3), np.zeros(3), np.zeros((3, n)), np.zeros((3, n)))}
     joints = {joint.find("child").attrib["link"]: joint for joint in robot.iter("joint")}  # pyright: ignore
 
-    def frame(link: str) -> Frame:
+    def frame_of(link: str) -> Frame:
         if link not in frames:
             joint = joints[link]
-            above = frame(joint.find("parent").attrib["link"])  # pyright: ignore[reportOptionalMemberAccess]
-            frames[link] = beyond(joint, above, names, q)
+            parent = frame_of(joint.find("parent").attrib["link"])  # pyright: ignore[reportOptionalMemberAccess]
+            frames[link] = child_frame(joint, parent, names, q)
         return frames[link]
 
     for link in joints:
-        frame(link)
+        frame_of(link)
     return frames
 
 
-def beyond(joint: ElementTree.Element, above: Frame, names: tuple[str, ...], q: np.ndarray) -> Frame:
-    """Return the frame of a joint's child, from that of its parent."""
-    turned, origin, moving, turning = above
-    mimic, rate = joint.find("mimic"), np.zeros(len(names))
+def child_frame(joint: ElementTree.Element, parent: Frame, names: tuple[str, ...], q: np.ndarray) -> Frame:
+    """Return the frame of a joint's child link, from that of its parent link."""
+    R, origin, J_v, J_w = parent
+    mimic, coefficients = joint.find("mimic"), np.zeros(len(names))  # of the joint's position: coefficients @ q
     if joint.attrib["type"] != "fixed":
         leader = joint.attrib["name"] if mimic is None else mimic.attrib["joint"]
-        rate[names.index(leader)] = 1.0 if mimic is None else float(mimic.attrib["multiplier"])
-    way = turned @ numbers(joint.find("origin"), "xyz")
+        coefficients[names.index(leader)] = 1.0 if mimic is None else float(mimic.attrib["multiplier"])
+    offset = R @ numbers(joint.find("origin"), "xyz")
     if joint.attrib["type"] == "prismatic":
-        axis = turned @ numbers(joint.find("axis"), "xyz")
-        way = way + axis * (rate @ q)
-        return turned, origin + way, moving + np.cross(turning.T, way).T + np.outer(axis, rate), turning
-    moving = moving + np.cross(turning.T, way).T
+        axis = R @ numbers(joint.find("axis"), "xyz")
+        offset = offset + axis * (coefficients @ q)
+        return Frame(R, origin + offset, J_v + np.cross(J_w.T, offset).T + np.outer(axis, coefficients), J_w)
+    J_v = J_v + np.cross(J_w.T, offset).T
     if joint.attrib["type"] == "fixed":
-        return turned, origin + way, moving, turning
+        return Frame(R, origin + offset, J_v, J_w)
     axis = numbers(joint.find("axis"), "xyz")
-    return turned @ rotation(axis, rate @ q), origin + way, moving, turning + np.outer(turned @ axis, rate)
+    return Frame(R @ rotation(axis, coefficients @ q), origin + offset, J_v, J_w + np.outer(R @ axis, coefficients))
 
 
 def mass_matrix(document: str, names: tuple[str, ...], q: np.ndarray) -> np.ndarray:
     """Return the mass matrix (n, n) of a URDF at joint positions q (n,), mimic joints included."""
     robot, matrix = ElementTree.fromstring(document), np.zeros((len(names), len(names)))
-    placed = frames(robot, names, q)
+    frames = link_frames(robot, names, q)
     for link in robot.iter("link"):
         body = link.find("inertial")
         if body is None:
             continue
-        turned, _, moving, turning = placed[link.attrib["name"]]
-        centre = moving + np.cross(turning.T, turned @ numbers(body.find("origin"), "xyz")).T
+        R, _, J_v, J_w = frames[link.attrib["name"]]
+        J_c = J_v + np.cross(J_w.T, R @ numbers(body.find("origin"), "xyz")).T  # of the centre of mass
         moments = [numbers(body.find("inertia"), key)[0] for key in ("ixx", "iyy", "izz")]
-        matrix += numbers(body.find("mass"), "value")[0] * centre.T @ centre
-        matrix += turning.T @ turned @ np.diag(moments) @ turned.T @ turning
+        matrix += numbers(body.find("mass"), "value")[0] * J_c.T @ J_c
+        matrix += J_w.T @ R @ np.diag(moments) @ R.T @ J_w
     return matrix
 
 
-@pytest.mark.parametrize("scene", DRIVEN.values(), ids=DRIVEN)
+@pytest.mark.parametrize("scene", ACTUATED_SCENES.values(), ids=ACTUATED_SCENES)
 def test_efforts_accelerate_the_urdf_as_they_do_the_crane(scene: Scene) -> None:
     """The mass matrix of the URDF times what a unit effort adds to the simulated accelerations is that effort."""
     random = np.random.default_rng(1)
@@ -128,29 +136,30 @@ def test_efforts_accelerate_the_urdf_as_they_do_the_crane(scene: Scene) -> None:
         assert matrix @ added == pytest.approx(np.eye(len(q))[j], abs=1e-9)
 
 
-@pytest.mark.parametrize("scene", MOVING.values(), ids=MOVING)
+@pytest.mark.parametrize("scene", FREE_SCENES.values(), ids=FREE_SCENES)
 def test_kinetic_energy_of_the_urdf_is_the_cranes(scene: Scene) -> None:
-    """Where efforts are no forces, or coordinates not independent, the URDF has the simulated kinetic energy."""
+    """The URDF has the simulated kinetic energy, also where efforts are no forces or coordinates not independent."""
     random, q = np.random.default_rng(2), np.array(scene.initial_q)
     links = [i for i, name in enumerate(scene.joint_names) if name.startswith("link_")]
-    turns = random.normal(size=(len(links) // 3, 3))
-    q[links] = (turns / np.linalg.norm(turns, axis=1, keepdims=True)).ravel()
+    directions = random.normal(size=(len(links) // 3, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    q[links] = directions.ravel()
     matrix = mass_matrix(urdf(scene), scene.joint_names, q)
     for _ in range(4):
         v = random.normal(size=len(q))
-        rates, way = v[links].reshape(-1, 3), q[links].reshape(-1, 3)
-        v[links] = (rates - np.sum(rates * way, axis=1, keepdims=True) * way).ravel()
+        rates = v[links].reshape(-1, 3)
+        v[links] = (rates - np.sum(rates * directions, axis=1, keepdims=True) * directions).ravel()
         if scene.crane == "pendulum":
             v[2] = 0.0  # the height of this one is fixed
-        moving = crane_sim.energy(scene, q, v) - crane_sim.energy(scene, q, np.zeros(len(q)))
-        assert 0.5 * v @ matrix @ v == pytest.approx(moving, abs=1e-9)  # of energies of up to 1e3 J
+        kinetic = crane_sim.energy(scene, q, v) - crane_sim.energy(scene, q, np.zeros(len(q)))
+        assert 0.5 * v @ matrix @ v == pytest.approx(kinetic, abs=1e-9)  # of energies of up to 1e3 J
 
 
 def test_nothing_weighs_more_than_in_the_scene() -> None:
-    """The masses of the links add up to those of the scene: none is invented for the eye."""
+    """The masses of the links add up to those of the scene: solids that are only drawn have none."""
     scenes = {"knuckle": 2.0 + 3.0 + 1.0, "hoisted rope": 5.0 + 10.0, "pendulum": 4.0}
     for name, mass in scenes.items():
-        robot = ElementTree.fromstring(urdf((DRIVEN | MOVING)[name]))
+        robot = ElementTree.fromstring(urdf((ACTUATED_SCENES | FREE_SCENES)[name]))
         assert sum(float(body.attrib["value"]) for body in robot.iter("mass")) == pytest.approx(mass)
 
 
@@ -202,19 +211,19 @@ def test_limits_of_the_catalogue_are_those_of_its_files(name: str) -> None:
 
 
 def test_no_limit_is_invented() -> None:
-    """Where the scene has no limit, turning joints are continuous and the numbers of the others bound nothing."""
-    actual = limits(DRIVEN["knuckle"])
+    """Where the scene has no limit, revolute joints are continuous, and limits of prismatic ones are unbounded."""
+    actual = limits(ACTUATED_SCENES["knuckle"])
     assert {kind for name, (kind, _) in actual.items() if name not in ("base", "rope")} == {"continuous"}
     free = {"upper": UNBOUNDED, "effort": UNBOUNDED, "velocity": UNBOUNDED}
     assert actual["rope"] == ("prismatic", {"lower": 0.0} | free)
-    assert limits(DRIVEN["chain of rods"])["trolley"] == ("prismatic", {"lower": -UNBOUNDED} | free)
+    assert limits(ACTUATED_SCENES["chain of rods"])["trolley"] == ("prismatic", {"lower": -UNBOUNDED} | free)
     effort = load_scene("knuckle_setpoint", {"actuators": {"boom": {"limit": 700.0}}})
     assert limits(effort)["boom"] == ("continuous", {"effort": 700.0, "velocity": UNBOUNDED})
 
 
-def test_what_is_drawn_says_so() -> None:
-    """The document itself tells drawings, which are not simulated, from masses and limits, which are."""
-    for scene in (DRIVEN["knuckle"], DRIVEN["hoisted rope"], MOVING["pendulum"]):
+def test_the_urdf_says_what_is_not_simulated() -> None:
+    """Comments in the URDF say that visuals are drawings, which number stands for no limit, what has no mass."""
+    for scene in (ACTUATED_SCENES["knuckle"], ACTUATED_SCENES["hoisted rope"], FREE_SCENES["pendulum"]):
         assert "every visual is a drawing" in urdf(scene)
         assert f"{UNBOUNDED:g} stands for no limit" in urdf(scene)
-    assert "tower_link has no mass" in urdf(DRIVEN["knuckle"])
+    assert "tower_link has no mass" in urdf(ACTUATED_SCENES["knuckle"])

@@ -12,7 +12,7 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from browser import CHROMIUM, NO_CHROMIUM, ask
+from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 
 from crane_sim.evaluation.documentation.site import OWN, build_site, stage_pages
 from crane_sim.files.errors import SceneError
@@ -20,7 +20,7 @@ from crane_sim.files.errors import SceneError
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(file.stem for file in (ROOT / "docs").glob("*.md")), *(Path(name).stem for name in OWN.values())])
 OPENED = ("index", "first_controller", "api", "scene_format", "ros", "scenes", "performance")
-QUESTION = """() => ({
+SCRIPT = """() => ({
   wide: document.documentElement.scrollWidth,
   height: document.body.scrollHeight,
   broken: [...document.images].filter((image) => image.complete && !image.naturalWidth).map((image) => image.src),
@@ -112,7 +112,7 @@ def test_pages_open_without_errors(site: Path) -> None:
         pytest.skip(NO_CHROMIUM)
     texts = {f"asked_{name}": (site / f"{name}.html").read_text() for name in OPENED}
     with served(site) as address:
-        answers = ask(texts, QUESTION, site, address=address)
+        answers = evaluate_in_pages(texts, SCRIPT, site, address=address)
     assert set(answers) == set(texts)
     for name, answer in answers.items():
         assert answer["faults"] == [] and answer["answer"]["broken"] == [], name

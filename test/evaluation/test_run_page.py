@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, NO_CHROMIUM, ask
+from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 
 import crane_sim
 from crane_sim.evaluation.report.page import page, save_page
@@ -34,7 +34,7 @@ PUSHED: dict[str, Any] = {  # the point reaches its limit after three seconds: x
     "inputs": {"tip_x": {"kind": "constant", "value": 1.0}},
     "suspension.limits": {"x": [-1.0, 4.5]},
 }
-QUESTION = """() => {
+SCRIPT = """() => {
   const { times, payload, tip, link, drawn } = window.crane, rows = [];
   for (let k = 0; k < COUNT; k++) {
     const t = times[Math.round((k * (times.length - 1)) / (COUNT - 1))];
@@ -69,7 +69,7 @@ def answers(runs: dict[str, RecordedRun], tmp_path_factory: pytest.TempPathFacto
     """Open all pages in a browser and return what they say."""
     if CHROMIUM is None:
         pytest.skip(NO_CHROMIUM)
-    return ask({name: page(run) for name, run in runs.items()}, QUESTION, tmp_path_factory.mktemp("pages"))
+    return evaluate_in_pages({name: page(run) for name, run in runs.items()}, SCRIPT, tmp_path_factory.mktemp("pages"))
 
 
 @pytest.mark.interpreted

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urdf_kinematics import forward
+from urdf_kinematics import link_position
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
@@ -25,7 +25,9 @@ def test_links_are_where_the_urdf_puts_them(name: str) -> None:
     joints = dict(zip(scene.joint_names, moved.tolist(), strict=True))
     for link in ("payload_link", "trolley_link", "node_1"):
         if f'<link name="{link}"' in document:
-            assert robot.link_pose(link, joints)[:3, 3] == pytest.approx(forward(document, joints, link), abs=1e-12)
+            assert robot.link_pose(link, joints)[:3, 3] == pytest.approx(
+                link_position(document, joints, link), abs=1e-12
+            )
     corners = np.concatenate([face.corners for face in robot.polygons(joints)])
     assert np.isfinite(corners).all() and np.ptp(corners, axis=0).min() > 0.0
 

@@ -15,7 +15,7 @@ from crane_sim.recording.base_frame import to_base
 from crane_sim.ros.plant.instrument_topics import InstrumentTopic, camera_topic, imu_topic
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
-from crane_sim.simulation.measurements import measure_motion, measure_payload
+from crane_sim.simulation.measurements import measure_imu, measure_payload
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import base_positions
 
@@ -57,7 +57,7 @@ def test_a_unit_beside_the_origin_feels_what_a_base_there_does() -> None:
     """The lever arm: a unit at a point of the base measures what a base does whose origin is that point."""
     scene, there = ship(imu={"position": ARM}), ship(base_motion=MOTION | {"mount": {"position": ARM}})
     for k in (0, 50, 90):
-        sample, expected = measure_motion(scene, imu_of(scene), k), base_state(there, k * scene.period)
+        sample, expected = measure_imu(scene, imu_of(scene), k), base_state(there, k * scene.period)
         assert sample.specific_force == pytest.approx(expected.specific_force, abs=1e-13)  # rounding
         assert sample.angular_velocity == pytest.approx(expected.angular_velocity, abs=1e-15)
         assert sample.rotation is None
@@ -66,7 +66,7 @@ def test_a_unit_beside_the_origin_feels_what_a_base_there_does() -> None:
 def test_a_unit_at_rest_shows_gravity_upwards() -> None:
     """On a base that rests the specific force is g upwards, and nothing turns."""
     scene = load_scene("overhead_energy", {"imu": {"orientation_noise": 0.0}})
-    sample = measure_motion(scene, imu_of(scene), 7)
+    sample = measure_imu(scene, imu_of(scene), 7)
     assert sample.specific_force.tolist() == [0.0, 0.0, scene.model.gravity]
     assert sample.angular_velocity.tolist() == [0.0, 0.0, 0.0]
     assert sample.rotation is not None and np.array_equal(sample.rotation, np.eye(3))
@@ -77,7 +77,7 @@ def test_errors_are_drawn_by_seed_signal_and_period() -> None:
     scene, exact = ship(imu=ERRORS), ship(imu={"orientation_noise": 0.0})
     for k in (0, 3, 60):
         noise = np.array([normal(41, IMU_STREAM + 2 * i, k) for i in range(9)]).reshape(3, 3)
-        sample, truth = measure_motion(scene, imu_of(scene), k), measure_motion(exact, imu_of(exact), k)
+        sample, truth = measure_imu(scene, imu_of(scene), k), measure_imu(exact, imu_of(exact), k)
         force = truth.specific_force + ERRORS["acceleration_bias"] + 0.02 * noise[0]
         assert sample.specific_force == pytest.approx(force, abs=1e-14)  # rounding
         turning = truth.angular_velocity + ERRORS["angular_velocity_bias"] + 0.001 * noise[1]
@@ -138,7 +138,7 @@ def test_messages_come_late_and_say_when_they_were_taken() -> None:
         taken = range(0, k - late, every)
         assert len(publisher.messages) == len(taken)
         if taken:
-            message, sample = publisher.messages[-1], measure_motion(scene, imu, taken[-1])
+            message, sample = publisher.messages[-1], measure_imu(scene, imu, taken[-1])
             stamp = message.header.stamp
             assert stamp.sec * 10**9 + stamp.nanosec == (taken[-1] + 1) * scene.period_ns
             force = message.linear_acceleration

@@ -28,7 +28,7 @@ from std_srvs.srv import SetBool, Trigger
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.process_signals import set_parent_death_signal
 
-_END = 10.0  # s for a thread of a test to end
+_JOIN_TIMEOUT = 10.0  # s for a thread of a test to end
 JOINTS = ["slew", "boom", "jib", "rope"]
 PERIOD = 10_000_000  # ns, of the default scene
 
@@ -83,7 +83,7 @@ class NodeProcess:
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(5.0)
         end(self.process)
-        self._reader.join(_END)
+        self._reader.join(_JOIN_TIMEOUT)
 
     def _read(self, reports: int) -> None:
         with os.fdopen(reports) as lines:
@@ -131,8 +131,8 @@ class Remote:
     def close(self) -> None:
         """Destroy the node."""
         self._closing = True
-        self._thread.join(_END)
-        assert not self._thread.is_alive(), f"{self.node.get_name()} did not stop spinning within {_END:g} s"
+        self._thread.join(_JOIN_TIMEOUT)
+        assert not self._thread.is_alive(), f"{self.node.get_name()} did not stop spinning within {_JOIN_TIMEOUT:g} s"
         self.node.destroy_node()
         self.context.shutdown()
 

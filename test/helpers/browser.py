@@ -28,7 +28,7 @@ document.addEventListener("securitypolicyviolation", (event) => faults.push(`req
 ANSWER = """<script>
 addEventListener("load", () => setTimeout(() => {
   const requests = performance.getEntriesByType("resource").map((each) => each.name);
-  parent.postMessage({ name: "@name@", faults, requests, answer: (@question@)() }, "*");
+  parent.postMessage({ name: "@name@", faults, requests, answer: (@script@)() }, "*");
 }, 50));
 </script>"""
 LISTENER = """<pre id="answers"></pre><script>
@@ -40,10 +40,10 @@ addEventListener("message", ({ data }) => {
 </script>"""
 
 
-def ask(
-    pages: dict[str, str], question: str, folder: Path, time_limit: float = 240.0, address: str = ""
+def evaluate_in_pages(
+    pages: dict[str, str], script: str, folder: Path, time_limit: float = 240.0, address: str = ""
 ) -> dict[str, Any]:
-    """Return by name what each page answers to a function in JavaScript, its `faults` and its `requests`.
+    """Return by name what a function in JavaScript returns in each page (`answer`), its `faults` and its `requests`.
 
     All pages are opened at once, by one browser, 900 pixels wide: from files, or from the address on the loopback
     interface at which the folder is served.
@@ -51,7 +51,7 @@ def ask(
     frames = LISTENER
     for name, page in pages.items():
         watched = page.replace("<head>", f"<head>{FAULTS}", 1)
-        asking = ANSWER.replace("@name@", name).replace("@question@", question)
+        asking = ANSWER.replace("@name@", name).replace("@script@", script)
         Path(folder, f"{name}.html").write_text(watched.replace("</body>", f"{asking}</body>", 1))
         frames += f'<iframe src="{name}.html" width="900" height="700"></iframe>'
     outer = Path(folder, "outer.html")

@@ -1,4 +1,4 @@
-"""The messages of a run over ROS, from its bag, and what a subscriber computes from them alone."""
+"""The messages of a run over ROS, read from its bag, and checks of what a subscriber computes from them alone."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mcap_samples import read, stamp_of
 from scipy.spatial.transform import Rotation
-from urdf_kinematics import forward
+from urdf_kinematics import link_position
 
 from crane_sim.scenes.scene import Scene
 
@@ -16,8 +16,8 @@ Messages = dict[str, list[Any]]
 
 def messages_of(bag: Path) -> Messages:
     """Return the messages of a bag by topic, without the namespace; topics of all cranes begin with a slash."""
-    rows = read(bag).items()
-    return {topic.partition("/")[2].partition("/")[2] or topic: [each for _, each in row] for topic, row in rows}
+    topics = read(bag).items()  # (name, [(time of reception, message), ...])
+    return {name.partition("/")[2].partition("/")[2] or name: [each for _, each in samples] for name, samples in topics}
 
 
 def vector(message: Any) -> np.ndarray:
@@ -25,27 +25,31 @@ def vector(message: Any) -> np.ndarray:
     return np.array([message.x, message.y, message.z])
 
 
+def quaternion(message: Any) -> Rotation:
+    """Return the rotation of a quaternion message."""
+    return Rotation.from_quat([message.x, message.y, message.z, message.w])
+
+
 def check_payload(scene: Scene, messages: Messages) -> None:
     """Check that URDF, joint states and the base's odometry give the payload's pose, from the messages alone.
 
-    Where a sensor measures the joints their states are not the true ones, and only the odometry is checked.
+    Where sensors measure the joints, joint states have errors: the payload's pose is not compared with them.
     """
     states = {stamp_of(state): state for state in messages["joint_states"]}
     odometry = {stamp_of(base): base.pose.pose for base in messages["base/odometry"]}
     poses = {stamp_of(pose): pose.pose.position for pose in messages["payload_pose"]}
     moves = getattr(scene.model, "base", None) is not None
     assert set(odometry) == (set(states) if moves else set())
-    assert poses  # best effort: some may be missing
+    assert poses  # its publisher is best effort: some messages may be missing
     check_frames(messages, poses)
     stamp = max(poses)  # after the crane has moved
     if scene.file.sensors:
         return
     joints = dict(zip(states[stamp].name, states[stamp].position, strict=True))
-    payload = forward(messages["robot_description"][0].data, joints, "payload_link")
+    payload = link_position(messages["robot_description"][0].data, joints, "payload_link")
     if moves:
-        turn = odometry[stamp].orientation
-        payload = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).apply(payload) + vector(odometry[stamp].position)
-    # what the solver leaves of the length of a unit vector; rounding is far less
+        payload = quaternion(odometry[stamp].orientation).apply(payload) + vector(odometry[stamp].position)
+    # unit vectors have length 1 to the integrator's tolerance; rounding is far less
     assert vector(poses[stamp]) == pytest.approx(payload, abs=1e-9)
 
 
@@ -60,11 +64,10 @@ def check_frames(messages: Messages, poses: dict[int, Any]) -> None:
     for message in messages["/tf"]:
         moving.setdefault(stamp_of(message.transforms[0]), {}).update({t.child_frame_id: t for t in message.transforms})
     stamp, frame = max(poses.keys() & moving.keys()), "payload_link"
-    place, above = np.zeros(3), fixed | moving[stamp]
+    position, parents = np.zeros(3), fixed | moving[stamp]
     while frame != "world":
-        transform = above[frame].transform
-        turn = transform.rotation
-        place = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).apply(place) + vector(transform.translation)
-        frame = above[frame].header.frame_id
-    # what the solver leaves of the length of a unit vector
-    assert vector(poses[stamp]) == pytest.approx(place, abs=1e-9)
+        transform = parents[frame].transform
+        position = quaternion(transform.rotation).apply(position) + vector(transform.translation)
+        frame = parents[frame].header.frame_id
+    # unit vectors have length 1 to the integrator's tolerance
+    assert vector(poses[stamp]) == pytest.approx(position, abs=1e-9)

@@ -16,8 +16,8 @@ from crane_sim.operator.levers import Buttons
 from crane_sim.orchestration.desk_link import DeskLink
 
 _PERIOD = 0.02  # s between two messages, as joy_node repeats them
-_END = 20.0  # s for a thread to end
-_LIMIT = 120.0  # s for what takes some seconds at most, on a machine that has other things to do
+_JOIN_TIMEOUT = 20.0  # s for a thread to end
+_TIMEOUT = 120.0  # s for what takes some seconds at most, on a machine that has other things to do
 
 
 class Joystick:
@@ -58,8 +58,8 @@ class Joystick:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
         """Leave the graph."""
         self._closing = True
-        self._thread.join(_END)
-        assert not self._thread.is_alive(), f"the joystick did not stop within {_END:g} s"
+        self._thread.join(_JOIN_TIMEOUT)
+        assert not self._thread.is_alive(), f"the joystick did not stop within {_JOIN_TIMEOUT:g} s"
         self._node.destroy_node()
         self._context.shutdown()
 
@@ -102,7 +102,7 @@ class ScriptedOperator:
     def check(self) -> None:
         """Raise what the function has raised; to be called when the run is over."""
         assert self._thread is not None, "the run never began"
-        self._thread.join(_END)
+        self._thread.join(_JOIN_TIMEOUT)
         if self._error:
             raise self._error[0]
 
@@ -117,12 +117,12 @@ class ScriptedOperator:
 
 def wait_mode(desk: DeskLink, mode: str) -> None:
     """Wait until the operator's node reports this mode."""
-    wait_until(lambda: desk.panel().get("mode") == mode, f"mode {mode!r} of the operator's desk", _LIMIT)
+    wait_until(lambda: desk.panel().get("mode") == mode, f"mode {mode!r} of the operator's desk", _TIMEOUT)
 
 
 def wait_for(condition: Callable[[], bool], what: str) -> None:
     """Wait for what takes some seconds at most."""
-    wait_until(condition, what, _LIMIT)
+    wait_until(condition, what, _TIMEOUT)
 
 
 def settle(seconds: float) -> None:

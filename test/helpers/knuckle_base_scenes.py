@@ -1,4 +1,4 @@
-"""A knuckle crane on a moving base."""
+"""The document of a scene: a knuckle crane on a moving base."""
 
 from typing import Any
 

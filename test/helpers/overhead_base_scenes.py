@@ -17,16 +17,16 @@ SHIP = {
 MASSES, LENGTHS = [2.0, 1.0, 4.0], [1.0, 0.7, 0.9]
 
 
-UNITS = np.array([[0.6, 0.0, -0.8], [0.0, 0.6, -0.8], [0.48, -0.36, -0.8]])
+DIRECTIONS = np.array([[0.6, 0.0, -0.8], [0.0, 0.6, -0.8], [0.48, -0.36, -0.8]])
 
 
 RATES = np.array([[0.0, 0.5, 0.0], [0.3, 0.0, 0.0], [0.3, 0.4, 0.0]])
 
 
 def start_of(lengths: Any, units: Any, rates: Any) -> tuple[Any, Any]:
-    """Return places and velocities (N + 1, 3) of a trolley at rest in the origin and the nodes below it."""
-    links, moving = (np.array(lengths)[:, None] * np.array(part) for part in (units, rates))
-    return np.cumsum(np.vstack([np.zeros(3), links]), axis=0), np.cumsum(np.vstack([np.zeros(3), moving]), axis=0)
+    """Return positions and velocities (N + 1, 3) of a trolley at rest in the origin and the nodes below it."""
+    links, relative = (np.array(lengths)[:, None] * np.array(part) for part in (units, rates))
+    return np.cumsum(np.vstack([np.zeros(3), links]), axis=0), np.cumsum(np.vstack([np.zeros(3), relative]), axis=0)
 
 
 PLANE = {name: SHIP[name] for name in ("surge", "heave", "pitch")}

@@ -19,7 +19,7 @@ def numbers(element: ElementTree.Element | None, key: str) -> np.ndarray:
     return np.array(element.attrib[key].split(), dtype=float)
 
 
-def forward(document: str, joints: dict[str, float], link: str) -> np.ndarray:
+def link_position(document: str, joints: dict[str, float], link: str) -> np.ndarray:
     """Return the position (3,) of a link's origin in the root frame, from the URDF alone, mimic joints included."""
     robot = ElementTree.fromstring(document)
     parents = {joint.find("child").attrib["link"]: joint for joint in robot.findall("joint")}  # pyright: ignore

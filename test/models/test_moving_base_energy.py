@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from moving_base import G, motion, pose
-from overhead_base_scenes import LENGTHS, MASSES, PLANE, RATES, SHIP, UNITS, start_of
+from overhead_base_scenes import DIRECTIONS, LENGTHS, MASSES, PLANE, RATES, SHIP, start_of
 from spatial_scenes import scene_of as spatial_of
 
 import crane_sim
@@ -121,16 +121,16 @@ def on_a_bridge(local: Array, moves: Array) -> float:
 
 def overhead_space() -> tuple[crane_sim.Scene, Array, Array, float]:
     """Return a chain in space at a state q, v, and its energy in the world."""
-    scene = spatial_of(MASSES, LENGTHS, UNITS.tolist(), RATES.tolist(), base_motion=SHIP)
-    q = np.concatenate([[0.4, -0.7], UNITS.ravel()])
+    scene = spatial_of(MASSES, LENGTHS, DIRECTIONS.tolist(), RATES.tolist(), base_motion=SHIP)
+    q = np.concatenate([[0.4, -0.7], DIRECTIONS.ravel()])
     v = np.concatenate([[0.9, 0.5], RATES.ravel()])
-    at, by = start_of(LENGTHS, UNITS, RATES)
+    at, by = start_of(LENGTHS, DIRECTIONS, RATES)
     return scene, q, v, on_a_bridge(at + [0.4, -0.7, 0.0], by + [0.9, 0.5, 0.0])
 
 
 def overhead_elastic() -> tuple[crane_sim.Scene, Array, Array, float]:
     """Return a chain of springs in space, some stretched, at a state q, v, and its energy in the world."""
-    at, by = start_of(np.array(LENGTHS) * [1.1, 0.9, 1.05], UNITS, RATES)
+    at, by = start_of(np.array(LENGTHS) * [1.1, 0.9, 1.05], DIRECTIONS, RATES)
     at, by = at + [0.4, -0.7, 0.0], by + [0.9, 0.5, 0.0]
     cable = {"model": "elastic", "lengths": LENGTHS, "node_masses": MASSES, "stiffness": 2e3}
     start = {"positions": at[1:].tolist(), "velocities": by[1:].tolist()}

@@ -1,11 +1,11 @@
-"""Overhead cranes on a moving base, against Newton's law in the world and against what must be the same."""
+"""Overhead cranes on a moving base against Newton's law in the world, and against equivalent cranes at rest."""
 
 from typing import Any
 
 import moving_base
 import numpy as np
 import pytest
-from overhead_base_scenes import LENGTHS, MASSES, PLANE, RATES, SHIP, UNITS, start_of
+from overhead_base_scenes import DIRECTIONS, LENGTHS, MASSES, PLANE, RATES, SHIP, start_of
 from spatial_scenes import TIGHT, scene_of
 
 import crane_sim
@@ -17,24 +17,24 @@ STILL = {"sway": {"amplitude": 0.0, "frequency": 1.0}}
 
 def spatial(**groups: Any) -> crane_sim.Scene:
     """Return the scene of a chain in space."""
-    return scene_of(MASSES, LENGTHS, UNITS.tolist(), RATES.tolist(), duration=2.0, **groups)
+    return scene_of(MASSES, LENGTHS, DIRECTIONS.tolist(), RATES.tolist(), duration=2.0, **groups)
 
 
 @pytest.mark.long
 def test_a_chain_in_space_obeys_newton_in_the_world() -> None:
-    """Rails, bridge and nodes move as Newton's law in the world says when the base moves in all six axes."""
+    """Bridge, trolley and nodes move as Newton's law in the world says when the base moves in all six axes."""
     run = crane_sim.simulate(spatial(base_motion=SHIP))
     crane = moving_base.Crane(5.0, 3.0, tuple(MASSES), tuple(LENGTHS))
-    expected = moving_base.nodes(crane, SHIP, *start_of(LENGTHS, UNITS, RATES), run.t)
+    expected = moving_base.nodes(crane, SHIP, *start_of(LENGTHS, DIRECTIONS, RATES), run.t)
     assert np.max(np.abs(run.nodes - expected)) < 1e-9  # both integrate with 1e-12 a step, a few hundred steps
-    assert run.summary["energy_audit_error"] < 1e-11  # the meter integrates the imposed power as tightly
+    assert run.summary["energy_audit_error"] < 1e-11  # the imposed power is integrated as tightly
 
 
 HOIST = {"kind": "sine", "offset": 1.0, "amplitude": 0.3, "frequency": 2.0}
 
 
 def planar(viscous: float, static: float, **groups: Any) -> crane_sim.Scene:
-    """Return the scene of a chain in the plane with everything that meets the base: rods, hoist, friction."""
+    """Return the scene of a chain in the plane with all that a base acts on: rods, hoist, friction."""
     document = {
         "crane": "overhead",
         "duration": 2.0,
@@ -78,13 +78,13 @@ def test_friction_holds_a_trolley_until_the_base_shakes_it_loose() -> None:
 @pytest.mark.slow
 def test_an_elastic_cable_obeys_newton_in_the_world() -> None:
     """Nodes on springs, trolley and bridge move as Newton's law in the world says."""
-    at, moving = start_of(LENGTHS, UNITS, RATES)
+    positions, velocities = start_of(LENGTHS, DIRECTIONS, RATES)
     cable = {"model": "elastic", "lengths": LENGTHS, "node_masses": MASSES, "stiffness": 2e3}
-    start = {"positions": at[1:].tolist(), "velocities": moving[1:].tolist()}
+    start = {"positions": positions[1:].tolist(), "velocities": velocities[1:].tolist()}
     scene = scene_of(MASSES, LENGTHS, None, cable=cable, initial=start, duration=2.0, base_motion=SHIP)
     run = crane_sim.simulate(scene)
     crane = moving_base.Crane(5.0, 3.0, tuple(MASSES), tuple(LENGTHS), 2e3)
-    assert np.max(np.abs(run.nodes - moving_base.nodes(crane, SHIP, at, moving, run.t))) < 1e-9
+    assert np.max(np.abs(run.nodes - moving_base.nodes(crane, SHIP, positions, velocities, run.t))) < 1e-9
     assert run.summary["energy_audit_error"] < 1e-11
 
 
@@ -98,15 +98,15 @@ def test_a_base_at_rest_is_the_ground() -> None:
 
 
 @pytest.mark.slow
-def test_a_steady_ride_changes_nothing() -> None:
-    """On a base at constant velocity the crane moves as on one at rest, and its nodes go along in the world."""
+def test_a_base_at_constant_velocity_changes_nothing() -> None:
+    """On a base at constant velocity the crane moves as on one at rest; in the world its nodes move with the base."""
     slow = {"amplitude": 1e6, "frequency": 1e-6}  # 1 m/s: after 2 s it has slowed by 2e-12
     moving, resting = (
         crane_sim.simulate(spatial(base_motion=motion)) for motion in ({"sway": slow, "surge": slow}, STILL)
     )
     assert np.max(np.abs(moving.q - resting.q)) < 1e-10
-    ride = moving.t[:, None, None] * np.array([1.0, 1.0, 0.0])
-    assert np.max(np.abs(moving.nodes - resting.nodes - ride)) < 1e-8  # rounding of a sine of 1e6 m and more
+    displacement = moving.t[:, None, None] * np.array([1.0, 1.0, 0.0])
+    assert np.max(np.abs(moving.nodes - resting.nodes - displacement)) < 1e-8  # rounding of a sine of 1e6 m and more
 
 
 def test_an_accelerated_heave_is_gravity() -> None:

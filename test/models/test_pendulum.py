@@ -11,7 +11,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 from ship_motion import SHIP
-from urdf_kinematics import forward
+from urdf_kinematics import link_position
 
 import crane_sim
 from crane_sim.description import urdf
@@ -197,7 +197,7 @@ def test_joint_states_place_the_payload() -> None:
     scene = scene_of()
     q = np.array([0.3, -0.2, 0.9, 0.48, 0.6, -0.64])
     shown = derive(scene, np.zeros(1), q[None], np.zeros((1, 6)), np.zeros((1, 2)))
-    actual = forward(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
+    actual = link_position(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
     assert actual == pytest.approx(shown.payload[0], abs=1e-8)  # the URDF prints nine digits
     assert shown.payload[0] - shown.tip[0] == pytest.approx(LENGTH * q[3:], abs=1e-15)  # one product
 

@@ -1,4 +1,4 @@
-"""A rope over sheaves and drum: its tensions, what it adds to the load, friction that sticks and slips, and energy."""
+"""A rope reeved over sheaves and a drum: tensions, reflected inertia, friction that sticks and slips, energy."""
 
 from math import exp, inf, pi
 from typing import Any
@@ -30,10 +30,10 @@ from crane_sim.scenes.schema.reeving import RopeSlip, SheaveBearing, SheaveEffic
 pytestmark = pytest.mark.interpreted
 
 G = 9.81
-STILL = (5.0, 0.0, 0.0)  # length, its rate, its acceleration
+AT_REST = (5.0, 0.0, 0.0)  # m, m/s, m/s²: length of the falls, its rate, its acceleration
 LAYERS = Layers(np.array([30.0, 66.0]), np.array([3.0, 3.6]), 0.05)
-FULL = Reeving(4, 1, 12.0, SheaveLoss(1.03), Drum(0.4, 35.0, LAYERS), 2.5, 90.0)
-EXACT = {"method": "dop853", "rtol": 1e-12, "atol": 1e-13}
+FULL_REEVING = Reeving(4, 1, 12.0, SheaveLoss(1.03), Drum(0.4, 35.0, LAYERS), 2.5, 90.0)
+TIGHT_INTEGRATOR = {"method": "dop853", "rtol": 1e-12, "atol": 1e-13}
 SCENE: dict[str, Any] = {
     "crane": "bridge",
     "duration": 3.0,
@@ -42,7 +42,7 @@ SCENE: dict[str, Any] = {
     "rope": {"drive": "force", "slack": "stop"},
     "payload": {"mass": 8000.0},
     "initial": {"q": [0.0, 0.0, 4.0, 0, 0]},
-    "integrator": EXACT,
+    "integrator": TIGHT_INTEGRATOR,
 }
 WEIGHT = 8000.0 * G
 REEVED: dict[str, Any] = {
@@ -53,12 +53,12 @@ REEVED: dict[str, Any] = {
 
 
 def table(*points: tuple[float, float]) -> dict[str, Any]:
-    """Return an input of a scene, (time [s], value) by corners."""
+    """Return a piecewise linear input of a scene, through points (time [s], value)."""
     return {"kind": "table", "times": [t for t, _ in points], "values": [value for _, value in points]}
 
 
 SHEAVES = {"radius": 0.2, "inertia": 0.05, "loss": {"kind": "efficiency", "efficiency": 0.97}}
-PLUNGING: dict[str, Any] = {
+LOWERED_LOAD: dict[str, Any] = {
     "crane": "bridge",
     "duration": 1.0,
     "trolley": {"mass": 100.0},
@@ -76,12 +76,12 @@ def crane(hoist: Any) -> SuspendedCrane:
 
 
 def posture(rate: float) -> tuple[list[float], list[float]]:
-    """Return joints of `crane` that swings, its rope lengthening at this rate."""
+    """Return joint positions and velocities of a swinging `crane` whose rope lengthens at a rate [m/s]."""
     unit = np.array([0.1, 0.2, -1.0]) / np.sqrt(1.05)
     return [0.0, 0.0, 5.0, 0.1, -0.05, *unit.tolist()], [0.1, 0.2, rate, 0.1, 0.05, 0.0, 0.0, 0.0]
 
 
-def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
+def compute_responses(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
     """Return joint accelerations, tensions of the links and power of `crane` under this hoist."""
     p = crane(hoist)
     x, tensions = system.state(p, 0.0, *posture(rate)), np.empty((1, 2))
@@ -93,26 +93,26 @@ def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
 def test_falls_without_friction_share_the_load(falls: int) -> None:
     """Each of n falls carries what the lead line does, however many sheaves lead it to the drum."""
     for lead_sheaves in (0, 1, 3):
-        pull, lead, smallest, lost = follow_rope(Reeving(falls, lead_sheaves), 1.0, 700.0, STILL, G)
+        pull, lead, smallest, lost = follow_rope(Reeving(falls, lead_sheaves), 1.0, 700.0, AT_REST, G)
         assert pull == pytest.approx(falls * lead, rel=1e-12)  # rounding of twelve sums
         assert (lead, smallest, lost) == (700.0, 700.0, 0.0)
 
 
 @pytest.mark.parametrize("falls", [1, 2, 7, 12])
-def test_a_rope_that_slides_over_sheaves_follows_euler(falls: int) -> None:
-    """Over sheaves that stand, lead line and dead end differ by exp(μ θ) each, and back while the rope is paid out."""
+def test_a_rope_that_slips_over_fixed_sheaves_follows_euler(falls: int) -> None:
+    """Each sheave that does not turn raises the tension by exp(μ θ) (Euler, capstan), and lowers it on paying out."""
     friction, wrap = 0.12, 0.8 * pi
     ratio = RopeSlip(friction, wrap).ratio(0.2)
     expected = exp(friction * wrap * (falls - 1 + 2))
-    assert follow_rope(Reeving(falls, 2), ratio, 1.0, STILL, G)[1] == pytest.approx(expected, rel=1e-9)
-    assert follow_rope(Reeving(falls, 2), 1.0 / ratio, 1.0, STILL, G)[1] == pytest.approx(1.0 / expected, rel=1e-9)
+    assert follow_rope(Reeving(falls, 2), ratio, 1.0, AT_REST, G)[1] == pytest.approx(expected, rel=1e-9)
+    assert follow_rope(Reeving(falls, 2), 1.0 / ratio, 1.0, AT_REST, G)[1] == pytest.approx(1.0 / expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("falls", [2, 5, 12])
 def test_a_block_has_the_efficiency_of_the_standard(falls: int) -> None:
     """Load over n times the lead line is η_lead (1 - η^n) / (n (1 - η)), as in DIN 15020-1."""
     eta = 0.97
-    pull, lead, _, _ = follow_rope(Reeving(falls, 0), SheaveEfficiency(eta).ratio(0.2), 1.0, STILL, G)
+    pull, lead, _, _ = follow_rope(Reeving(falls, 0), SheaveEfficiency(eta).ratio(0.2), 1.0, AT_REST, G)
     assert pull / (falls * lead) == pytest.approx((1 - eta**falls) / (falls * (1 - eta)), rel=1e-12)  # rounding
 
 
@@ -123,47 +123,47 @@ def test_a_bearing_takes_the_moment_of_the_resultant() -> None:
     assert (high - low) * radius == pytest.approx(friction * (high + low) * pin, rel=1e-12)  # rounding
 
 
-def place(s: float, length: float) -> float:
-    """Return how far [m] below the top of 4 falls the point of the rope is, s [m] from its dead end there."""
-    fall, rest = int(s // length), s % length
-    return rest if fall % 2 == 0 else length - rest
+def rope_point_depth(s: float, length: float) -> float:
+    """Return the depth [m] below the upper block of the point of the rope that is s [m] from its dead end there."""
+    fall, remainder = int(s // length), s % length
+    return remainder if fall % 2 == 0 else length - remainder
 
 
 def explicit_energy(length: float, rate: float) -> tuple[float, float]:
-    """Return (kinetic, potential) energy [J] of `FULL` of bodies one by one: points of the rope, sheaves, the drum.
+    """Return (kinetic, potential) energy [J] of `FULL_REEVING`, summed over points of the rope, sheaves and the drum.
 
-    Points of the rope keep their distance from the dead end along it; nothing here knows the speeds of falls.
+    Points of the rope keep their distance from the dead end along it, which gives their speeds.
     """
-    n, density, step = FULL.falls, 2.5, 1e-5
+    n, density, step = FULL_REEVING.falls, 2.5, 1e-5
     nodes, weights = np.polynomial.legendre.leggauss(3)
     kinetic = potential = 0.0
     for fall in range(n):
         for node, weight in zip(nodes, weights, strict=True):
             s, mass = (fall + 0.5 + 0.5 * node) * length, density * 0.5 * weight * length
-            speed = rate * (place(s, length + step) - place(s, length - step)) / (2.0 * step)
-            kinetic, potential = kinetic + 0.5 * mass * speed**2, potential - mass * G * place(s, length)
-    wound = FULL.length - n * length
+            speed = rate * (rope_point_depth(s, length + step) - rope_point_depth(s, length - step)) / (2.0 * step)
+            kinetic, potential = kinetic + 0.5 * mass * speed**2, potential - mass * G * rope_point_depth(s, length)
+    wound = FULL_REEVING.length - n * length
     kinetic += 0.5 * density * wound * (n * rate) ** 2
-    for beyond in [*range(1, n), n]:  # falls on the side of the dead end, of the block's sheaves and of the lead sheave
-        kinetic += 0.5 * FULL.sheave_mass * (beyond * rate) ** 2
-    radius = 0.4 + sum(0.05 * blend((wound - full) / turn + 0.5) for full, turn in ((30.0, 3.0), (66.0, 3.6)))
+    for speed in [*range(1, n), n]:  # of sheaves of the blocks and of the lead sheave, over the rate of the length
+        kinetic += 0.5 * FULL_REEVING.sheave_mass * (speed * rate) ** 2
+    radius = 0.4 + sum(0.05 * smootherstep((wound - full) / turn + 0.5) for full, turn in ((30.0, 3.0), (66.0, 3.6)))
     return kinetic + 0.5 * 35.0 * (n * rate / radius) ** 2, potential
 
 
-def blend(s: float) -> float:
-    """Return the polynomial of fifth degree from 0 at 0 to 1 at 1 whose first two derivatives vanish there."""
+def smootherstep(s: float) -> float:
+    """Return the polynomial of degree 5 from 0 to 1 over 0 .. 1 with zero first and second derivatives at both ends."""
     s = min(max(s, 0.0), 1.0)
     return 6.0 * s**5 - 15.0 * s**4 + 10.0 * s**3
 
 
 @pytest.mark.parametrize("length", [5.8, 6.1, 12.0, 15.2])
-def test_the_length_accelerates_as_by_lagrange(length: float) -> None:
+def test_the_length_obeys_lagranges_equation(length: float) -> None:
     """Inverse mass and bias of the length are those of Lagrange's equation for the explicit bodies' energies.
 
     At 6.1 m and 15.2 m the rope climbs onto a layer, where the drum's inertia changes with the length.
     """
     rate, force, pull, h = -1.3, -700.0, 3.1e4, 1e-3
-    assert explicit_energy(length, rate) == pytest.approx(reeving_energy(FULL, length, rate, G), rel=1e-10)
+    assert explicit_energy(length, rate) == pytest.approx(reeving_energy(FULL_REEVING, length, rate, G), rel=1e-10)
     kinetic = {i: explicit_energy(length + i * h, 1.0)[0] for i in range(-3, 4)}
     potential = {i: explicit_energy(length + i * h, 1.0)[1] for i in range(-3, 4)}
 
@@ -171,8 +171,8 @@ def test_the_length_accelerates_as_by_lagrange(length: float) -> None:
         return float((45.0 * (f[1] - f[-1]) - 9.0 * (f[2] - f[-2]) + (f[3] - f[-3])) / (60.0 * h))
 
     mass = 2.0 * kinetic[0]
-    expected = (FULL.falls * force + pull - slope(potential) - slope(kinetic) * rate**2) / mass
-    inv_mass, bias = reeved_acceleration(FULL._replace(loss=None), 1.0, force, length, rate, G)
+    expected = (FULL_REEVING.falls * force + pull - slope(potential) - slope(kinetic) * rate**2) / mass
+    inv_mass, bias = reeved_acceleration(FULL_REEVING._replace(loss=None), 1.0, force, length, rate, G)
     assert inv_mass == pytest.approx(1.0 / mass, rel=1e-9)
     assert bias + inv_mass * pull == pytest.approx(expected, rel=1e-9)
 
@@ -180,23 +180,23 @@ def test_the_length_accelerates_as_by_lagrange(length: float) -> None:
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
     """Acceleration and tensions solve moment balances of all sheaves with bearings, of the drum and of the block."""
-    n, lead, mass, share, inertia, radius = 5, 2, 40.0, 0.02, 60.0, 0.4
+    n, lead, mass, loss_share, inertia, radius = 5, 2, 40.0, 0.02, 60.0, 0.4
     speeds = [*[n] * lead, *range(n - 1, 0, -1)]  # of the sheaves from the drum on, over the length's rate
     force, pull, size = -900.0, 5200.0, len(speeds) + 2
     a, b = np.zeros((size, size)), np.zeros(size)  # unknown: tensions from the drum on, acceleration
     for i, speed in enumerate(speeds):
-        a[i, i], a[i, i + 1], a[i, -1] = -1 - direction * share, 1 - direction * share, -mass * speed
+        a[i, i], a[i, i + 1], a[i, -1] = -1 - direction * loss_share, 1 - direction * loss_share, -mass * speed
     a[-2, 0], a[-2, -1], b[-2] = 1.0, -inertia / radius**2 * n, -force
     a[-1, lead:-1], b[-1] = 1.0, pull
     solved = np.linalg.solve(a, b)
-    loss = SheaveLoss((1 + share) / (1 - share))
+    loss = SheaveLoss((1 + loss_share) / (1 - loss_share))
     reeving = Reeving(n, lead, mass, loss, Drum(radius, inertia))
     factor = loss.ratio**-direction
     inv_mass, bias = reeved_acceleration(reeving, factor, force, 5.0, 0.7 * direction, G)
     assert bias + inv_mass * pull == pytest.approx(solved[-1], rel=1e-9)
     found = follow_rope(reeving, factor, solved[-2], (5.0, 0.7 * direction, solved[-1]), G)
     assert found[:2] == pytest.approx((pull, solved[0]), rel=1e-9)
-    moments = [direction * share * (x + y) * s for x, y, s in zip(solved, solved[1:], speeds, strict=False)]
+    moments = [direction * loss_share * (x + y) * s for x, y, s in zip(solved, solved[1:], speeds, strict=False)]
     assert found[3] == pytest.approx(sum(moments), rel=1e-9)
 
 
@@ -206,20 +206,21 @@ def test_inertia_of_sheaves_and_drum_is_a_reflected_mass() -> None:
     mass = sheave * (sum(k * k for k in range(1, n)) + lead * n * n) + inertia * (n / radius) ** 2
     reeved = ReevedHoist(Reeving(n, lead, sheave, None, Drum(radius, inertia)))
     u = (10.0, -20.0, -9000.0)
-    np.testing.assert_allclose(answers(reeved, 0.3, u), answers(ForceHoist(mass), 0.3, u), rtol=1e-12)  # rounding
+    expected = compute_responses(ForceHoist(mass), 0.3, u)
+    np.testing.assert_allclose(compute_responses(reeved, 0.3, u), expected, rtol=1e-12)  # rounding
 
 
-def test_a_reeving_without_strength_is_none() -> None:
-    """One fall without inertia and loss gives the bits of the plain winch, n falls all digits but rounding."""
+def test_a_reeving_without_inertia_and_loss_changes_nothing() -> None:
+    """One fall without inertia and loss gives the bits of the plain winch, n falls the same to rounding."""
     u = (10.0, -20.0, -9000.0)
-    plain = answers(MasslessHoist(), 0.3, u)
-    assert answers(ReevedHoist(Reeving(1, 1)), 0.3, u).tobytes() == plain.tobytes()
-    np.testing.assert_allclose(answers(ReevedHoist(Reeving(12, 1)), 0.3, u), plain, rtol=1e-12)
-    rates = [answers(RateHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL)]
+    plain = compute_responses(MasslessHoist(), 0.3, u)
+    assert compute_responses(ReevedHoist(Reeving(1, 1)), 0.3, u).tobytes() == plain.tobytes()
+    np.testing.assert_allclose(compute_responses(ReevedHoist(Reeving(12, 1)), 0.3, u), plain, rtol=1e-12)
+    rates = [compute_responses(RateHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL_REEVING)]
     assert rates[0].tobytes() == rates[1].tobytes()
 
 
-def test_a_scene_without_strength_is_the_one_without_the_group() -> None:
+def test_a_reeving_without_losses_gives_the_bits_of_a_scene_without_it() -> None:
     """A run with sheaves that lose nothing and a friction of zero ends in the bits of the run without them."""
     inputs = {"inputs": {"trolley": table((0, 0), (1, 900)), "rope": table((0, -WEIGHT), (1, -WEIGHT - 2e3))}}
     plain = SCENE | inputs | {"duration": 1.0}
@@ -233,7 +234,7 @@ def test_a_scene_without_strength_is_the_one_without_the_group() -> None:
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> None:
     """Energy changes at the rate of the power, which is the drive's less moments times speeds of all sheaves."""
-    hoist = ReevedHoist(FULL._replace(mass=None), Friction(80.0, 120.0, 30.0, 0.2))
+    hoist = ReevedHoist(FULL_REEVING._replace(mass=None), Friction(80.0, 120.0, 30.0, 0.2))
     p, u, rate, h = crane(hoist), (10.0, -20.0, -9000.0), 0.3 * direction, 1e-4
     x = system.state(p, 0.0, *posture(rate))
     derivative, work = system.rhs(p, 0.0, x, u), system.power(p, 0.0, x, u)
@@ -272,14 +273,14 @@ def test_energy_balances_over_layers_stick_and_slip() -> None:
 
 def test_a_load_at_rest_neither_creeps_nor_breaks_loose_early() -> None:
     """The winch holds while its pull is within what friction can hold, to the effort where hauling in begins."""
-    high = 0.98 * (1 - 0.98**4) / (4 * 0.02)  # efficiency while hauling in
-    static, rise = 900.0, 1e4
+    efficiency = 0.98 * (1 - 0.98**4) / (4 * 0.02)  # of the falls while hauling in
+    static, slope = 900.0, 1e4  # N, N/s
     rope = SCENE["rope"] | {"reeving": REEVED, "friction": {"coulomb": 500.0, "static": static}}
-    inputs = {"rope": table((0, -WEIGHT), (3, -WEIGHT - 3 * rise))}
+    inputs = {"rope": table((0, -WEIGHT), (3, -WEIGHT - 3 * slope))}
     run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
     (instant, what), *_ = run.events
     assert what == "the winch slips backwards"
-    assert WEIGHT + rise * instant == pytest.approx(WEIGHT / high + static, rel=1e-9)
+    assert WEIGHT + slope * instant == pytest.approx(WEIGHT / efficiency + static, rel=1e-9)
     still = run.t < instant
     assert np.all(run.q[still, 2] == 4.0) and np.all(run.v[still, 2] == 0.0)
     assert run.lead_line[0] == pytest.approx(WEIGHT / 4, rel=1e-9)
@@ -288,13 +289,13 @@ def test_a_load_at_rest_neither_creeps_nor_breaks_loose_early() -> None:
 
 def test_a_load_is_lowered_against_friction() -> None:
     """Paying out begins where the pull falls below what the falls need, less the static friction."""
-    low = sum(0.98**-k for k in range(1, 5)) / 4  # tensions from the lead line on, over it
-    static, fall = 900.0, 1e4
+    ratio = sum(0.98**-k for k in range(1, 5)) / 4  # mean tension of the falls over that of the lead line, paying out
+    static, slope = 900.0, 1e4  # N, N/s
     rope = SCENE["rope"] | {"reeving": REEVED, "friction": {"coulomb": 500.0, "static": static}}
-    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": {"rope": table((0, -WEIGHT), (3, -WEIGHT + 3 * fall))}})
+    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": {"rope": table((0, -WEIGHT), (3, -WEIGHT + 3 * slope))}})
     (instant, what), *_ = run.events
     assert what == "the winch slips forwards"
-    assert WEIGHT - fall * instant == pytest.approx(WEIGHT / low - static, rel=1e-9)
+    assert WEIGHT - slope * instant == pytest.approx(WEIGHT / ratio - static, rel=1e-9)
 
 
 def test_a_run_ends_where_a_fall_goes_slack() -> None:
@@ -323,7 +324,7 @@ def test_a_run_ends_where_a_fall_goes_slack() -> None:
 def test_no_reeved_rope_pushes(changes: Any, what: str) -> None:
     """A winch that lowers faster than the load falls, and a base that falls away, end a run in one line."""
     with pytest.raises(crane_sim.SimulationError) as error:
-        crane_sim.simulate(crane_sim.load_scene(PLUNGING, changes))
+        crane_sim.simulate(crane_sim.load_scene(LOWERED_LOAD, changes))
     line = str(error.value)
     assert f"{what} went slack; change what moves rope or base, or take elastic `falls`" in line
 
@@ -339,7 +340,7 @@ def test_friction_of_a_plain_winch_sticks_and_slips() -> None:
     assert run.falls.shape == (len(run.t), 1)  # the rope itself
 
 
-def test_a_winch_by_rate_tells_tensions_and_torque() -> None:
+def test_a_winch_by_rate_has_tensions_and_torque() -> None:
     """Hauled in at a given acceleration, the drum's torque times its speed is what load, inertia and losses take."""
     rope = SCENE["rope"] | {"drive": "rate", "reeving": REEVED}
     p = load_scene(SCENE | {"rope": rope}).model

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from moving_base import pose
-from overhead_base_scenes import LENGTHS, MASSES, PLANE, RATES, SHIP, UNITS
+from overhead_base_scenes import DIRECTIONS, LENGTHS, MASSES, PLANE, RATES, SHIP
 
 import crane_sim
 from crane_sim import system
@@ -92,7 +92,7 @@ PLANAR = {
 }
 BRIDGE = {"dimensions": 3, "bridge": {"drive": "force", "mass": 3.0}}
 SPATIAL = PLANAR | BRIDGE
-SPATIAL["initial"] = {"directions": UNITS.tolist(), "rates": RATES.tolist(), "vy": 0.5, "length_rate": 0.3}
+SPATIAL["initial"] = {"directions": DIRECTIONS.tolist(), "rates": RATES.tolist(), "vy": 0.5, "length_rate": 0.3}
 STIFF = CABLE | {"model": "elastic", "stiffness": 2e3, "damping": 5.0}
 ELASTIC = SPATIAL | {"cable": STIFF}
 ELASTIC_PLANE = PLANAR | {"cable": STIFF}

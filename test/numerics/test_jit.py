@@ -1,4 +1,4 @@
-"""Compiled code: never stale, the same as plain Python, and nothing of what a scene leaves out."""
+"""Compiled code is never stale, computes what plain Python does, and contains nothing that a scene leaves out."""
 
 import os
 import shutil
@@ -39,7 +39,7 @@ def copied_tree(folder: Path) -> Path:
 
 
 @pytest.mark.long
-def test_a_change_in_any_file_is_seen_at_once(tmp_path: Path) -> None:
+def test_a_change_in_any_file_is_recompiled(tmp_path: Path) -> None:
     """After a callee in another file changed, even with its old time stamp and size, the next process computes anew."""
     tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
     before = float(probe(tree, cache))
@@ -51,14 +51,14 @@ def test_a_change_in_any_file_is_seen_at_once(tmp_path: Path) -> None:
     assert changed != text and len(changed) == len(text)
     callee.write_text(changed)
     os.utime(callee, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
-    shutil.rmtree(callee.parent / "__pycache__", ignore_errors=True)  # Python's own cache does go by time stamps
+    shutil.rmtree(callee.parent / "__pycache__", ignore_errors=True)  # Python's cache of byte code goes by time stamps
     # at gamma = 0 the changed term is zero, so lift the jib
     lifted = PROBE.replace("[0, 0, 0, 1", "[0, 0, 1, 1")
     assert float(probe(tree, cache, lifted)) != float(probe(ROOT, cache, lifted))
     assert len(list((cache / "crane_sim").iterdir())) == 2  # one folder for each state of the sources
 
 
-def test_sources_that_change_under_a_process_close_its_cache(tmp_path: Path) -> None:
+def test_nothing_is_cached_after_sources_have_changed(tmp_path: Path) -> None:
     """A process whose sources were edited after it imported them writes nothing that a later one could load."""
     tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
     edit = (
@@ -72,9 +72,9 @@ def test_sources_that_change_under_a_process_close_its_cache(tmp_path: Path) -> 
 def test_processes_share_a_compilation(tmp_path: Path) -> None:
     """Of two processes that need the same code at the same time, one compiles it, and the other one loads it."""
     code = (
-        "import crane_sim; from crane_sim.numerics.jit import watch_compiling; begun = [];"
-        "exec('with watch_compiling(lambda: begun.append(1)): ' + " + repr(PROBE.partition("; ")[2]) + ");"
-        "print(bool(begun))"
+        "import crane_sim; from crane_sim.numerics.jit import watch_compiling; compilations = [];"
+        "exec('with watch_compiling(lambda: compilations.append(1)): ' + " + repr(PROBE.partition("; ")[2]) + ");"
+        "print(bool(compilations))"
     )
     with ThreadPoolExecutor() as pool:
         compiled = list(pool.map(lambda _: probe(ROOT, tmp_path, code).split()[-1], range(2)))
@@ -82,8 +82,8 @@ def test_processes_share_a_compilation(tmp_path: Path) -> None:
     assert list(tmp_path.rglob("*.nbc")) and not list(tmp_path.rglob("*.lock"))
 
 
-def test_kernels_from_outside_close_the_cache(tmp_path: Path) -> None:
-    """A kernel from a file that the digest does not cover keeps everything off the disk."""
+def test_nothing_is_cached_with_kernels_from_outside(tmp_path: Path) -> None:
+    """With a kernel from a file outside the packages, which the digest of sources does not cover, nothing is cached."""
     (tmp_path / "mine.py").write_text(
         "from crane_sim.numerics.jit import kernel\n@kernel\ndef twice(x):\n    return 2.0 * x\n"
         + PROBE.replace("; ", "\n")
@@ -162,31 +162,31 @@ def velocity_in_a_frame(position, velocity, rate):
     return inertial_velocity(position, velocity, rate)
 
 
-def test_a_kernel_is_code_of_its_callers_only() -> None:
-    """A kernel computes what its Python source does, and no machine code is made of it beside that of its callers."""
+def test_a_kernel_has_no_machine_code_of_its_own() -> None:
+    """A kernel computes what its Python source does, and is compiled only as part of its callers."""
     position, velocity, kernel = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), cast(Any, inertial_velocity)
     assert velocity_in_a_frame(position, velocity, 0.5) == kernel.py_func(position, velocity, 0.5)
     assert {type(compiled.library) for compiled in kernel.overloads.values()} == {jit.LinkedLibrary}
 
 
 @pytest.mark.parametrize("group", ["springs", "swing_friction", "payload_drag", "inputs"])
-def test_an_absent_group_is_a_scene_that_never_heard_of_it(group: str) -> None:
+def test_a_group_set_to_none_is_one_left_out(group: str) -> None:
     """Leaving a group out and setting it to nothing give the same model, type for type."""
-    never = crane_sim.load_scene("knuckle_setpoint")
-    absent = crane_sim.load_scene("knuckle_setpoint", {group: {} if group == "springs" else None})
-    assert absent.model == never.model and repr(absent.model) == repr(never.model)
+    left_out = crane_sim.load_scene("knuckle_setpoint")
+    empty = crane_sim.load_scene("knuckle_setpoint", {group: {} if group == "springs" else None})
+    assert empty.model == left_out.model and repr(empty.model) == repr(left_out.model)
 
 
 def test_only_compilation_is_reported() -> None:
     """`watch_compiling` calls its function when a kernel is compiled, not when it runs again."""
-    begun: list[str] = []
+    compilations: list[str] = []
 
     @jit.entry_point
     def double(x):
         return 2.0 * x
 
-    with jit.watch_compiling(lambda: begun.append("compiling")):
-        assert double(1.0) == 2.0 and begun
-        begun.clear()
-        assert double(2.0) == 4.0 and not begun
-    assert double(1) == 2.0 and not begun
+    with jit.watch_compiling(lambda: compilations.append("compiling")):
+        assert double(1.0) == 2.0 and compilations
+        compilations.clear()
+        assert double(2.0) == 4.0 and not compilations
+    assert double(1) == 2.0 and not compilations

@@ -49,7 +49,7 @@ def test_a_lost_device_stops() -> None:
     """Without a sign of life for longer than the time-out, speeds are zero; back again, levers are to rest first."""
     desk = moving_desk()
     assert desk.take(Demand(LEVERS, True), TIMEOUT) == SPEEDS
-    assert desk.take(Demand(LEVERS, True), TIMEOUT + 0.001) == REST and desk.mode == Mode.LOST
+    assert desk.take(Demand(LEVERS, True), TIMEOUT + 0.001) == REST and desk.mode == Mode.DEVICE_LOST
     desk.sign_of_life(1.0)
     assert desk.take(Demand(LEVERS, True), 1.0) == REST and desk.mode == Mode.INTERLOCKED
     desk.take(Demand(REST, True), 1.1)
@@ -60,7 +60,7 @@ def test_a_device_that_is_gone_stops_at_once() -> None:
     """A loss that the device reports does not wait for the time-out."""
     desk = moving_desk()
     desk.lose()
-    assert desk.take(Demand(LEVERS, True), 0.0) == REST and desk.mode == Mode.LOST
+    assert desk.take(Demand(LEVERS, True), 0.0) == REST and desk.mode == Mode.DEVICE_LOST
 
 
 def test_the_stop_is_latched() -> None:

@@ -65,7 +65,7 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     slow, pid, part = tmp_path / "slow", tmp_path / "pid", tmp_path / "run.rrd.part"
     slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
     slow.chmod(0o755)
-    monkeypatch.setattr(repair, "viewer_program", lambda: slow)
+    monkeypatch.setattr(repair, "rerun_executable", lambda: slow)
     interrupts, why = list[int](), "recorder: it was killed by SIGKILL"
     with ProcessGroup({}, interrupts) as group:
         dead: Any = SimpleNamespace(
@@ -73,7 +73,7 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
         )
         dead.send_signal, dead.wait_exited = (lambda number: None), (lambda deadline: True)
         role: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failure=why)
-        vars(role).update(path=str(tmp_path / "run.rrd"), mcap="", began=0.0, fail_over=lambda step: False)
+        vars(role).update(path=str(tmp_path / "run.rrd"), mcap="", start_time=0.0, fail_over=lambda step: False)
         part.touch()
         plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=7))
         no_callbacks: Any = SimpleNamespace()
@@ -106,7 +106,9 @@ def error_of(monkeypatch: pytest.MonkeyPatch, run_error: str, report: dict[str, 
         shutdown, "recover_recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5}
     )
     supervisor: Any = SimpleNamespace(time_left=1.0, plant=SimpleNamespace(step=9))
-    role: Any = SimpleNamespace(path="run.rrd", mcap="", failure=failure, active=SimpleNamespace(fault=""), began=0.0)
+    role: Any = SimpleNamespace(
+        path="run.rrd", mcap="", failure=failure, active=SimpleNamespace(fault=""), start_time=0.0
+    )
     summary = {"steps": 9} | ({"error": run_error} if run_error else {})
     return finish_recording(supervisor, role, summary).get("error", "")
 

@@ -12,7 +12,7 @@ CONTROLLER = RoleSpec("controller", "module", "crane", {})
 
 
 def test_the_resume_state_is_in_the_order_to_go() -> None:
-    """A standby recorder gets the resume state with the order itself: no full disk is in the way; resets included."""
+    """A standby recorder gets the resume state in the order `go`, so a full disk does not matter; it counts resets."""
     group: Any = FakeGroup()
     spec = RoleSpec("recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7})
     role = RecorderRole(group, spec, restart=True)
@@ -24,7 +24,7 @@ def test_the_resume_state_is_in_the_order_to_go() -> None:
     word, _, document = successor.orders[0].partition(" ")
     assert word == "go" and "\n" not in document
     assert read_resume_state(document) == ResumeState(
-        after=70, recorded=68, bagged=60, passes=2, since=role.began, number=2
+        after=70, recorded=68, bagged=60, passes=2, since=role.start_time, number=2
     )
     assert (successor.step, successor.recorded, successor.bagged, successor.passes) == (70, 68, 60, 2)
     assert role.maintain_standbys() == ""
@@ -33,7 +33,7 @@ def test_the_resume_state_is_in_the_order_to_go() -> None:
 
 
 def test_a_role_that_fails_repeatedly_at_one_step_is_given_up() -> None:
-    """After three restarts with the plant at one step the crane is braked, with the reason in the news."""
+    """After three restarts with the plant at one step the crane is braked, and a line of news says why."""
     plant, news, group = FakeChild("plant"), list[str](), FakeGroup()
     fake: Any = group
     group.children.append(plant)

@@ -22,7 +22,7 @@ from crane_sim.orchestration.shutdown import collect_controller_summary, finish_
 from crane_sim.orchestration.supervisor import Supervisor
 from crane_sim.recording.files import part_of, unfinished_name
 from crane_sim.recording.rerun import repair
-from crane_sim.recording.rerun.repair import Parts, Previous
+from crane_sim.recording.rerun.repair import EarlierFiles, Parts
 
 FAILING = """
 from crane_sim.ros.common import node_host
@@ -41,7 +41,7 @@ def test_an_early_end_has_one_deadline(tmp_path: Path, ros_environment: dict[str
     with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
         names = ("plant", "controller", "recorder", *("standby",) * 4)
         roles: list[Any] = [SimpleNamespace(name=name, active=group.start(name, "node", "a", {})) for name in names]
-        vars(roles[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, began=0.0, failure="")
+        vars(roles[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, start_time=0.0, failure="")
         listen_until(group, lambda: all(child.ready for child in group.children))
         no_callbacks: Any = SimpleNamespace()
         supervisor, began = Supervisor(group, roles, interrupts, no_callbacks, 0.0), time.monotonic()
@@ -153,8 +153,8 @@ JOINING = """
 import sys
 from pathlib import Path
 from crane_sim.recording.rerun import repair
-repair.viewer_program = lambda: Path(sys.argv[1])
-repair.optimize_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
+repair.rerun_executable = lambda: Path(sys.argv[1])
+repair.join_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
 """
 
 
@@ -166,8 +166,8 @@ def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.Monk
     parts = [tmp_path / "run.rrd.part", tmp_path / "run.part2.rrd"]
     for part in parts:
         part.touch()
-    monkeypatch.setattr(repair, "viewer_program", lambda: slow)
-    joint = Parts(tmp_path / "run.rrd", Previous(5, 5, (parts[0],)))
+    monkeypatch.setattr(repair, "rerun_executable", lambda: slow)
+    joint = Parts(tmp_path / "run.rrd", EarlierFiles(5, 5, (parts[0],)))
     assert joint.join(parts[1], time_limit=0.0) == parts and not pid.exists()
     assert joint.join(parts[1], time_limit=1.0) == parts and all(part.exists() for part in parts)
     wait_exited(int(pid.read_text()))
@@ -184,7 +184,7 @@ def test_only_bags_of_this_run_are_listed(tmp_path: Path) -> None:
     Path(path).touch()
     os.utime(path, (1.0, 1.0))
     unfinished_name(part_of(path, 2)).mkdir()
-    role: Any = SimpleNamespace(mcap=path, restarts=2, began=time.time() - 1.0)
+    role: Any = SimpleNamespace(mcap=path, restarts=2, start_time=time.time() - 1.0)
     assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap"}
     part_of(path, 1).touch()
     assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}

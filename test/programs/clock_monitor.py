@@ -1,4 +1,7 @@
-"""Monitors two cranes on one clock, and /clock; prints counters as JSON. Plain rclpy."""
+"""Records when two cranes on one clock send their states, and counts messages and publishers of /clock; plain rclpy.
+
+Prints the counters as JSON.
+"""
 
 import json
 import sys
@@ -11,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 PERIOD = 10_000_000  # ns, of both cranes
-QUIET = 2.0  # s without a state: the runs are over
+IDLE_TIMEOUT = 2.0  # s without a state after which the runs are taken to be over
 
 
 class ClockMonitor(Node):
@@ -53,13 +56,13 @@ class ClockMonitor(Node):
 
 
 def main() -> None:
-    """Monitor until no more states come."""
+    """Record until no more states come."""
     rclpy.init()
     monitor = ClockMonitor(sys.argv[1:])
-    while not monitor.last_received or time.monotonic() - monitor.last_received < QUIET:
+    while not monitor.last_received or time.monotonic() - monitor.last_received < IDLE_TIMEOUT:
         rclpy.spin_once(monitor, timeout_sec=0.1)
-    common = len(set.intersection(*(set(sent) for sent in monitor.sent.values())))
-    counters = {"early": monitor.count_early(), "common": common}
+    common_states = len(set.intersection(*(set(sent) for sent in monitor.sent.values())))
+    counters = {"sent_early": monitor.count_early(), "common_states": common_states}
     counters |= {"clock_publishers": monitor.clock_publishers, "clock_messages": monitor.clock_messages}
     print(json.dumps(counters))
 

@@ -12,7 +12,7 @@ from std_msgs.msg import UInt8
 from std_srvs.srv import SetBool, Trigger
 
 LIMIT = 300.0  # s for a service or a mode, on a busy machine
-QUIET = 0.5  # s without a state after which the plant stands
+IDLE_TIMEOUT = 0.5  # s without a state after which the plant stands
 
 
 class ServiceClient(Node):
@@ -39,7 +39,7 @@ class ServiceClient(Node):
     def wait_standing(self) -> int:
         """Return the stamp of the newest state, ns, once no other has come for a while; fails after the limit."""
         newest, since, deadline = -1, time.monotonic(), time.monotonic() + LIMIT
-        while newest != self.stamp or time.monotonic() - since < QUIET:
+        while newest != self.stamp or time.monotonic() - since < IDLE_TIMEOUT:
             assert time.monotonic() < deadline, f"states still come after {LIMIT:g} s"
             if newest != self.stamp:
                 newest, since = self.stamp, time.monotonic()

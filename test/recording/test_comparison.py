@@ -1,4 +1,4 @@
-"""Runs of one crane are compared: zeros with itself, the shift with a shifted one, refusal of an unlike crane."""
+"""Comparison of runs: zero with itself, the shift with a shifted run, a refusal for runs of another kind of crane."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, NO_CHROMIUM, ask
+from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 
 import crane_sim
 from crane_sim.cli.commands import app
@@ -14,7 +14,7 @@ from crane_sim.evaluation.report.page import save_comparison
 
 pytestmark = pytest.mark.interpreted
 SHIFT = 0.125  # m, a power of two: sums with it are exact at these magnitudes up to rounding
-QUESTION = """() => ({
+SCRIPT = """() => ({
   text: document.body.innerText, drawn: window.crane.drawn(), charts: document.querySelectorAll("svg").length,
 })"""
 
@@ -50,11 +50,11 @@ def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
     assert found.keys() == {"q.trolley", "payload", "payload.x"}
     for each in found.values():  # the sums round to the last bit of values below 1 m
         assert each.unit == "m" and abs(each.largest - SHIFT) < 1e-15 and abs(each.rms - SHIFT) < 1e-15
-    away = {name: value for name, value in comparison.metric_differences(1).items() if value}
-    assert away == {"peak_swing_deg": 0.5}
+    differing = {name: value for name, value in comparison.metric_differences(1).items() if value}
+    assert differing == {"peak_swing_deg": 0.5}
 
 
-def test_quantities_without_numbers_throughout_are_named(run: crane_sim.RecordedRun) -> None:
+def test_quantities_with_gaps_are_named(run: crane_sim.RecordedRun) -> None:
     """A quantity that has a gap in one run is not compared, and its name is given; the payload's distance is a norm."""
     q, payload = run.q.copy(), run.payload + np.array([0.3, 0.0, 0.4])
     q[5, 1] = np.nan
@@ -85,7 +85,7 @@ def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.Recor
 
 
 def test_mistakes_are_one_line(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
-    """Unlike cranes, other kinds of files, and laws that are no choice are refused before anything is simulated."""
+    """Unlike cranes, other kinds of files, and laws that are unknown or too few are refused before any simulation."""
     unlike = replace(run, crane=run.crane._replace(joint_names=("trolley", "swing_2")), path=None)
     with pytest.raises(
         crane_sim.SceneError, match="is of trolley, swing_2, a of trolley, swing_1: only runs of one crane"
@@ -102,7 +102,7 @@ def test_mistakes_are_one_line(run: crane_sim.RecordedRun, tmp_path: Path) -> No
 
 
 def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Both laws of a scene are simulated, their figures stand side by side, and the page is written."""
+    """Both laws of a scene are simulated, their metrics stand side by side, and the page is written."""
     file = tmp_path / "both.html"
     source = tmp_path / "short.yaml"
     crane_sim.load_scene("overhead_energy", {"duration": 0.3}).dump(source)
@@ -122,7 +122,7 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
     """In a browser the page draws, reports no fault, makes no request, and names every run."""
     save_comparison(crane_sim.compare(run, shifted(run), names=("one", "two")), tmp_path / "page.html")
-    answer = ask({"page": (tmp_path / "page.html").read_text()}, QUESTION, tmp_path)["page"]
+    answer = evaluate_in_pages({"page": (tmp_path / "page.html").read_text()}, SCRIPT, tmp_path)["page"]
     assert not answer["faults"] and not answer["requests"]
     assert answer["answer"]["drawn"] and answer["answer"]["charts"] >= 8  # of eight quantities or more
     assert all(word in answer["answer"]["text"] for word in ("one", "two", "two − one", "comparison"))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from knuckle_base_scenes import CRANE
 from rerun.chunk import RrdReader
-from urdf_kinematics import forward
+from urdf_kinematics import link_position
 
 import crane_sim
 from crane_sim.description import urdf
@@ -43,7 +43,7 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
     base = base_positions(scene.model.base, run.t)
     for k in (0, len(run.t) - 1):
         joints = dict(zip(scene.joint_names, run.q[k], strict=True))
-        solid = forward(urdf(scene), joints, "payload_link")
+        solid = link_position(urdf(scene), joints, "payload_link")
         solid_position = to_world(solid[None, None], base[k : k + 1])[0, 0]
         assert solid_position == pytest.approx(run.payload[k], abs=1e-7)  # the URDF prints nine digits
     assert to_base(to_world(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)  # rounding

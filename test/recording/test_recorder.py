@@ -23,9 +23,9 @@ from crane_sim.recording.files import existing_parts
 from crane_sim.recording.rerun.live import live_address
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
-from crane_sim.recording.rerun.repair import Previous, repair
+from crane_sim.recording.rerun.repair import EarlierFiles, repair
 from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.rerun.viewer import free_ports, viewer_program
+from crane_sim.recording.rerun.viewer import free_ports, rerun_executable
 from crane_sim.recording.step_assembler import MAX_ROWS_HELD, StepAssembler
 from crane_sim.simulation.plant import Plant
 
@@ -120,7 +120,7 @@ def test_a_live_viewer_follows_the_run_over_a_reset(tmp_path: Path) -> None:
     """A viewer that connects to the port receives the steps of both passes, each as a recording of its own."""
     (port, own_port), received = free_ports(2), tmp_path / "received.rrd"
     recorder = Recorder(SCENE, tmp_path / "run.rrd", port, "one")
-    command = [str(viewer_program()), live_address(port), "--save", str(received), "--bind", "127.0.0.1"]
+    command = [str(rerun_executable()), live_address(port), "--save", str(received), "--bind", "127.0.0.1"]
     with subprocess.Popen([*command, "--port", str(own_port)], stderr=subprocess.DEVNULL) as viewer:
         feed(recorder, 30)
         feed(recorder, 20)
@@ -170,7 +170,7 @@ def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None
     feed(first, 20)
     first.save()
     assert reports == [(1, 0, 0, True)]
-    previous = Previous(20, 20, (tmp_path / "run.rrd.part",), first.passes)
+    previous = EarlierFiles(20, 20, (tmp_path / "run.rrd.part",), first.passes)
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 25, after=20)
     feed(successor, 10)
@@ -187,7 +187,7 @@ def test_a_reset_after_the_recorder_died_starts_a_new_recording(tmp_path: Path) 
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
-    previous = Previous(20, 20, (tmp_path / "run.rrd.part",))
+    previous = EarlierFiles(20, 20, (tmp_path / "run.rrd.part",))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 30)
     assert successor.finish({"steps": 30})["recorded_steps"] == 30
@@ -201,7 +201,7 @@ def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
     dead.finish({"steps": 30})
-    previous = Previous(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
+    previous = EarlierFiles(30, 30, tuple(existing_parts(str(path), 1, since=0.0)))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     assert successor.has_all(30)
     added = successor.finish({"steps": 30})
@@ -215,7 +215,7 @@ def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypat
     """The error of a file that could not be written has the number of its steps, and earlier parts."""
     part = tmp_path / "run.rrd.part"
     part.touch()
-    previous = Previous(20, 20, (part,))
+    previous = EarlierFiles(20, 20, (part,))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", complete_file=tmp_path / "run.rrd", previous=previous)
     feed(successor, 30, after=20)
     monkeypatch.setattr(Session, "write", fail_full_disk)
@@ -231,7 +231,8 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
-    previous = Previous(after=20, recorded=20, parts=(tmp_path / "run.rrd.part",))  # it had not reported the last ten
+    # it had not reported the last ten steps
+    previous = EarlierFiles(last_step=20, recorded=20, parts=(tmp_path / "run.rrd.part",))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 60, after=20)
     added = successor.finish({"steps": 60})

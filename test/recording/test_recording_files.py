@@ -1,4 +1,4 @@
-"""Names of a recording's files: parts of several recorders, and what resets set aside."""
+"""Names of a recording's files: its parts by several recorders, and files from before resets."""
 
 import time
 from pathlib import Path
@@ -20,7 +20,7 @@ def test_parts_are_listed_under_their_present_names(tmp_path: Path) -> None:
 
 
 def test_files_from_before_resets_are_listed(tmp_path: Path) -> None:
-    """Files from before a reset are this run's, of whole or part, and neither another file's nor an earlier run's."""
+    """Files from before resets of this run, of the file and of its parts, are listed, none of another file or run."""
     expected = ["run.before_reset_1.rrd", "run.part2.before_reset_2.rrd"]
     for name in (*expected, "run.before_reset_1.mcap", "rerun.before_reset_1.rrd", "run.rrd"):
         (tmp_path / name).touch()

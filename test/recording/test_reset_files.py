@@ -15,7 +15,7 @@ from crane_sim.recording.mcap.file import McapFile
 from crane_sim.recording.rerun import repair
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.recorder import Recorder
-from crane_sim.recording.rerun.repair import Previous
+from crane_sim.recording.rerun.repair import EarlierFiles
 from crane_sim.recording.rerun.session import Session
 
 
@@ -66,10 +66,10 @@ def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkey
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
-    previous = Previous(20, 20, (tmp_path / "run.rrd.part",))
+    previous = EarlierFiles(20, 20, (tmp_path / "run.rrd.part",))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 30, after=20)
-    monkeypatch.setattr(repair, "optimize_recordings", lambda *_: False)  # as a disk that is nearly full has it
+    monkeypatch.setattr(repair, "join_recordings", lambda *_: False)  # as a disk that is nearly full has it
     feed(successor, 10)
     added = successor.finish({"steps": 10})
     assert added == {"recording": str(path), "recorded_steps": 10, "lost_steps": 0}

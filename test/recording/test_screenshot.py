@@ -80,7 +80,7 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     program = tmp_path / "viewer"
     program.write_text("#!/bin/sh\nexec sleep 60\n")
     program.chmod(0o755)
-    monkeypatch.setattr(viewer_module, "viewer_program", lambda: program)
+    monkeypatch.setattr(viewer_module, "rerun_executable", lambda: program)
     monkeypatch.setattr(viewer_module, "ViewerClient", LossyClient)
     monkeypatch.setattr(picture_module, "DRAW_SECONDS", 0.0)
     monkeypatch.setattr(LossyClient, "requests", [])
@@ -106,7 +106,7 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
     monkeypatch.setattr(viewer_module, "LOAD_SECONDS", 0.3)
     with pytest.raises(PictureError, match="^the viewer failed: no answer$"):
         picture(recording, recording.with_suffix(".png"))
-    monkeypatch.setattr(viewer_module, "viewer_program", lambda: Path("/bin/true"))
+    monkeypatch.setattr(viewer_module, "rerun_executable", lambda: Path("/bin/true"))
     monkeypatch.setattr(viewer_module, "LOAD_SECONDS", 60.0)
     with pytest.raises(PictureError) as caught:
         picture(recording, recording.with_suffix(".png"))

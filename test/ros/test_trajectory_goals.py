@@ -15,7 +15,7 @@ from trajectory_msgs.msg import (
 )
 
 from crane_sim import load_scene
-from crane_sim.ros.controller.path_motion import ErrorRate, coordinate_names, motion_sensor
+from crane_sim.ros.controller.coordinate_motion import ErrorRate, coordinate_names, motion_sensor
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, Tolerances, read_goal
 from crane_sim.scenes.scene import Scene

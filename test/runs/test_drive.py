@@ -85,7 +85,7 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
         wait_for(lambda: stick.held == STILL, "zero speeds after the switch was released")
         start_moving(desk, stick, expected)
         stick.silent = True
-        wait_mode(desk, Mode.LOST)
+        wait_mode(desk, Mode.DEVICE_LOST)
         wait_for(lambda: stick.held == STILL and rests(stick), "rest after the joystick was lost")
         stick.silent = False
         wait_mode(desk, Mode.INTERLOCKED)

@@ -48,7 +48,7 @@ def test_the_same_controller_in_real_time(domain_id: int) -> None:
         check_arrival(run(domain_id, mode="realtime", rate=2.0))
 
 
-def test_a_controller_of_bare_arrays(domain_id: int) -> None:
+def test_a_controller_that_sends_plain_arrays(domain_id: int) -> None:
     """Efforts without names and stamps drive the crane in real time."""
     with started_example("my_array_controller.py", domain_id):
         summary = run(domain_id, mode="realtime", rate=2.0)
@@ -58,13 +58,13 @@ def test_a_controller_of_bare_arrays(domain_id: int) -> None:
 
 @pytest.mark.parametrize("name", ["my_controller.py", "my_array_controller.py"])
 @pytest.mark.parametrize(
-    "instant",
+    "call",
     ["rclpy init", "rclpy.node.Node __init__", "rclpy.executors.SingleThreadedExecutor __init__"],
     ids=["rclpy starts", "the node is made", "the executor is made"],
 )
-def test_an_example_handles_sigterm_at_any_time(name: str, instant: str, ros_environment: dict[str, str]) -> None:
-    """A SIGTERM that comes while rclpy starts is not lost: the example exits in order, without a traceback."""
-    command = [sys.executable, "-c", TERMINATED_DURING, *instant.split(), str(EXAMPLES / name)]
+def test_an_example_handles_sigterm_at_any_time(name: str, call: str, ros_environment: dict[str, str]) -> None:
+    """A SIGTERM that comes while rclpy starts is not lost: the example exits with code 0, without a traceback."""
+    command = [sys.executable, "-c", TERMINATED_DURING, *call.split(), str(EXAMPLES / name)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with started_program(command, env=ros_environment, **pipes) as process:
         assert next_line(process) == "terminated\n"

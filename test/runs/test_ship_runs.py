@@ -11,7 +11,7 @@ from scene_runs import run_scenes
 from crane_sim import load_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
-from crane_sim.simulation.measurements import measure_motion, measure_payload
+from crane_sim.simulation.measurements import measure_imu, measure_payload
 
 pytestmark = pytest.mark.interpreted
 
@@ -57,7 +57,7 @@ def check_instruments(scene: Scene, messages: dict[str, list[Any]]) -> None:
     samples = {stamp_of(message) // period - 1: message for message in messages["base/imu"]}
     assert sorted(samples) == list(range(0, scene.steps + 1, instruments.imu.sampling.every))
     for k, message in samples.items():
-        expected = measure_motion(scene, instruments.imu, k)
+        expected = measure_imu(scene, instruments.imu, k)
         assert vector(message.linear_acceleration).tolist() == expected.specific_force.tolist()
         assert vector(message.angular_velocity).tolist() == expected.angular_velocity.tolist()
     poses = {stamp_of(message): vector(message.pose.position) for message in messages["payload_pose"]}

@@ -1,4 +1,4 @@
-"""The group `contact`: what contradicts itself, and what has no strength."""
+"""The group `contact` of scenes: contradictions are refused, a stiffness of 0 is no contact, points are converted."""
 
 from typing import Any
 
@@ -71,8 +71,8 @@ def test_springs_without_stiffness_are_absent() -> None:
     )
 
 
-def test_points_are_given_from_the_spreader() -> None:
-    """Points are the file's, moved by the attachment, since the model counts from the centre of mass."""
+def test_points_are_relative_to_the_spreader() -> None:
+    """A file gives points relative to the spreader, the model has them relative to the centre of mass."""
     model = load_scene(SCENE).model
     np.testing.assert_array_equal(model.contact.points, np.array(SCENE["contact"]["points"]) + (0.0, 0.0, 1.0))
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from urdf_kinematics import forward
+from urdf_kinematics import link_position
 
 import crane_sim
 from crane_sim import system
@@ -46,7 +46,7 @@ def test_the_urdf_bends_as_the_model_does(name: str, modes: tuple[str, ...]) -> 
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     for k, link in ((-2, "node_1"), (-1, "payload_link")):
-        assert forward(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)  # rounding of 60 m
+        assert link_position(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)  # rounding of 60 m
 
 
 def held(scene: Any) -> Any:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from urdf_kinematics import forward
+from urdf_kinematics import link_position
 
 import crane_sim
 from crane_sim import system
@@ -32,7 +32,7 @@ def test_the_urdf_sways_as_the_model_does() -> None:
     nodes, tip = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     for k, link in ((tip, "trolley_link"), (-2, "node_1"), (-1, "payload_link")):
-        assert forward(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)  # rounding of 60 m
+        assert link_position(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)  # rounding of 60 m
 
 
 def held(scene: Any) -> Any:

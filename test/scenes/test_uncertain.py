@@ -1,4 +1,4 @@
-"""The group `uncertain`: quantiles, draws by seed and key, what sees the drawn values and what the nominal ones."""
+"""The group `uncertain`: quantiles, draws by seed and key; the plant has the drawn values, the law the nominal ones."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -19,14 +19,14 @@ BOTH = {"trolley.mass": UNIFORM, "cable.node_masses.0": FACTOR}
 PROBABILITIES = np.linspace(0.001, 0.999, 37)
 
 
-def uncertain(group: Any, **changes: Any) -> crane_sim.Scene:
-    """Return the scene with uncertain parameters, a second of it."""
+def uncertain_scene(group: Any, **changes: Any) -> crane_sim.Scene:
+    """Return a scene of 1 s with uncertain parameters."""
     return load_scene(SCENE, {"uncertain": group, "duration": 1.0} | changes)
 
 
-def drawn(group: Mapping[str, Any], **changes: Any) -> dict[str, float]:
-    """Return what the scene draws."""
-    return uncertain(group, **changes).notes["drawn"]
+def drawn_values(group: Mapping[str, Any], **changes: Any) -> dict[str, float]:
+    """Return the values that the scene draws, by key."""
+    return uncertain_scene(group, **changes).notes["drawn"]
 
 
 @pytest.mark.parametrize(
@@ -41,8 +41,9 @@ def drawn(group: Mapping[str, Any], **changes: Any) -> dict[str, float]:
     ],
 )
 def test_quantiles(distribution: Any, reference: Any) -> None:
-    """Quantiles are those of SciPy's distributions; 3 is the scene's own value. Tolerance: SciPy's truncated normal."""
+    """Quantiles are those of SciPy's distributions, where the scene has the value 3."""
     values = [distribution.quantile(p, 3.0) for p in PROBABILITIES]
+    # the tolerance is for SciPy's truncated normal distribution
     assert values == pytest.approx(reference.ppf(PROBABILITIES), rel=1e-12)
 
 
@@ -63,21 +64,23 @@ def test_probabilities_are_uniform_and_independent() -> None:
 
 def test_a_draw_depends_on_seed_and_key_alone() -> None:
     """The same seed draws the same, another one something else, whatever else is uncertain."""
-    both = drawn(BOTH)
-    assert both == drawn(BOTH) and both["trolley.mass"] == drawn({"trolley.mass": UNIFORM})["trolley.mass"]
-    assert all(value != both[key] for key, value in drawn(BOTH, seed=1).items())
+    both = drawn_values(BOTH)
+    assert (
+        both == drawn_values(BOTH) and both["trolley.mass"] == drawn_values({"trolley.mass": UNIFORM})["trolley.mass"]
+    )
+    assert all(value != both[key] for key, value in drawn_values(BOTH, seed=1).items())
 
 
 def test_a_seed_is_a_number() -> None:
     """3 and 3.0 are the same seed, and one that is no seed is refused as in every scene."""
-    assert drawn(BOTH, seed=3) == drawn(BOTH, seed=3.0)
+    assert drawn_values(BOTH, seed=3) == drawn_values(BOTH, seed=3.0)
     with pytest.raises(crane_sim.SceneError, match=r"seed = -1: must be greater than or equal to 0"):
-        uncertain(BOTH, seed=-1)
+        uncertain_scene(BOTH, seed=-1)
 
 
 def test_a_run_is_that_of_the_drawn_values() -> None:
     """The plant, its URDF and its summary have the drawn values, the law's model those of the file."""
-    scene = uncertain(BOTH)
+    scene = uncertain_scene(BOTH)
     masses = scene.notes["drawn"]
     certain = load_scene(
         SCENE,
@@ -95,28 +98,28 @@ def test_a_run_is_that_of_the_drawn_values() -> None:
 
 def test_no_deviation_is_no_uncertainty() -> None:
     """A deviation that is less than rounding leaves every bit of the run as it is."""
-    still = crane_sim.simulate(uncertain({"trolley.mass": {"distribution": "normal", "deviation": 1e-300}}))
+    still = crane_sim.simulate(uncertain_scene({"trolley.mass": {"distribution": "normal", "deviation": 1e-300}}))
     assert still.summary["state_sha256"] == crane_sim.simulate(SCENE, duration=1.0).summary["state_sha256"]
 
 
 def test_a_batch_draws_for_every_seed() -> None:
     """A batch over seeds ends where single runs end that draw the same; 1e-12: its loops round in another order."""
-    document = uncertain(BOTH)
-    batch = crane_sim.simulate_batch(document, {"seed": [0, 1, 2]})
-    single = [crane_sim.simulate(load_scene(document, {"seed": seed})).q[-1] for seed in range(3)]
+    scene = uncertain_scene(BOTH)
+    batch = crane_sim.simulate_batch(scene, {"seed": [0, 1, 2]})
+    single = [crane_sim.simulate(load_scene(scene, {"seed": seed})).q[-1] for seed in range(3)]
     np.testing.assert_allclose(batch.q, single, rtol=1e-12, atol=1e-12)
 
 
 def test_angles_may_be_text() -> None:
     """Numbers of a distribution may be angles with a unit, as the parameters that they are of."""
-    degrees = drawn({"initial.angles.0": {"distribution": "uniform", "low": "5 deg", "high": "10 deg"}})
-    radians = drawn({"initial.angles.0": {"distribution": "uniform", "low": np.pi / 36.0, "high": np.pi / 18.0}})
+    degrees = drawn_values({"initial.angles.0": {"distribution": "uniform", "low": "5 deg", "high": "10 deg"}})
+    radians = drawn_values({"initial.angles.0": {"distribution": "uniform", "low": np.pi / 36.0, "high": np.pi / 18.0}})
     assert degrees["initial.angles.0"] == pytest.approx(radians["initial.angles.0"], rel=1e-15)  # π / 36 rounded
 
 
 def test_a_list_has_one_factor() -> None:
     """A relative distribution scales all numbers of a list alike."""
-    (value,) = drawn({"cable.node_masses": FACTOR}).values()
+    (value,) = drawn_values({"cable.node_masses": FACTOR}).values()
     factor = Normal(0.1, 1.0, low=0.5).quantile(probability_of(0, "cable.node_masses"), 0.0)
     assert value == [10.0 * factor] and factor != 1.0
 
@@ -155,7 +158,7 @@ def test_a_list_has_one_factor() -> None:
 def test_wrong_groups_are_refused(group: Any, message: str) -> None:
     """A distribution that contradicts itself or the scene is refused in one line that names it."""
     with pytest.raises(crane_sim.SceneError) as error:
-        uncertain(group)
+        uncertain_scene(group)
     assert message in str(error.value) and "\n" not in str(error.value)
 
 

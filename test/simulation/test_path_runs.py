@@ -1,4 +1,4 @@
-"""Runs along a path: their figures, and laws that are given a new path while at work."""
+"""Runs along a path: their tracking errors, and laws that are given a new path during a run."""
 
 import sys
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ import crane_sim
 from crane_sim import orchestration
 from crane_sim.laws import with_initial_state
 from crane_sim.ros.common.messages import reference_message
-from crane_sim.ros.controller.path_input import TrajectoryInput
+from crane_sim.ros.controller.trajectory_input import TrajectoryInput
 from crane_sim.simulation.metrics import Tracking, in_base
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
@@ -24,7 +24,7 @@ from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import join_trajectory, to_piecewise_polynomial, with_trajectory
 from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, sample_trajectory
 
-FIGURES = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
+TRACKING_FIGURES = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
 SCENE = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
 
 
@@ -38,21 +38,21 @@ def test_figures_are_their_definitions(run: crane_sim.Rollout) -> None:
     """Errors are those of the payload at all instants of the run; the tip's acceleration is what was commanded."""
     error = np.linalg.norm(run.payload[:, :2] - sample_trajectory(SCENE.path, run.t)[:, 0], axis=1)
     expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
-    actual = [run.summary[name] for name in FIGURES]
+    actual = [run.summary[name] for name in TRACKING_FIGURES]
     assert actual[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order
     assert actual[3] == pytest.approx(expected[3], abs=1e-7)  # second difference over a millisecond
 
 
 def test_figures_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
     """One block or many give the same bits."""
-    parts = (run.t, run.q, run.v, run.u, run.payload)
+    columns = (run.t, run.q, run.v, run.u, run.payload)
     actual = []
     for cuts in ([], [1, 2, 700, 3000]):
         tracking = Tracking(SCENE)
-        for block in zip(*(np.split(part[:-1], cuts) for part in parts), strict=True):
+        for block in zip(*(np.split(column[:-1], cuts) for column in columns), strict=True):
             tracking.extend(*block)
         actual.append(tracking.summary(run.t[-1:], run.q[-1:], run.payload[-1:]))
-    assert actual[0] == actual[1] == {name: run.summary[name] for name in FIGURES}
+    assert actual[0] == actual[1] == {name: run.summary[name] for name in TRACKING_FIGURES}
 
 
 def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
@@ -61,30 +61,30 @@ def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
     for _ in range(SCENE.steps):
         plant.advance(law(plant.t, plant.q, plant.v))
     actual = plant.summary()
-    assert {name: actual[name] for name in FIGURES} == {name: run.summary[name] for name in FIGURES}
+    assert {name: actual[name] for name in TRACKING_FIGURES} == {name: run.summary[name] for name in TRACKING_FIGURES}
 
 
 def test_a_scene_without_a_path_has_no_such_figures() -> None:
     """Nothing is measured where there is no path."""
     scene = crane_sim.load_scene("pendulum_free", {"duration": 0.1})
-    assert scene.path is None and not set(FIGURES) & set(crane_sim.simulate(scene).summary)
+    assert scene.path is None and not set(TRACKING_FIGURES) & set(crane_sim.simulate(scene).summary)
 
 
 def test_errors_are_seen_from_the_base() -> None:
-    """What a moving base carries along stays where it is, in the base's own axes."""
+    """A point fixed to a moving base has constant coordinates in the axes of the base."""
     amplitudes = np.array([0.3, 0.5, 0.7, 0.2, 0.1, 0.4])
     base = Base(np.zeros(6), amplitudes[:, None], np.ones((6, 1)), np.zeros((6, 1)))
-    t, place = np.array([0.0, 0.4, 1.9]), np.array([1.3, -0.2, -1.0])
+    t, point = np.array([0.0, 0.4, 1.9]), np.array([1.3, -0.2, -1.0])
     angles = np.outer(np.sin(t), amplitudes[:2:-1])
-    world = np.outer(np.sin(t), amplitudes[:3]) + Rotation.from_euler("ZYX", angles).apply(place)
-    assert np.max(np.abs(in_base(base, t, world) - place)) < 1e-14  # rounding
+    world = np.outer(np.sin(t), amplitudes[:3]) + Rotation.from_euler("ZYX", angles).apply(point)
+    assert np.max(np.abs(in_base(base, t, world) - point)) < 1e-14  # rounding
 
 
 class Follower(NamedTuple):
-    """A law with a path and a memory somewhere inside."""
+    """A law with a path in `inner`, perhaps nested, and an internal state."""
 
     inner: Any
-    memory: Any
+    state: Any
 
 
 NAMES = ("x", "y")
@@ -93,7 +93,7 @@ POINTS = (Point((5.0, 5.0), 2.0, (1.0, 0.0), (0.0, 0.0)), Point((6.0, 7.0), 5.0,
 
 
 def test_a_new_path_goes_on_from_the_old_one() -> None:
-    """Position, velocity and acceleration are continuous at the change, points passed are left out, names sorted."""
+    """Position, velocity and acceleration are continuous at the change; past points are left out, joints sorted."""
     first = Point((9.0, 9.0), 0.5, (0.0, 0.0), (0.0, 0.0))
     new = join_trajectory(Waypoints(("y", "x"), (first, *POINTS), 0.5), OLD, NAMES, 1.5)
     before, after = (
@@ -111,11 +111,11 @@ def test_a_new_path_goes_on_from_the_old_one() -> None:
 
 
 def test_replacing_the_path_keeps_the_internal_state() -> None:
-    """The path deep inside a law is replaced, and its memory is the same array."""
+    """The path nested inside a law is replaced, and its internal state is the same array."""
     law = Follower(Follower(OLD, 2.0), np.ones(3))
     new = join_trajectory(Waypoints(NAMES, POINTS), OLD, NAMES, 0.0)
     actual = with_trajectory(law, new)
-    assert actual.inner.inner is new and actual.memory is law.memory and actual.inner.memory == 2.0
+    assert actual.inner.inner is new and actual.state is law.state and actual.inner.state == 2.0
 
 
 def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> JointTrajectory:
@@ -127,21 +127,21 @@ def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> Joi
 
 
 def test_trajectories_from_the_topic() -> None:
-    """A message becomes the law's path, once; the node's own, and what does not fit, change nothing."""
-    node, law, own = OneTopicNode("joint_trajectory"), Follower(OLD, None), reference_message(SCENE.actuated, ())
-    path_input = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
-    assert path_input.apply_to(law, 1.0) is law
-    for ignored in (own, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
+    """A message replaces the law's path once; the node's own messages, and what does not fit, change nothing."""
+    node, law, published = OneTopicNode("joint_trajectory"), Follower(OLD, None), reference_message(SCENE.actuated, ())
+    trajectory_input = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
+    assert trajectory_input.apply_to(law, 1.0) is law
+    for ignored in (published, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
         node.callback(ignored)
-        assert path_input.apply_to(law, 1.0) is law
+        assert trajectory_input.apply_to(law, 1.0) is law
     assert len(node.lines) == 3 and all(line.startswith("joint_trajectory: refused: ") for line in node.lines)
     node.callback(message([[3.0, 4.0], [5.0, 6.0]]))
-    new = path_input.apply_to(law, 1.0).inner
+    new = trajectory_input.apply_to(law, 1.0).inner
     assert isinstance(new, Trajectory)
     actual = evaluate(to_piecewise_polynomial(new), np.array([1.0, 2.0, 3.0, 9.0]))
     start = evaluate(to_piecewise_polynomial(OLD), np.array([1.0]))[0]
     assert actual == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)  # rounding
-    assert path_input.apply_to(Follower(new, None), 1.1).inner is new
+    assert trajectory_input.apply_to(Follower(new, None), 1.1).inner is new
 
 
 def test_a_law_without_a_path_does_not_subscribe() -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 KINDS = ("echo", "packed echo", "lockstep", "lockstep, recorded")
-_LIMIT = 120.0  # s of silence until an echo counts as failed
+_ECHO_TIMEOUT = 120.0  # s of silence until an echo counts as failed
 
 
 def echo(scene: "Scene", packed: bool = False) -> float:
@@ -46,11 +46,11 @@ def echo(scene: "Scene", packed: bool = False) -> float:
 
 
 def _wait(group: ProcessGroup) -> None:
-    reported = group.listen(_LIMIT)
+    reported = group.listen(_ECHO_TIMEOUT)
     if failed := [child.name for child in group.children if child.fault]:
         raise RuntimeError(f"the echo failed: {failed[0]} is gone")
     if not reported:
-        raise RuntimeError(f"the echo failed: no message for {_LIMIT:g} s")
+        raise RuntimeError(f"the echo failed: no message for {_ECHO_TIMEOUT:g} s")
 
 
 def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = None) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.evaluation.report.panels import RUN_COLORS
-from crane_sim.evaluation.report.robot import robot_of, sources
+from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
 from crane_sim.recording.figure_units import figure_unit
 from crane_sim.recording.quantities import common_quantities
 
@@ -64,8 +64,8 @@ def _events(comparison: Comparison) -> list[tuple[float, str]]:
 
 
 def _ghost(run: RecordedRun, numbers: int) -> dict[str, Any]:
-    robot = robot_of(run.crane.urdf, run.crane.joint_names)
-    return {"robot": robot, "frames": frames_of(run, sources(robot), numbers)}
+    robot = parse_robot(run.crane.urdf, run.crane.joint_names)
+    return {"robot": robot, "frames": frames_of(run, used_coordinates(robot), numbers)}
 
 
 def _panels(comparison: Comparison, colors: list[str]) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ import numpy as np
 from crane_sim.evaluation.report.decimation import encode_columns, encode_floats, rows_with_peaks
 from crane_sim.evaluation.report.metrics_table import headlines, joint_table, plain_figures
 from crane_sim.evaluation.report.panels import Panel, panels_of
-from crane_sim.evaluation.report.robot import robot_of, sources
+from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
 from crane_sim.recording.base_frame import base_rotations
 from crane_sim.recording.rope_colors import usual_tensions
 from crane_sim.recording.states import color_of, spans_of
@@ -34,7 +34,7 @@ STRETCHES = 1000  # of a track of states, at most
 
 def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
     """Return all that the page of a run shows, with at most so many numbers in its frames."""
-    robot = robot_of(run.urdf, run.crane.joint_names)
+    robot = parse_robot(run.urdf, run.crane.joint_names)
     end = float(run.t[-1]) + run.period
     panels = panels_of(run)
     return {
@@ -49,7 +49,7 @@ def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str,
         "robot": robot,
         "framing": run.crane.framing,
         "afloat": run.base is not None,
-        "frames": frames_of(run, sources(robot), frame_numbers),
+        "frames": frames_of(run, used_coordinates(robot), frame_numbers),
         "panels": _encode(run, panels, slice(None)),
         "last_panels": None if run.finished else _encode(run, panels, _last(run, end)),
         "states": state_rows(run, end),

@@ -12,26 +12,31 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
-def robot_of(document: str, joints: Sequence[str]) -> dict[str, Any]:
-    """Return links with their solids, joints with the indices of the coordinates (nq,) that move them.
+def parse_robot(urdf: str, coordinates: Sequence[str]) -> dict[str, Any]:
+    """Return the links of a URDF with their solids, and its joints with what moves them.
 
-    A joint has `source`, the index of its coordinate, and `multiplier`; one without is fixed. The joint of an attitude
-    has four sources: w, x, y, z of a quaternion.
+    A joint that moves has `source`, the index of its coordinate, and `multiplier` and `offset` of its position. A fixed
+    joint has none of these, except for the one of a body's attitude, which URDF has no type for: its `source` is the
+    indices of the components w, x, y, z of a quaternion.
+
+    Args:
+        urdf: the document's text.
+        coordinates: names of the joint coordinates (nq,).
     """
-    robot = ElementTree.fromstring(document)
+    robot = ElementTree.fromstring(urdf)
     links = {link.attrib["name"]: [_solid(visual) for visual in link.iter("visual")] for link in robot.iter("link")}
-    return {"links": links, "joints": [_joint(joint, list(joints)) for joint in robot.findall("joint")]}
+    return {"links": links, "joints": [_joint(joint, list(coordinates)) for joint in robot.findall("joint")]}
 
 
-def sources(robot: dict[str, Any]) -> list[int]:
-    """Return the coordinates that move anything, in ascending order."""
+def used_coordinates(robot: dict[str, Any]) -> list[int]:
+    """Return the indices of the coordinates that move a joint, in ascending order."""
     used = [joint["source"] for joint in robot["joints"] if "source" in joint]
     return sorted({i for source in used for i in (source if isinstance(source, list) else [source])})
 
 
-def _joint(joint: ElementTree.Element, joints: list[str]) -> dict[str, Any]:
+def _joint(joint: ElementTree.Element, coordinates: list[str]) -> dict[str, Any]:
     name, mimic = joint.attrib["name"], joint.find("mimic")
-    facts: dict[str, Any] = {
+    description: dict[str, Any] = {
         "name": name,
         "parent": _child(joint, "parent").attrib["link"],
         "child": _child(joint, "child").attrib["link"],
@@ -39,13 +44,13 @@ def _joint(joint: ElementTree.Element, joints: list[str]) -> dict[str, Any]:
         "rpy": _numbers(_child(joint, "origin"), "rpy"),
     }
     if joint.attrib["type"] == "fixed":
-        quaternion = [joints.index(part) for part in ATTITUDE if part in joints]
-        return facts | ({"source": quaternion} if name == ATTITUDE_JOINT and quaternion else {})
-    return facts | {
-        "source": joints.index(name if mimic is None else mimic.attrib["joint"]),
+        quaternion = [coordinates.index(part) for part in ATTITUDE if part in coordinates]
+        return description | ({"source": quaternion} if name == ATTITUDE_JOINT and quaternion else {})
+    return description | {
+        "source": coordinates.index(name if mimic is None else mimic.attrib["joint"]),
         "multiplier": 1.0 if mimic is None else float(mimic.attrib["multiplier"]),
         "offset": 0.0 if mimic is None else float(mimic.attrib.get("offset", "0")),
-        "slides": joint.attrib["type"] == "prismatic",
+        "prismatic": joint.attrib["type"] == "prismatic",
         "axis": _numbers(_child(joint, "axis"), "xyz"),
     }
 

@@ -22,7 +22,7 @@ from crane_sim.simulation.rollout import simulate
 KILTED = os.environ.get("CRANE_SIM_KILTED_PYTHON", "")
 """A Python with rclpy of ROS 2 Kilted, this package and what it needs; empty: there is none."""
 SCENE, DURATION = "knuckle_setpoint", 6.0  # s of simulated time, 600 steps
-_PATIENCE = 120.0  # s, only so that a failure ends: another interpreter may have everything to compile
+_TIMEOUT = 120.0  # s, only so that a failure ends: another interpreter may have everything to compile
 _OF_THIS_ONE = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "AMENT_PREFIX_PATH")
 
 
@@ -105,10 +105,10 @@ def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
     try:
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "text": True}
         plant = subprocess.run(
-            command, env=env, timeout=_PATIENCE, check=False, preexec_fn=set_parent_death_signal(), **pipes
+            command, env=env, timeout=_TIMEOUT, check=False, preexec_fn=set_parent_death_signal(), **pipes
         )
     except subprocess.TimeoutExpired:
-        raise RuntimeError(f"plant: it did not end within {_PATIENCE:g} s") from None
+        raise RuntimeError(f"plant: it did not end within {_TIMEOUT:g} s") from None
     hash_line = next((line for line in plant.stderr.splitlines() if "state_sha256" in line), "")
     if plant.returncode or not hash_line:
         raise RuntimeError(f"plant: exit code {plant.returncode}: {plant.stderr.strip()}")

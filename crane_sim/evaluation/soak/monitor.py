@@ -11,14 +11,14 @@ from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.ros_environment import node_environment
 from crane_sim.scenes.scene import Scene
 
-_LIMIT = 60.0  # s for it to start
-_DISCOVERY = 1.0  # s, several times what nodes on one machine take to find each other
+_START_TIMEOUT = 60.0  # s for it to start
+_DISCOVERY_TIME = 1.0  # s, several times what nodes on one machine take to find each other
 
 
 def wait_for_discovery(role: str, _pid: int) -> None:
     """Give a monitor time to discover the plant before its first step: for `on_activated` of a run."""
     if role == "plant":
-        time.sleep(_DISCOVERY)
+        time.sleep(_DISCOVERY_TIME)
 
 
 class Received(NamedTuple):
@@ -70,6 +70,6 @@ def monitor(scene: Scene, domain: int) -> Iterator[MonitorFile]:
         settings = {"scene": str(scene_file), "file": str(file)}
         child = group.start("monitor", "crane_sim.ros.monitor_node", scene.crane, settings)
         while not child.ready:
-            if not group.listen(_LIMIT) or child.fault:
+            if not group.listen(_START_TIMEOUT) or child.fault:
                 raise RuntimeError(f"monitor: {child.fault or 'it did not start'}")
         yield MonitorFile(file)

@@ -23,8 +23,8 @@ SCENE, DURATION = "knuckle_setpoint", 2.0  # s, in real time
 LIMIT = 3.0  # s from the signal to the end
 _EARLY = 0.1  # s, of which every fifth instant is one
 _POLL = 0.02  # s between two polls of received messages
-_PATIENCE = 30.0  # s until a run that does not end is killed, only so that the soak goes on
-_BEGUN = 300.0  # s for a run to begin, only so that the soak goes on
+_EXIT_TIMEOUT = 30.0  # s until a run that does not end is killed, only so that the soak goes on
+_START_TIMEOUT = 300.0  # s for a run to begin, only so that the soak goes on
 
 
 class RunKind(NamedTuple):
@@ -119,7 +119,7 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
             took = _send_signals(process, interruption, monitored, received)
-            _, errors = process.communicate(timeout=_PATIENCE)  # it has ended, and with it all that write to its pipes
+            _, errors = process.communicate(timeout=_EXIT_TIMEOUT)  # it and all that write to its pipes have ended
         time.sleep(0.1)  # ten times the interval at which the monitor writes
         _read_messages(monitored, received)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
@@ -168,7 +168,7 @@ def _send_signals(
     """Send the signals and wait for the end; return the time it took [s]."""
     if interruption is None:
         return 0.0
-    limit = time.monotonic() + _BEGUN
+    limit = time.monotonic() + _START_TIMEOUT
     while interruption.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
         time.sleep(_POLL)
         _read_messages(monitored, received)
@@ -184,7 +184,7 @@ def _send_signals(
         except subprocess.TimeoutExpired:
             process.send_signal(interruption.number)
     try:
-        process.wait(_PATIENCE)
+        process.wait(_EXIT_TIMEOUT)
     except subprocess.TimeoutExpired:
         process.kill()
     return time.monotonic() - began

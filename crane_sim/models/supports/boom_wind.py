@@ -2,7 +2,7 @@
 
 from crane_sim.models.moving_base import airspeed
 from crane_sim.models.supports import with_wind
-from crane_sim.models.supports.knuckle_boom import Knuckle, point_of_rod
+from crane_sim.models.supports.knuckle_boom import Knuckle, point_motion
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom, centre_motion
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.wind_load import Airflow, BoomWindage, JibWindage, RodWindage, rod_drag
@@ -44,7 +44,7 @@ def rod_wind(windage, rod, flow, base, pose, root, root_rate, c, s, rate):
 
     Args:
         windage, rod, flow, base, pose: the rod's windage, the rod, and arguments of `with_wind`.
-        root, root_rate, c, s, rate: see `knuckle_boom.mass_load`.
+        root, root_rate, c, s, rate: see `knuckle_boom.imposed_load`.
     """
     return 0.0, 0.0, 0.0, 0.0
 
@@ -52,7 +52,7 @@ def rod_wind(windage, rod, flow, base, pose, root, root_rate, c, s, rate):
 @rod_wind.register(RodWindage)
 def _(windage, rod, flow, base, pose, root, root_rate, c, s, rate):
     reach = windage.centre * rod.length
-    at, moves = point_of_rod(reach, pose, root, root_rate, c, s, rate)
+    at, moves = point_motion(reach, pose, root, root_rate, c, s, rate)
     x, y, z = rod_drag(windage, flow, (c, 0.0, s), at, airspeed(base, at, moves))
     return y * at[0], reach * (c * z - s * x), x, z
 

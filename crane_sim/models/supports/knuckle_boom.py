@@ -1,19 +1,30 @@
 """Knuckle-boom crane: a tower that slews, a boom and a jib that luff.
 
-Model of Ambrosino, Dawans, Thierens, Garone, "Oscillation Reduction for Knuckle Cranes", with the misprints corrected,
-in the slewing frame (e_r, e_t, e_z): neither the slew angle nor the swing angles appear, and the 6x6 solve of the
-Lagrange form becomes one division (slew) and one 2x2 solve (boom, jib). alpha is the slew angle; beta and gamma are
-the elevations of boom and jib, both from the horizontal.
+Model of Ambrosino, Dawans, Thierens, Garone, "Oscillation Reduction for Knuckle Cranes", with its misprints corrected:
+A4 and A5 without the factor 2, d² in m55 and m66, and c12, c15, c16, c22, c24 .. c26, c35, c55, c61 .. c66 as the
+Lagrangian gives them. In the slewing frame (e_r, e_t, e_z), turned about z by the slew angle alpha, neither alpha nor
+the swing angles appear, and the 6x6 solve of the Lagrange form becomes one division (slew) and one 2x2 solve (boom,
+jib). beta and gamma are the elevations of boom and jib, both from the horizontal. With length lB, mass mB and
+transverse inertia IB of the boom, lJ, mJ, IJ of the jib, and the inertia It of the tower about the vertical
 
-Effect of a moving base on a knuckle-boom crane: additional efforts on its joints.
+    K1 = lB² (mB/4 + mJ),   K2 = lJ² mJ/4,   K3 = lB lJ mJ/2,
+    p1 = K1 cos β + K3 cos γ,   p2 = K2 cos γ + K3 cos β,
+    hb = p1 sin β,   hg = p2 sin γ,   c = K3 cos(β - γ),   s = K3 sin(β - γ),
 
-In the slewing frame (e_r, e_t, e_z) boom and jib are masses at their middles, on which the imposed acceleration acts,
-and rods whose own inertia resists the rotation of the base. With an axial inertia I_a a rod's inertia tensor is
-I 1 + (I_a - I) u uᵀ, u along the rod. Without one the model has inertia about the luffing axis
-l = -e_t only, and so it does here: the tensor is I l lᵀ. The tower has an inertia about e_z only, I_t e_z e_zᵀ.
-With Ω = w + ω, ω relative to the base, such a tensor a 1 + b d dᵀ, d fixed in the body, gives the body the moment
+    (It + p1 cos β + p2 cos γ) α'' = u1 + r F_t + 2 α' (hb β' + hg γ')
+    (IB + K1) β'' + c γ'' = u2 + lB (F_z cos β - F_r sin β) - g lB (mB/2 + mJ) cos β - s γ'² - hb α'²
+    c β'' + (IJ + K2) γ'' = u3 + lJ (F_z cos γ - F_r sin γ) - g lJ mJ/2 cos γ + s β'² - hg α'²,
 
-    -(a s + b [(d·s) d + (d·Ω) Ω × d - (d·ω) ω × d]),   s = w' + w × ω,
+u1, u2, u3 the efforts tau on the joints, F the force on the tip (r, 0, h). Motors add their inertias on the left, axial
+inertias of the rods add to the inertia of the slew, and so to hb and hg, which are -½ its derivatives by β and γ.
+
+A moving base (`models.moving_base`) imposes an acceleration on boom and jib, as masses at their middles, and the
+inertias of the rods resist its rotation. With an axial inertia I_a a rod's inertia tensor is I 1 + (I_a - I) u uᵀ, u
+along the rod. Without one the model has inertia about the luffing axis l = -e_t only: the tensor is I l lᵀ. The tower
+has an inertia about e_z only, It e_z e_zᵀ. With w the angular velocity of the base, ω that of a body relative to it,
+and Ω = w + ω, a tensor a 1 + b d dᵀ, d fixed in the body, gives the body the moment
+
+    -(a ε + b [(d·ε) d + (d·Ω) Ω × d - (d·ω) ω × d]),   ε = w' + w × ω,
 
 in addition to that at w = w' = 0.
 """
@@ -61,9 +72,9 @@ class Rod(NamedTuple):
     mass: NonNegative  # kg, evenly spread or not: its centre is at the middle
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
     axial_inertia: NonNegative | None = None  # kg m², about the rod, at most twice `inertia`; left out: the inertia
-    # does not turn with the slew
+    # has no part in the slew's
     limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
-    windage: RodWindage | None = None  # what it opposes to the `wind`; left out: none presses on it
+    windage: RodWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
 
 
 class Tower(NamedTuple):
@@ -74,14 +85,14 @@ class Tower(NamedTuple):
 
 
 class Knuckle(NamedTuple):
-    """Parameters of the support."""
+    """Parameters of the structure, a support: tower, boom and jib, without what hangs on the tip."""
 
     boom: Rod
     jib: Rod
     tower: Tower
     boom_spring: BoomSpring | None = None
     jib_spring: JibSpring | None = None
-    motors: tuple[float, float, float] | None = None  # kg m², of the motors of slew, boom and jib, by the ratio squared
+    motors: tuple[float, float, float] | None = None  # kg m², of slew, boom and jib: motor inertia times ratio squared
 
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
@@ -89,11 +100,11 @@ class Knuckle(NamedTuple):
 
 
 class KnucklePosture(NamedTuple):
-    """Kinematics of a state. Lengths in the slewing frame; p1, p2, c, s, hb, hg are the inertia terms of the joints."""
+    """Kinematics of a state in the slewing frame, and inertia terms of the joints by the module's symbols."""
 
     tip: tuple[float, float, float]  # (r, 0, h)
     tip_velocity: tuple[float, float, float]  # (r', 0, h')
-    yaw_rate: float  # alpha'
+    yaw_rate: float  # alpha', of the slewing frame
     beta: float
     gamma: float
     beta_rate: float
@@ -104,32 +115,32 @@ class KnucklePosture(NamedTuple):
     sg: float
     c: float  # K3 cos(beta - gamma), inertia coupling of boom and jib
     s: float  # K3 sin(beta - gamma)
-    slew_inertia: float  # kg m², motors included
+    slew_inertia: float  # kg m², of the tower, boom and jib about the vertical; this and the next with the motors'
     hb: float  # -½ d(slew inertia)/d beta
     hg: float
-    boom_inertia: float  # IB + K1
-    jib_inertia: float  # IJ + K2
+    boom_inertia: float  # kg m², IB + K1
+    jib_inertia: float  # kg m², IJ + K2
     free: Any = None  # (slew, boom, jib), which of them friction does not hold; None: all are free
 
 
 @lean_generic
-def turning_inertia(axial, inertia, c, s):
-    """Return (inertia about the vertical, -½ its derivative by the elevation) of a rod; none where axial is absent."""
+def yaw_inertia(axial, inertia, c, s):
+    """Return (inertia about the vertical, -½ its derivative by the elevation) of a rod; 0 without an axial inertia."""
     return 0.0, 0.0
 
 
-@turning_inertia.register(float)
+@yaw_inertia.register(float)
 def _(axial, inertia, c, s):
     return inertia * c * c + axial * s * s, (inertia - axial) * s * c
 
 
 @lean_generic
-def motor_inertia(motors, inertias):
+def add_motor_inertias(motors, inertias):
     """Return the inertias (slew, boom, jib) with those of the motors added."""
     return inertias
 
 
-@motor_inertia.register(tuple)
+@add_motor_inertias.register(tuple)
 def _(motors, inertias):
     return inertias[0] + motors[0], inertias[1] + motors[1], inertias[2] + motors[2]
 
@@ -143,10 +154,10 @@ def _(support, xs):
     k2 = 0.25 * jib.length * jib.length * jib.mass
     k3 = 0.5 * boom.length * jib.length * jib.mass
     p1, p2 = k1 * cb + k3 * cg, k2 * cg + k3 * cb
-    boom_turning, boom_slope = turning_inertia(boom.axial_inertia, boom.inertia, cb, sb)
-    jib_turning, jib_slope = turning_inertia(jib.axial_inertia, jib.inertia, cg, sg)
-    slew_inertia = support.tower.inertia + cb * p1 + cg * p2 + boom_turning + jib_turning
-    inertias = motor_inertia(support.motors, (slew_inertia, boom.inertia + k1, jib.inertia + k2))
+    boom_yaw_inertia, boom_h = yaw_inertia(boom.axial_inertia, boom.inertia, cb, sb)
+    jib_yaw_inertia, jib_h = yaw_inertia(jib.axial_inertia, jib.inertia, cg, sg)
+    slew_inertia = support.tower.inertia + cb * p1 + cg * p2 + boom_yaw_inertia + jib_yaw_inertia
+    inertias = add_motor_inertias(support.motors, (slew_inertia, boom.inertia + k1, jib.inertia + k2))
     return KnucklePosture(
         tip=(boom.length * cb + jib.length * cg, 0.0, boom.length * sb + jib.length * sg),
         tip_velocity=(-boom.length * sb * vb - jib.length * sg * vg, 0.0, boom.length * cb * vb + jib.length * cg * vg),
@@ -162,8 +173,8 @@ def _(support, xs):
         c=k3 * (cb * cg + sb * sg),
         s=k3 * (sb * cg - cb * sg),
         slew_inertia=inertias[0],
-        hb=sb * p1 + boom_slope,
-        hg=sg * p2 + jib_slope,
+        hb=sb * p1 + boom_h,
+        hg=sg * p2 + jib_h,
         boom_inertia=inertias[1],
         jib_inertia=inertias[2],
         free=None,
@@ -171,39 +182,39 @@ def _(support, xs):
 
 
 @lean_generic
-def free_moments(free, moments):
+def drop_held_moments(free, moments):
     """Return the moments (slew, boom, jib) with those on joints that friction holds left out."""
     return moments
 
 
-@free_moments.register(tuple)
+@drop_held_moments.register(tuple)
 def _(free, moments):
     slew, boom, jib = moments
     return slew if free[0] else 0.0, boom if free[1] else 0.0, jib if free[2] else 0.0
 
 
 @lean_generic
-def free_coupling(free, coupling):
+def drop_held_coupling(free, coupling):
     """Return the inertia coupling of boom and jib: none where friction holds one of them."""
     return coupling
 
 
-@free_coupling.register(tuple)
+@drop_held_coupling.register(tuple)
 def _(free, coupling):
     return coupling if free[1] and free[2] else 0.0
 
 
 @lean_kernel
 def _solve_luff(pose, b2, b3):
-    """Solve the 2x2 system of boom and jib."""
-    c = free_coupling(pose.free, pose.c)
+    """Return the accelerations of boom and jib for the right-hand sides [N m] of their equations."""
+    c = drop_held_coupling(pose.free, pose.c)
     inverse = 1.0 / (pose.boom_inertia * pose.jib_inertia - c * c)
     return (pose.jib_inertia * b2 - c * b3) * inverse, (pose.boom_inertia * b3 - c * b2) * inverse
 
 
 @lean_kernel
 def _moments(support, pose, gravity, tau, force):
-    """Return the moments [N m] that accelerate slew, boom and jib."""
+    """Return the right-hand sides [N m] of the equations of slew, boom and jib; arguments of `support_acceleration`."""
     boom, jib = support.boom, support.jib
     fr, ft, fz = force
     wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
@@ -219,7 +230,7 @@ def _moments(support, pose, gravity, tau, force):
 
 @support_acceleration.register(Knuckle)
 def _(support, pose, gravity, tau, force):
-    slew, b2, b3 = free_moments(pose.free, _moments(support, pose, gravity, tau, force))
+    slew, b2, b3 = drop_held_moments(pose.free, _moments(support, pose, gravity, tau, force))
     boom_acc, jib_acc = _solve_luff(pose, b2, b3)
     return slew / pose.slew_inertia, boom_acc, jib_acc
 
@@ -243,7 +254,7 @@ def _(support, pose, qdd):
 def _(support, pose, n):
     boom = support.boom.length * (pose.cb * n[2] - pose.sb * n[0])
     jib = support.jib.length * (pose.cg * n[2] - pose.sg * n[0])
-    slew, boom, jib = free_moments(pose.free, (pose.tip[0] * n[1], boom, jib))
+    slew, boom, jib = drop_held_moments(pose.free, (pose.tip[0] * n[1], boom, jib))
     boom_acc, jib_acc = _solve_luff(pose, boom, jib)
     return slew * slew / pose.slew_inertia + boom * boom_acc + jib * jib_acc
 
@@ -275,8 +286,8 @@ def _(support, xs):
 @support_kinetic.register(Knuckle)
 def _(support, pose):
     wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
-    elevation = pose.boom_inertia * wb * wb + pose.jib_inertia * wg * wg
-    return 0.5 * (pose.slew_inertia * wa * wa + elevation) + pose.c * wb * wg
+    luffing = pose.boom_inertia * wb * wb + pose.jib_inertia * wg * wg
+    return 0.5 * (pose.slew_inertia * wa * wa + luffing) + pose.c * wb * wg
 
 
 @support_potential.register(Knuckle)
@@ -295,17 +306,18 @@ def _(support, tau, pose, force):
 
 @add_imposed_efforts.register(Knuckle)
 def _(support, base, tau, pose):
-    slew, boom, jib = _efforts(base, support, pose)
+    slew, boom, jib = _imposed_efforts(base, support, pose)
     return (tau[0] + slew, tau[1] + boom, tau[2] + jib, *tau[3:])
 
 
 @lean_routine
-def _efforts(base, support, pose):
+def _imposed_efforts(base, support, pose):
+    """Return the efforts (3,) [N m] of the inertial forces of a moving base on slew, boom and jib."""
     boom, jib = support.boom, support.jib
-    slew, x, z = mass_load(base, boom, pose, (0.0, 0.0), (0.0, 0.0), pose.cb, pose.sb, pose.beta_rate)
+    slew, x, z = imposed_load(base, boom, pose, (0.0, 0.0), (0.0, 0.0), pose.cb, pose.sb, pose.beta_rate)
     length, rate = boom.length, boom.length * pose.beta_rate
     root, root_rate = (length * pose.cb, length * pose.sb), (-rate * pose.sb, rate * pose.cb)
-    jib_slew, jx, jz = mass_load(base, jib, pose, root, root_rate, pose.cg, pose.sg, pose.gamma_rate)
+    jib_slew, jx, jz = imposed_load(base, jib, pose, root, root_rate, pose.cg, pose.sg, pose.gamma_rate)
     boom_effort = boom.length * (pose.cb * (0.5 * z + jz) - pose.sb * (0.5 * x + jx))
     jib_effort = 0.5 * jib.length * (pose.cg * jz - pose.sg * jx)
     boom_gyro_slew, boom_gyro = gyroscopic_moments(base, boom, pose, pose.cb, pose.sb, pose.beta_rate)
@@ -315,51 +327,51 @@ def _efforts(base, support, pose):
 
 
 @lean_kernel
-def mass_load(base, rod, pose, root, root_rate, c, s, rate):
+def imposed_load(base, rod, pose, root, root_rate, c, s, rate):
     """Return (moment about the vertical [N m], radial, vertical force [N]) that the base imposes on a rod's mass.
 
     Args:
         base, rod, pose: the base in the slewing frame, the rod, the posture.
-        root, root_rate: where the rod begins (radial, vertical) [m], and how that moves in the slewing frame.
+        root, root_rate: the rod's lower joint (radial, vertical) [m], and its velocity in the slewing frame [m/s].
         c, s, rate: cosine and sine of the rod's elevation, its rate [rad/s].
     """
-    at, moves = middle(rod, pose, root, root_rate, c, s, rate)
-    x, y, z = imposed_acceleration(base, at, moves)
-    return rod.mass * y * at[0], rod.mass * x, rod.mass * z
+    position, velocity = centre_motion(rod, pose, root, root_rate, c, s, rate)
+    x, y, z = imposed_acceleration(base, position, velocity)
+    return rod.mass * y * position[0], rod.mass * x, rod.mass * z
 
 
 @lean_kernel
-def middle(rod, pose, root, root_rate, c, s, rate):
-    """Return (position [m], velocity [m/s]) of a rod's middle relative to the base (3,); arguments of `mass_load`."""
-    return point_of_rod(0.5 * rod.length, pose, root, root_rate, c, s, rate)
+def centre_motion(rod, pose, root, root_rate, c, s, rate):
+    """Return (position [m], velocity [m/s]) of a rod's centre relative to the base; arguments of `imposed_load`."""
+    return point_motion(0.5 * rod.length, pose, root, root_rate, c, s, rate)
 
 
 @lean_kernel
-def point_of_rod(reach, pose, root, root_rate, c, s, rate):
+def point_motion(reach, pose, root, root_rate, c, s, rate):
     """Return (position [m], velocity [m/s]) relative to the base (3,) of a rod's point `reach` [m] from its root."""
-    at = (root[0] + reach * c, 0.0, root[1] + reach * s)
-    return at, (root_rate[0] - reach * s * rate, pose.yaw_rate * at[0], root_rate[1] + reach * c * rate)
+    position = (root[0] + reach * c, 0.0, root[1] + reach * s)
+    return position, (root_rate[0] - reach * s * rate, pose.yaw_rate * position[0], root_rate[1] + reach * c * rate)
 
 
 @lean_kernel
 def gyroscopic_moments(base, rod, pose, c, s, rate):
-    """Return the moments [N m] (about the vertical, about the luffing axis) by which a rod's inertia resists."""
+    """Return the moments [N m] (about the vertical e_z, about the luffing axis l = -e_t) of the module's docstring."""
     a, b, d = inertia_tensor(rod.axial_inertia, rod.inertia, c, s)
-    own = (0.0, -rate, pose.yaw_rate)
-    x, y, z = cross(base.angular_velocity, own)
-    resisted = (x + base.angular_acceleration[0], y + base.angular_acceleration[1], z + base.angular_acceleration[2])
-    whole = (own[0] + base.angular_velocity[0], own[1] + base.angular_velocity[1], own[2] + base.angular_velocity[2])
-    along, first, second = dot(d, resisted), dot(d, whole), dot(d, own)
-    _, whole_y, whole_z = cross(whole, d)
-    _, own_y, own_z = cross(own, d)
-    luffing = a * resisted[1] + b * (along * d[1] + first * whole_y - second * own_y)
-    slewing = a * resisted[2] + b * (along * d[2] + first * whole_z - second * own_z)
-    return -slewing, luffing
+    w, w_dot, omega = base.angular_velocity, base.angular_acceleration, (0.0, -rate, pose.yaw_rate)
+    x, y, z = cross(w, omega)
+    epsilon = (x + w_dot[0], y + w_dot[1], z + w_dot[2])
+    total = (omega[0] + w[0], omega[1] + w[1], omega[2] + w[2])  # Ω
+    d_epsilon, d_total, d_omega = dot(d, epsilon), dot(d, total), dot(d, omega)
+    _, total_y, total_z = cross(total, d)
+    _, omega_y, omega_z = cross(omega, d)
+    bracket_y = a * epsilon[1] + b * (d_epsilon * d[1] + d_total * total_y - d_omega * omega_y)
+    bracket_z = a * epsilon[2] + b * (d_epsilon * d[2] + d_total * total_z - d_omega * omega_z)
+    return -bracket_z, bracket_y
 
 
 @lean_generic
 def inertia_tensor(axial, inertia, c, s):
-    """Return (a, b, d (3,)) of the inertia tensor a 1 + b d dᵀ [kg m²] of a rod; about the luffing axis only."""
+    """Return (a, b, d (3,)) of a rod's inertia tensor a 1 + b d dᵀ [kg m²]: without an axial inertia I l lᵀ."""
     return 0.0, inertia, (0.0, -1.0, 0.0)
 
 
@@ -386,12 +398,12 @@ def rod_energy(base, gravity, rod, pose, root, root_rate, c, s, rate):
     Args:
         base: BaseState.
         gravity: m/s².
-        rod, pose, root, root_rate, c, s, rate: see `mass_load`.
+        rod, pose, root, root_rate, c, s, rate: see `imposed_load`.
     """
-    at, moves = middle(rod, pose, root, root_rate, c, s, rate)
-    kinetic, potential = added_energy(base, gravity, rod.mass, at, moves)
-    own = (0.0, -rate, pose.yaw_rate)
-    return kinetic + added_spin(base, inertia_tensor(rod.axial_inertia, rod.inertia, c, s), own), potential
+    position, velocity = centre_motion(rod, pose, root, root_rate, c, s, rate)
+    kinetic, potential = added_energy(base, gravity, rod.mass, position, velocity)
+    omega = (0.0, -rate, pose.yaw_rate)
+    return kinetic + added_spin(base, inertia_tensor(rod.axial_inertia, rod.inertia, c, s), omega), potential
 
 
 @support_polyline_size.register(Knuckle)

@@ -59,7 +59,7 @@ class BaseSection(NamedTuple):
     centre: NonNegative  # m, of its mass from the foot pin
     inertia: Positive  # kg m², about a transverse axis through the centre of mass
     limits: AngleRange | None = None  # rad, of the boom's elevation; a run ends where one is reached
-    windage: BoomWindage | None = None  # what the whole boom opposes to the `wind`
+    windage: BoomWindage | None = None  # of the whole boom: width and drag in the `wind`
 
 
 class TelescopedSection(NamedTuple):

@@ -43,8 +43,8 @@ class Slew(NamedTuple):
 
     inertia: Positive  # kg m², about the tower's axis, without trolley and payload
     limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
-    jib_windage: JibWindage | None = None  # what the jib opposes to the `wind`
-    counter_jib_windage: JibWindage | None = None  # what the counter-jib opposes to it
+    jib_windage: JibWindage | None = None  # of the jib: area and drag in the `wind`
+    counter_jib_windage: JibWindage | None = None  # of the counter-jib
 
 
 class LockedSlew(NamedTuple):

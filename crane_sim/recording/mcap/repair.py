@@ -1,9 +1,9 @@
 """Repair of MCAP files that a killed recorder left in `.part` folders, unclosed and without an index.
 
-Records follow each other, each with its length in front; what was saved is a sequence of whole ones, from which the
-index is made. A reader without an index takes the messages in the order of the file, which is not that of their
-stamps, since the effort of a step is published after the state that it led to. Layout of records: MCAP
-specification, "Records".
+A file is a sequence of records: an opcode, the length of the content, the content. What was saved are complete records
+and perhaps the beginning of one; the index (the summary section) is built from the complete ones. A reader without an
+index takes the messages in the order of the file, which is not that of their stamps, since the effort of a step is
+published after the state that it led to. Layout of records: MCAP specification (mcap.dev/spec), "Records".
 """
 
 from __future__ import annotations
@@ -15,86 +15,72 @@ from collections.abc import Callable, Iterator
 from math import inf
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
-from crane_sim.recording.files import free_name, lock_file
+from crane_sim.recording.files import lock_file, recovered_name
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 
 MAGIC = b"\x89MCAP0\r\n"
-
-
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS = 2, 3, 4, 5, 6, 7, 8, 11
-
-
 DATA_END = 15
-
-
-_HEAD = struct.Struct("<BQ")  # kind and length of a record
-
-
-_TIMES = struct.Struct("<QQQI")  # of a chunk: first and last time [ns], size and checksum of what is in it
-
-
-_LENGTH, _SIZE, _NUMBER = struct.Struct("<I"), struct.Struct("<Q"), struct.Struct("<H")
-
-
-_FRONT = (
-    _TIMES.size + _LENGTH.size + _SIZE.size
-)  # of a chunk's records: times, an empty string for no compression, size
-
-
-_COUNTS = struct.Struct("<QHIIIIQQ")  # of the statistics
+"""Opcodes of records."""
+_UINT16, _UINT32, _UINT64 = struct.Struct("<H"), struct.Struct("<I"), struct.Struct("<Q")
+_RECORD_HEAD = struct.Struct("<BQ")  # opcode, length of the content
+_CHUNK_HEAD = struct.Struct("<QQQI")  # first and last time [ns], uncompressed size, checksum
+_BEFORE_RECORDS = _CHUNK_HEAD.size + _UINT32.size + _UINT64.size
+"""Bytes of a chunk's content before its records: the head, an empty string (no compression), their size."""
+_STATISTICS_HEAD = struct.Struct("<QHIIIIQQ")  # counts of messages, schemas, channels, ..., first and last time [ns]
 
 
 class Chunk(NamedTuple):
-    """A chunk of messages and its position in the file."""
+    """A chunk of messages, uncompressed, and its position in the file."""
 
-    at: int
-    length: int
-    span: tuple[int, int]  # times of the first message and the last, ns
-    indices: dict[int, int]  # offsets of the index of each channel's messages
-    indices_length: int
+    offset: int  # of its record in the file, bytes
+    length: int  # of this record, bytes
+    time_range: tuple[int, int]  # times of the first message and the last, ns
+    index_offsets: dict[int, int]  # of the index of each channel's messages, bytes
+    index_length: int  # of all these indices, bytes
 
     @property
     def size(self) -> int:
-        """Size of its records, which are not compressed, in bytes."""
-        return self.length - _HEAD.size - _FRONT
+        """Size of the records in it, bytes."""
+        return self.length - _RECORD_HEAD.size - _BEFORE_RECORDS
 
-    def records(self, file: BinaryIO) -> bytes:
-        """Return its records."""
-        file.seek(self.at + _HEAD.size + _FRONT)
+    def read_records(self, file: BinaryIO) -> bytes:
+        """Return the records in it."""
+        file.seek(self.offset + _RECORD_HEAD.size + _BEFORE_RECORDS)
         return file.read(self.size)
 
 
 def scan_file(file: BinaryIO) -> tuple[int, list[Chunk]]:
-    """Return where the last whole record of a file ends, and its chunks; without chunks where it is no MCAP file."""
+    """Return (end of the last complete record of a file, bytes; its chunks); (0, []) where it is no MCAP file."""
     size = file.seek(0, 2)
     file.seek(0)
     if file.read(len(MAGIC)) != MAGIC:
         return 0, []
     end, chunks = len(MAGIC), list[Chunk]()
-    while end + _HEAD.size <= size:
+    while end + _RECORD_HEAD.size <= size:
         file.seek(end)
-        kind, length = _HEAD.unpack(file.read(_HEAD.size))
-        next_end = end + _HEAD.size + length
-        if kind in (DATA_END, FOOTER) or next_end > size:
+        opcode, length = _RECORD_HEAD.unpack(file.read(_RECORD_HEAD.size))
+        next_end = end + _RECORD_HEAD.size + length
+        if opcode in (DATA_END, FOOTER) or next_end > size:
             break
-        if kind == CHUNK:
-            first, last, _, _ = _TIMES.unpack(file.read(_TIMES.size))
+        if opcode == CHUNK:
+            first, last, _, _ = _CHUNK_HEAD.unpack(file.read(_CHUNK_HEAD.size))
             chunks.append(Chunk(end, next_end - end, (first, last), {}, 0))
-        elif kind == MESSAGE_INDEX and chunks:
-            (channel,) = _NUMBER.unpack(file.read(_NUMBER.size))
-            chunks[-1].indices[channel] = end
-            chunks[-1] = chunks[-1]._replace(indices_length=chunks[-1].indices_length + next_end - end)
+        elif opcode == MESSAGE_INDEX and chunks:
+            (channel,) = _UINT16.unpack(file.read(_UINT16.size))
+            chunks[-1].index_offsets[channel] = end
+            chunks[-1] = chunks[-1]._replace(index_length=chunks[-1].index_length + next_end - end)
         end = next_end
     return end, chunks
 
 
-def index_and_footer(file: BinaryIO, end: int, chunks: list[Chunk], time_left: Callable[[], float]) -> bytes:
-    """Return index and footer, without checksums, of a file whose records end at `end`.
+def build_summary_section(file: BinaryIO, end: int, chunks: list[Chunk], time_left: Callable[[], float]) -> bytes:
+    """Return what ends a file whose records end at offset `end`: end of the data, summary section (index), footer.
 
-    The chunks are not compressed, and one of them has messages; one is read at a time.
+    There are no checksums. At least one of the chunks has messages; they are read one at a time.
 
     Raises:
         TimeoutError: `time_left` is zero before all are read.
@@ -104,53 +90,55 @@ def index_and_footer(file: BinaryIO, end: int, chunks: list[Chunk], time_left: C
     for chunk in chunks:
         if time_left() <= 0.0:
             raise TimeoutError("no time is left to read all messages")
-        for kind, body in _records(chunk.records(file)):
-            (number,) = _NUMBER.unpack_from(body)
-            if kind == MESSAGE:
-                counts[number] += 1
+        for opcode, content in _parse_records(chunk.read_records(file)):
+            (identifier,) = _UINT16.unpack_from(content)
+            if opcode == MESSAGE:
+                counts[identifier] += 1
             else:
-                definitions[kind][number] = _pack_record(kind, body)
-    data_end = _pack_record(DATA_END, bytes(_LENGTH.size))
+                definitions[opcode][identifier] = _pack_record(opcode, content)
+    data_end = _pack_record(DATA_END, bytes(_UINT32.size))
     summary = b"".join([*definitions[SCHEMA].values(), *definitions[CHANNEL].values()])
-    indexed = [chunk for chunk in chunks if chunk.indices]  # the first one may hold nothing but definitions
-    summary += _statistics(definitions, counts, indexed) + b"".join(map(_chunk_index, indexed))
+    indexed = [chunk for chunk in chunks if chunk.index_offsets]  # the first one may hold nothing but definitions
+    summary += _pack_statistics(definitions, counts, indexed) + b"".join(map(_pack_chunk_index, indexed))
     return data_end + summary + _pack_record(FOOTER, struct.pack("<QQI", end + len(data_end), 0, 0)) + MAGIC
 
 
-def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    at = 0
-    while at < len(data):
-        kind, length = _HEAD.unpack_from(data, at)
-        at += _HEAD.size
-        yield kind, data[at : at + length]
-        at += length
+def _parse_records(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield (opcode, content) of each record."""
+    offset = 0
+    while offset < len(data):
+        opcode, length = _RECORD_HEAD.unpack_from(data, offset)
+        offset += _RECORD_HEAD.size
+        yield opcode, data[offset : offset + length]
+        offset += length
 
 
-def _pack_record(kind: int, body: bytes) -> bytes:
-    return _HEAD.pack(kind, len(body)) + body
+def _pack_record(opcode: int, content: bytes) -> bytes:
+    return _RECORD_HEAD.pack(opcode, len(content)) + content
 
 
-def _statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], chunks: list[Chunk]) -> bytes:
-    first, last = min(chunk.span[0] for chunk in chunks), max(chunk.span[1] for chunk in chunks)
+def _pack_statistics(definitions: dict[int, dict[int, bytes]], counts: Counter[int], chunks: list[Chunk]) -> bytes:
+    first, last = min(chunk.time_range[0] for chunk in chunks), max(chunk.time_range[1] for chunk in chunks)
     numbers = len(definitions[SCHEMA]), len(definitions[CHANNEL]), 0, 0, len(chunks)
-    return _pack_record(STATISTICS, _COUNTS.pack(counts.total(), *numbers, first, last) + _map(counts))
+    return _pack_record(STATISTICS, _STATISTICS_HEAD.pack(counts.total(), *numbers, first, last) + _pack_map(counts))
 
 
-def _chunk_index(chunk: Chunk) -> bytes:
-    index_entry = struct.pack("<QQQQ", *chunk.span, chunk.at, chunk.length)
-    sizes = _LENGTH.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)
-    return _pack_record(CHUNK_INDEX, index_entry + _map(chunk.indices) + _SIZE.pack(chunk.indices_length) + sizes)
+def _pack_chunk_index(chunk: Chunk) -> bytes:
+    location = struct.pack("<QQQQ", *chunk.time_range, chunk.offset, chunk.length)
+    indices = _pack_map(chunk.index_offsets) + _UINT64.pack(chunk.index_length)
+    sizes = _UINT32.pack(0) + struct.pack("<QQ", chunk.size, chunk.size)  # no compression; its size twice
+    return _pack_record(CHUNK_INDEX, location + indices + sizes)
 
 
-def _map(values: dict[int, int]) -> bytes:
+def _pack_map(values: dict[int, int]) -> bytes:
     pairs = b"".join(struct.pack("<HQ", *item) for item in values.items())
-    return _LENGTH.pack(len(pairs)) + pairs
+    return _UINT32.pack(len(pairs)) + pairs
 
 
 def repair_folder(part: Path, time_left: Callable[[], float] = lambda: inf) -> Path | None:
     """Turn the folder of a killed recorder into `<name>.recovered.mcap`, and remove it.
 
-    Returns None, and leaves it alone, where a recorder is still writing it; None, too, where nothing was saved in it.
+    Returns None, and leaves it alone, where a recorder is still writing it; None, too, where it has no messages.
 
     Args:
         part: the folder.
@@ -165,19 +153,19 @@ def repair_folder(part: Path, time_left: Callable[[], float] = lambda: inf) -> P
         target = None
         for file in sorted(part.glob("*.mcap")):
             if _close_file(file, time_left):
-                target = free_name(part)
+                target = recovered_name(part)
                 file.replace(target)
         shutil.rmtree(part)
         return target
 
 
 def _close_file(path: Path, time_left: Callable[[], float]) -> bool:
-    """Cut a file behind its last whole record and write its index there; return whether it has messages."""
+    """Cut a file behind its last complete record and write its index there; return whether it has messages."""
     with path.open("r+b") as file:
         end, chunks = scan_file(file)
-        readable = any(chunk.indices for chunk in chunks)
+        readable = any(chunk.index_offsets for chunk in chunks)
         if readable:
-            tail = index_and_footer(file, end, chunks, time_left)
+            tail = build_summary_section(file, end, chunks, time_left)
             file.seek(end)
             file.truncate()
             file.write(tail)

@@ -1,4 +1,7 @@
-"""Cranes of several recorded runs in one 3D scene, drawn from their recordings: the first in its own colours."""
+"""Cranes of several recorded runs in one 3D scene: the first run's in its own colours, the others' as ghosts.
+
+A ghost has the colour of its run throughout and is translucent. F is the number of frames, the steps that are drawn.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +25,9 @@ OPACITY = 0.45  # of a ghost's solids
 
 
 def draw_run(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color, ghost: bool) -> None:
-    """Draw the crane of a run with its ropes, its load's path in a colour, all entities and frames below a key.
+    """Draw the crane of a run with its ropes, and the path of its payload in a colour; a ghost is all in this colour.
 
-    A ghost has this colour throughout, and can be looked through.
+    All entities, and the names of all coordinate frames, begin with `key`.
     """
     tree = load_robot(_colored(run.urdf, color) if ghost else run.urdf, f"{key}/crane", f"{key}/")
     root, joints = f"{key}/{tree.root_link().name}", tree.joints()
@@ -42,17 +45,17 @@ def draw_run(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color, 
     _draw_path(rec, run, key, color)
 
 
-def _colored(document: str, color: Color) -> str:
-    """Return a URDF document whose solids all have a colour."""
-    robot = ElementTree.fromstring(document)
-    shown = " ".join(f"{part / 255:.3f}" for part in color)
+def _colored(urdf: str, color: Color) -> str:
+    """Return a URDF with all its solids in a colour, translucent."""
+    robot = ElementTree.fromstring(urdf)
+    rgb = " ".join(f"{component / 255:.3f}" for component in color)
     for each in robot.iter("color"):
-        each.set("rgba", f"{shown} {OPACITY}")
+        each.set("rgba", f"{rgb} {OPACITY}")
     return ElementTree.tostring(robot, encoding="unicode")
 
 
 def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeColumn], base: Numbers | None) -> None:
-    """Put the root of a crane into the world: at rest, or where its base (F, 6) is."""
+    """Place the root of a crane in the world: at rest, or with its base (F, 6), positions [m] and angles [rad]."""
     if base is None:
         rec.log(entity, rr.Transform3D(parent_frame=WORLD, child_frame=root), static=True)
         return
@@ -66,7 +69,7 @@ def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeCo
 
 
 def _draw_ropes(rec: rr.RecordingStream, run: RecordedRun, key: str, root: str, color: Color) -> None:
-    """Draw the cable from the tip to the load in the world, or the falls in the frame of the base."""
+    """Draw the cable from the tip to the payload in the world, or the falls in the frame of the base."""
     frames, radius = run.frames, CABLE_RADIUS_RATIO * run.crane.framing["size"]
     strips = frames.nodes[:, None, run.crane.tip_index :] if frames.falls is None else frames.falls
     count, ropes = strips.shape[:2]
@@ -77,9 +80,9 @@ def _draw_ropes(rec: rr.RecordingStream, run: RecordedRun, key: str, root: str, 
 
 
 def _draw_path(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color) -> None:
-    """Draw the path of the load: each frame has the piece from the one before."""
+    """Draw the path of the payload: each frame has the line from its position at the frame before."""
     payload = run.frames.nodes[:, -1]
-    pieces = np.stack([np.vstack([payload[:1], payload[:-1]]), payload], axis=1).astype(np.float32)
+    lines = np.stack([np.vstack([payload[:1], payload[:-1]]), payload], axis=1).astype(np.float32)
     style = rr.LineStrips3D.from_fields(colors=color, radii=0.003 * run.crane.framing["size"])
     rec.log(f"{key}/path", rr.CoordinateFrame(WORLD), style, static=True)
-    rec.send_columns(f"{key}/path", time_columns(run.frames.t), rr.LineStrips3D.columns(strips=pieces))
+    rec.send_columns(f"{key}/path", time_columns(run.frames.t), rr.LineStrips3D.columns(strips=lines))

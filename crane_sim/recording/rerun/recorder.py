@@ -10,7 +10,7 @@ from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, set_aside
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.live import LiveServer
-from crane_sim.recording.rerun.repair import LIMIT, Parts, Previous, compact
+from crane_sim.recording.rerun.repair import REPAIR_TIMEOUT, EarlierFiles, Parts, compact
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
@@ -44,7 +44,7 @@ class Recorder:
         live_port: int | None = None,
         run_id: str = "",
         complete_file: Path | None = None,
-        previous: Previous | None = None,
+        previous: EarlierFiles | None = None,
     ) -> None:
         """Start the file.
 
@@ -59,7 +59,7 @@ class Recorder:
         Raises:
             RecordingError: the file cannot be written, or the port is taken.
         """
-        previous = previous or Previous()
+        previous = previous or EarlierFiles()
         self._scene, self._path = scene, complete_file or path
         warm_up(scene)
         self._parts = Parts(self._path, previous)
@@ -67,9 +67,9 @@ class Recorder:
         self._live = None if live_port is None else LiveServer(live_port)
         self._session = Session(scene, path, self._live, self._pass_id, repairs=complete_file is None)
         self._session.recorded = previous.recorded
-        self._assembler = _new_assembler(scene, previous.after)
+        self._assembler = _new_assembler(scene, previous.last_step)
         self._simulation_state = ""
-        self.last_step, self._last_time = previous.after, 0.0  # written, s of wall time
+        self.last_step, self._last_time = previous.last_step, 0.0  # written, s of wall time
         self._last_message, self._blocks = time.monotonic(), 0
         self.write_error = ""
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
@@ -144,20 +144,20 @@ class Recorder:
             return True
         return steps is not None and self._assembler.has(steps)
 
-    def finish(self, summary: Mapping[str, Any], within: float = LIMIT) -> dict[str, Any]:
+    def finish(self, summary: Mapping[str, Any], time_limit: float = REPAIR_TIMEOUT) -> dict[str, Any]:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
         That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
-        could not be joined within `within` seconds stay as they are, and are named as `parts`; a file of many blocks
-        that could not be compacted in that time keeps them.
+        could not be joined within `time_limit` seconds stay as they are, and are named as `parts`; a file of many
+        chunks that could not be compacted in that time keeps them.
         """
         began = time.monotonic()
-        entries = self._complete(summary, within)
+        entries = self._complete(summary, time_limit)
         if self._blocks > MANY_BLOCKS and not {"error", "parts"} & entries.keys():
-            compact(Path(entries["recording"]), within - (time.monotonic() - began))
+            compact(Path(entries["recording"]), time_limit - (time.monotonic() - began))
         return entries
 
-    def _complete(self, summary: Mapping[str, Any], within: float) -> dict[str, Any]:
+    def _complete(self, summary: Mapping[str, Any], time_limit: float) -> dict[str, Any]:
         """Complete the file, or the one that its parts are joined into; return what `finish` does."""
         began = time.monotonic()
         self.save()
@@ -174,7 +174,7 @@ class Recorder:
                 self._parts.all(self._session.part),
             )
         else:
-            time_left = within - (time.monotonic() - began)
+            time_left = time_limit - (time.monotonic() - began)
             entries, files = closed, self._parts.join(Path(closed["recording"]), time_left)
         return entries | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
@@ -208,7 +208,7 @@ class Recorder:
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
-        finished = self._complete({"scene": self._scene.name, "ended_by": "reset"}, LIMIT)
+        finished = self._complete({"scene": self._scene.name, "ended_by": "reset"}, REPAIR_TIMEOUT)
         self._assembler = _new_assembler(self._scene)
         self.last_step, self._last_time, self.passes, self._blocks = 0, 0.0, self.passes + 1, 0
         recorded, self._session.recorded = self._session.recorded, 0
@@ -219,7 +219,7 @@ class Recorder:
             [Path(file) for file in finished.get("parts", [finished["recording"]])],
             before_reset(self._path, self.passes),
         )
-        self._parts = Parts(self._path, Previous())
+        self._parts = Parts(self._path, EarlierFiles())
         self.on_reset()
         session = self._attempt(lambda: Session(self._scene, self._path, self._live, self._pass_id))
         self._session = session or self._session

@@ -1,6 +1,6 @@
-"""Makes recordings whole again that a killed recorder left as `.part` files.
+"""Repair of recordings that a killed recorder left as `.part` files, and joining of the parts of one.
 
-A recording in parts: a recorder died, another one went on in a file of its own; in the end they become one file.
+A recording has parts where a recorder died and its successor wrote a file of its own; in the end they become one file.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import rerun_cli
 
 from crane_sim.process_signals import set_parent_death_signal
-from crane_sim.recording.files import acquire_lock, free_name, lock_file, temporary_name
+from crane_sim.recording.files import acquire_lock, lock_file, recovered_name, temporary_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 
-LIMIT = 60.0  # s for making one recording of what there is
-COMPACTED_BYTES = 500_000_000  # of a recording; twice as much memory is needed meanwhile
+REPAIR_TIMEOUT = 60.0  # s for the repair of one recording
+COMPACTED_BYTES = 500_000_000  # of a recording at most; its compaction needs twice as much memory
 
 
-_LOOK = 0.05  # s between two looks at what time is left
+_POLL = 0.05  # s between two checks of the time left
 _MARGIN = 0.3  # s before the deadline, so that the outcome can still be reported
 
 
@@ -45,14 +45,14 @@ def repair(part: Path, time_left: Callable[[], float] | None = None) -> Path | N
     """Turn one leftover into `<name>.recovered.rrd`, or the first such name that is free.
 
     Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or there
-    are no seconds `time_left`; without that, `LIMIT`.
+    are no seconds `time_left`; without that argument there are `REPAIR_TIMEOUT`.
     """
     with lock_file(part) as acquired:
         if not acquired:
             return None
-        target = free_name(part)
+        target = recovered_name(part)
         temporary = temporary_name(target)
-        if not optimize_recordings([part], temporary, time_left or countdown(LIMIT)):
+        if not join_recordings([part], temporary, time_left or countdown(REPAIR_TIMEOUT)):
             return None
         temporary.replace(target)
         part.unlink()
@@ -66,16 +66,16 @@ def countdown(seconds: float) -> Callable[[], float]:
     return lambda: until - time.monotonic()
 
 
-def optimize_recordings(parts: Sequence[Path], complete_file: Path, time_left: Callable[[], float]) -> bool:
-    """Whether recordings, which may be unfinished, have been joined into `complete_file`; else there is none.
+def join_recordings(parts: Sequence[Path], complete_file: Path, time_left: Callable[[], float]) -> bool:
+    """Join recordings, which may be unfinished, into `complete_file`; return whether that exists now.
 
-    It is given up as soon as `time_left` [s] is 0; that is called repeatedly, since a deadline may be set meanwhile.
-    The program that does it ends with this process in any case.
+    Joining is given up as soon as `time_left` [s] is 0, which is called repeatedly, since a deadline may be set
+    meanwhile. The Rerun process that joins them ends with this process in any case.
     """
     if time_left() <= 0.0:
         return False
     command = [
-        str(viewer_program()),
+        str(rerun_executable()),
         "rrd",
         "optimize",
         "--profile",
@@ -84,13 +84,13 @@ def optimize_recordings(parts: Sequence[Path], complete_file: Path, time_left: C
         str(complete_file),
         *map(str, parts),
     ]
-    quiet = subprocess.DEVNULL
+    devnull = subprocess.DEVNULL
     with subprocess.Popen(
-        command, stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal()
+        command, stdin=devnull, stdout=devnull, stderr=devnull, preexec_fn=set_parent_death_signal()
     ) as program:
         while program.poll() is None and time_left() > 0.0:
             with suppress(subprocess.TimeoutExpired):
-                program.wait(_LOOK)
+                program.wait(_POLL)
         program.kill()  # if it still runs
     if not program.returncode and complete_file.is_file():
         return True
@@ -99,35 +99,35 @@ def optimize_recordings(parts: Sequence[Path], complete_file: Path, time_left: C
 
 
 def compact(recording: Path, time_limit: float) -> None:
-    """Join the blocks of a complete recording into large ones and index them: a viewer takes its time for each block.
+    """Join the chunks of a complete recording into large ones and index them: a viewer takes its time for each chunk.
 
     The file stays as it is where it is larger than `COMPACTED_BYTES`, or `time_limit` seconds are not enough.
     """
     temporary = temporary_name(recording)
     if recording.stat().st_size > COMPACTED_BYTES:
         return
-    if optimize_recordings([recording], temporary, countdown(time_limit - _MARGIN)):
+    if join_recordings([recording], temporary, countdown(time_limit - _MARGIN)):
         temporary.replace(recording)
 
 
-def viewer_program() -> Path:
-    """Return the Rerun program itself; its Python wrapper would not end it when killed."""
+def rerun_executable() -> Path:
+    """Return the path of the Rerun executable itself; its Python wrapper would not end it when killed."""
     return Path(rerun_cli.__file__).with_name("rerun")
 
 
-class Previous(NamedTuple):
+class EarlierFiles(NamedTuple):
     """Files of earlier recorders of the same run."""
 
-    after: int = 0  # last step known to be on the disk
+    last_step: int = 0  # that is known to be on the disk
     recorded: int = 0  # number of steps on the disk
     parts: tuple[Path, ...] = ()  # their files, in order, most of them unfinished
-    passes: int = 0  # resets of the plant in them
+    passes: int = 0  # resets of the plant that they contain
 
 
 class Parts:
     """The earlier files of a run, hidden from searches for leftovers."""
 
-    def __init__(self, complete_file: Path, previous: Previous) -> None:
+    def __init__(self, complete_file: Path, previous: EarlierFiles) -> None:
         """Lock the existing files; all are joined into `complete_file` in the end."""
         self._complete_file = complete_file
         self._parts = [part for part in previous.parts if part.exists()]
@@ -145,7 +145,7 @@ class Parts:
         if not self._parts:
             return self.all(last)
         temporary = temporary_name(self._complete_file)
-        if not optimize_recordings([*self._parts, last], temporary, countdown(time_limit - _MARGIN)):
+        if not join_recordings([*self._parts, last], temporary, countdown(time_limit - _MARGIN)):
             return self.all(last)
         temporary.replace(self._complete_file)
         for part in {*self._parts, last} - {self._complete_file}:

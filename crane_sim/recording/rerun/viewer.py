@@ -15,7 +15,7 @@ from rerun.experimental import ViewerClient
 
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.recording.rerun.live import ADDRESS, live_address
-from crane_sim.recording.rerun.repair import viewer_program
+from crane_sim.recording.rerun.repair import rerun_executable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
 END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
 NO_DRAWING = "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install mesa-vulkan-drivers)?"
-_LOOK = 0.1  # s between two questions
+_POLL = 0.1  # s between two questions
 
 ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"}
 """Of the viewer: no question about analytics, no line for what goes well."""
@@ -46,14 +46,14 @@ class WebPage(NamedTuple):
 
 def window_command(source: str) -> list[str]:
     """Return the command that shows a recording's file, or what a live server's address serves, in a window."""
-    return [str(viewer_program()), "--hide-welcome-screen", "--bind", ADDRESS, "--port", "auto", source]
+    return [str(rerun_executable()), "--hide-welcome-screen", "--bind", ADDRESS, "--port", "auto", source]
 
 
 def web_page(source: str) -> WebPage:
     """Return the page that shows a recording's file, or what a live server's address serves, in a browser."""
     page_port, data_port = free_ports(2)
     served = source if "://" in source else live_address(data_port)
-    command = [str(viewer_program()), "--serve-web", "--bind", ADDRESS]
+    command = [str(rerun_executable()), "--serve-web", "--bind", ADDRESS]
     command += ["--port", str(data_port), "--web-viewer-port", str(page_port), source]
     return WebPage(command, f"http://{ADDRESS}:{page_port}/?url={quote(served, safe='')}")
 
@@ -94,7 +94,7 @@ class HeadlessViewer:
                     raise PictureError(NO_DRAWING) from error
                 if time.monotonic() >= deadline:
                     raise PictureError(f"the viewer failed: {error}") from error
-            time.sleep(_LOOK)
+            time.sleep(_POLL)
 
     def load(self, recording: Path) -> ViewerState:
         """Open a recording; return what the viewer shows when it has loaded it.
@@ -108,7 +108,7 @@ class HeadlessViewer:
             state = self.request(lambda client: client.get_state())
             if state.active_recording and not state.loading:
                 return state
-            time.sleep(_LOOK)
+            time.sleep(_POLL)
         raise PictureError(f"{recording}: the viewer did not load it within {LOAD_SECONDS:g} s")
 
 
@@ -116,7 +116,7 @@ class HeadlessViewer:
 def headless_viewer() -> Iterator[HeadlessViewer]:
     """Run a viewer for the length of the block; it ends with this process, however that ends."""
     (port,) = free_ports(1)
-    command = [str(viewer_program()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
+    command = [str(rerun_executable()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
     env, quiet = os.environ | ENVIRONMENT, subprocess.DEVNULL
     try:
         process = subprocess.Popen(command, env=env, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal())

@@ -13,7 +13,7 @@ from crane_sim.ros.common.serialization import STATE, Frame, JointWire
 from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.scenes.scene import Scene
 
-_DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
+_DIAGNOSTICS_PERIOD = 1.0  # s of wall time between two diagnostic messages
 
 
 class State(NamedTuple):
@@ -79,7 +79,7 @@ class ExecutionTime:
 
     def is_due(self) -> bool:
         """Return whether the last diagnostics are a second old."""
-        return time.monotonic() - self._last_published >= _DIAGNOSTICS
+        return time.monotonic() - self._last_published >= _DIAGNOSTICS_PERIOD
 
     def publish(self, warning: str, values: Mapping[str, object]) -> None:
         """Publish diagnostics: the execution time and further `values`; a warning where there is one."""

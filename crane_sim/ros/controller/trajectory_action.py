@@ -18,8 +18,8 @@ from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
+from crane_sim.ros.controller.coordinate_motion import ErrorRate, coordinate_names, motion_sensor
 from crane_sim.ros.controller.deferred_server import DeferredServer
-from crane_sim.ros.controller.path_motion import ErrorRate, coordinate_names, motion_sensor
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, read_goal
 from crane_sim.scenes.scene import Scene

@@ -14,7 +14,7 @@ from crane_sim.operator.levers import Assignment
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import CdrReader
 
-_REOPEN = 1.0  # s between two attempts to open a gamepad again
+_REOPEN_PERIOD = 1.0  # s between two attempts to open a gamepad again
 
 
 class Device(Protocol):
@@ -100,11 +100,11 @@ class GamepadDevice:
     def _lose(self, now: float) -> None:
         if self._gamepad:
             self._gamepad.close()
-        self._gamepad, self._next_attempt = None, now + _REOPEN
+        self._gamepad, self._next_attempt = None, now + _REOPEN_PERIOD
         self._desk.lose()
 
     def _reopen(self, now: float) -> None:
-        self._next_attempt = now + _REOPEN
+        self._next_attempt = now + _REOPEN_PERIOD
         try:
             self._gamepad = Gamepad(self._path)
         except SceneError:

@@ -8,7 +8,7 @@ from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.plant.scheduler import BLOCK, StepScheduler
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
-_LIMIT = 30.0  # simulated s after which a crane that still moves is no longer braked
+_BRAKING_LIMIT = 30.0  # simulated s after which a crane that still moves is no longer braked
 _PEER_TIMEOUT = 30.0  # s of wall time in a row for which the run waits for a crane on the same clock
 _POLL = 0.02  # s of wall time between two polls of services and pipes
 
@@ -19,7 +19,7 @@ def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: StepSche
     Cranes on the same clock stay in sync, as with `scheduler`, but only up to a time-out: the run is to end.
     """
     plant = simulation.plant
-    last = plant.k + ceil(_LIMIT / simulation.scene.period)
+    last = plant.k + ceil(_BRAKING_LIMIT / simulation.scene.period)
     simulation.brake(True, "ending")
     simulation.ending, simulation.waiting = host.brake_reason, ""
     simulation.resume()
@@ -49,7 +49,7 @@ def _describe_end(reason: str, failure: str, in_time: bool) -> str:
     """Return one line on why the run ended, and what went wrong while braking."""
     if failure:
         return f"{reason}; while braking: {failure}"
-    return reason if in_time else f"{reason}; braked for {_LIMIT:g} s the crane still moves"
+    return reason if in_time else f"{reason}; braked for {_BRAKING_LIMIT:g} s the crane still moves"
 
 
 def _is_interrupted(host: NodeHost) -> bool:

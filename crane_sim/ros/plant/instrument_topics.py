@@ -13,7 +13,7 @@ from crane_sim.description.transforms import BASE, quaternion_of
 from crane_sim.hardware.instruments import Camera, Imu, Sampling
 from crane_sim.ros.common import messages
 from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
-from crane_sim.simulation.measurements import measure_motion, measure_payload
+from crane_sim.simulation.measurements import measure_imu, measure_payload
 from crane_sim.simulation.plant import Plant
 
 _UNAVAILABLE = (-1.0, *(0.0,) * 8)  # as sensor_msgs/Imu has it
@@ -52,7 +52,7 @@ def imu_topic(node: Node, prefix: str, imu: Imu) -> InstrumentTopic:
     """Return the publisher of an inertial measurement unit; frames begin with the prefix."""
 
     def measure(plant: Plant) -> ImuMessage:
-        sample = measure_motion(plant.scene, imu, plant.k)
+        sample = measure_imu(plant.scene, imu, plant.k)
         message = ImuMessage()
         message.header.frame_id = prefix + IMU
         set_vector(message.linear_acceleration, sample.specific_force)

@@ -15,8 +15,8 @@ from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant, SimulationError
 
-_PROGRESS = 0.1  # s of wall time between two progress reports
-_DIAGNOSTICS = 1.0  # s of wall time between two diagnostic messages
+_PROGRESS_PERIOD = 0.1  # s of wall time between two progress reports
+_DIAGNOSTICS_PERIOD = 1.0  # s of wall time between two diagnostic messages
 
 
 class SimulationRun:
@@ -194,7 +194,7 @@ class SimulationRun:
         now = time.monotonic()
         if now < self._next_progress:
             return
-        self._next_progress = now + _PROGRESS
+        self._next_progress = now + _PROGRESS_PERIOD
         self._topics.update_subscribers()
         stands = self._clock == self._last_clock or not self.stamp
         if stands:
@@ -250,7 +250,7 @@ class SimulationRun:
         self._pipes.report("active", active=not self.paused)
 
     def _publish_diagnostics(self, now: float) -> None:
-        self._next_diagnostics = now + _DIAGNOSTICS
+        self._next_diagnostics = now + _DIAGNOSTICS_PERIOD
         self._topics.publish_diagnostics(self.stamp, self.warning, self._health(now))
 
     def _health(self, now: float) -> dict[str, object]:

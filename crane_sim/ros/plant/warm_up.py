@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 
-from crane_sim.hardware.instruments import normals
+from crane_sim.hardware.instruments import standard_normals
 from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.plant import Plant, SimulationError
 
@@ -22,4 +22,4 @@ def warm_up(plant: Plant, braking: bool) -> None:
     plant.reset()
     base_state(plant.scene, 0.0)
     if plant.scene.instruments is not None:
-        normals(0, 0, 0, 1)
+        standard_normals(0, 0, 0, 1)

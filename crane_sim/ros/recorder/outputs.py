@@ -130,10 +130,10 @@ def _open_recorder(
         return None
     from crane_sim.recording.rerun.errors import RecordingError
     from crane_sim.recording.rerun.recorder import Recorder  # needs Rerun
-    from crane_sim.recording.rerun.repair import Previous
+    from crane_sim.recording.rerun.repair import EarlierFiles
 
     parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
-    previous = Previous(resume.after, resume.recorded, parts, resume.passes)
+    previous = EarlierFiles(resume.after, resume.recorded, parts, resume.passes)
     complete_file = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:

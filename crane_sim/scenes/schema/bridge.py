@@ -53,7 +53,7 @@ class BridgeGroups(SupportedFile):
         )
 
     def _reach(self, q: Any, bend: float) -> tuple[float, float]:
-        """Raise NotImplementedError: a trolley on a bridge has no radius."""
+        """Raise NotImplementedError: the tip, a trolley on a bridge, has x and y, no radius about a slew."""
         raise NotImplementedError
 
     def tip(self, q: Any) -> Tip:
@@ -62,9 +62,8 @@ class BridgeGroups(SupportedFile):
 
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of trolley and bridge."""
-        return JointMobility(
-            np.eye(2, 4), np.diag([1.0 / self.trolley.mass, 1.0 / (self.trolley.mass + self.bridge.mass)])
-        )
+        masses = [self.trolley.mass, self.trolley.mass + self.bridge.mass]
+        return JointMobility(levers=np.eye(2, 4), inverse=np.diag([1.0 / mass for mass in masses]))
 
     def support(self) -> Bridge:
         """Return the parameters of the support."""
@@ -72,7 +71,7 @@ class BridgeGroups(SupportedFile):
 
 
 class BridgeFile(BridgeGroups, SuspendedFile):
-    """A scene with a bridge crane: a trolley on a bridge, a payload with a body on rope, hook and sling."""
+    """A scene with a bridge crane: a trolley on a bridge, a rigid-body payload on rope, hook and sling."""
 
     crane: Literal["bridge"]  # which form the file has
     initial: Initial  # the state at t = 0

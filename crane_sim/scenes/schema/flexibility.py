@@ -143,7 +143,7 @@ def flexible_boom(rigid: TelescopicBoom, flexibility: BoomFlexibility | None, q:
 
 
 def balance(slew_inertia: float, jib: JibBody) -> tuple[float, float]:
-    """Return (mass [kg], place [m]) of a point that balances the jib and has the rest of the slew inertia.
+    """Return (mass [kg], position [m]) of a point that balances the jib and has the rest of the slew inertia.
 
     Raises:
         SceneError: the slew inertia is less than the jib's.

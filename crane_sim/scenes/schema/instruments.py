@@ -27,7 +27,7 @@ class ImuGroup(Group):
 
 
 class CameraGroup(Group):
-    """A camera aboard that measures the payload's place in the axes of the base; it is a topic, no input of the law.
+    """A camera aboard that measures the payload's position in the axes of the base; it is a topic, no input of the law.
 
     Over ROS it is the topic `camera/payload_pose`, beside the true one. Laws have a camera of their own
     (`control.vision`).

@@ -136,7 +136,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     crane: Literal["knuckle"]  # which form the file has
     initial: Initial  # the state at t = 0
     friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
-    # friction; below further links, or with a body, the winch has `rope.friction`
+    # friction; below further links, or with a rigid-body payload, the winch has `rope.friction`
     swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 

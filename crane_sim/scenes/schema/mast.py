@@ -18,7 +18,7 @@ def swaying_tower(rigid: TowerCrane, flexibility: Any, ballast: tuple[float, flo
     Args:
         rigid: the support without bending.
         flexibility: the group, which has a mast.
-        ballast: mass [kg] and place [m] of the point that balances the jib.
+        ballast: mass [kg] and position [m] of the point that balances the jib.
         radius: of the trolley at t = 0 [m].
 
     Raises:
@@ -63,7 +63,7 @@ def sway_frequency(tower: SwayingTower, radius: float) -> float:
 
 
 def trolley_place(tower: SwayingTower, slew: float, radius: float, angles: Any) -> tuple[float, float, float]:
-    """Return the trolley's place (3,) [m] from the base's origin, with the mast at these angles [rad]."""
+    """Return the trolley's position (3,) [m] from the base's origin, with the mast at these angles [rad]."""
     (a, b), x, y, h = angles, radius * cos(slew), radius * sin(slew), tower.height
     ahead, up = cos(b) * x + sin(b) * h, cos(b) * h - sin(b) * x
     return ahead, cos(a) * y - sin(a) * up, sin(a) * y + cos(a) * up - h

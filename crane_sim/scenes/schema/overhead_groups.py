@@ -85,9 +85,9 @@ class MassGroup(Group):
 
 
 class PayloadGroup(MassGroup):
-    """The payload: the last node's mass, in place of the last one of node_masses, and what it opposes to the wind."""
+    """The payload: the last node's mass, in place of the last one of node_masses, and its windage."""
 
-    windage: Windage | None = None  # what it opposes to the `wind`; left out: none presses on it
+    windage: Windage | None = None  # area and drag in the `wind`; left out: no wind acts on it
 
 
 class HoistGroup(Group):

@@ -1,4 +1,4 @@
-"""Groups of a scene file for what hangs below a rope: links with nodes between them, and a payload with a body."""
+"""Groups of a scene file for what hangs below a rope: links with nodes between them, and a rigid-body payload."""
 
 from collections.abc import Sequence
 from math import cos, sin
@@ -39,7 +39,7 @@ class Link(Group):
 
 
 class PayloadWindage(Group):
-    """What the payload opposes to the wind."""
+    """Area and drag coefficient of the payload in the wind."""
 
     area: NonNegative  # m², that the wind sees
     drag_coefficient: NonNegative  # -, some 1.2 of a box
@@ -52,12 +52,12 @@ class Payload(Group):
     mass: Positive  # kg, of the payload
     inertia: Annotated[tuple[Vector, Vector, Vector] | None, BeforeValidator(_square)] = None  # kg m², about the
     # centre of mass, in the body's axes: three principal moments, or the rows of the tensor
-    windage: PayloadWindage | None = None  # what it opposes to the `wind`; left out: none presses on it
+    windage: PayloadWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
     attachment: Vector | None = None  # m, from the centre of mass to the point where it hangs, in the body's axes
 
     @property
     def pressed(self) -> Windage | None:
-        """What it opposes to the wind, None for nothing."""
+        """The payload's windage, None where it has none."""
         return None if self.windage is None else Windage(self.windage.area, self.windage.drag_coefficient)
 
     def load(self) -> PointLoad | RigidLoad:

@@ -34,7 +34,10 @@ class JointMobility(NamedTuple):
 
 
 class SupportedFile(SceneFile):
-    """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
+    """The groups of all such cranes; a form adds its support, its initial state, reference and inputs.
+
+    What the load hangs on is that of a subclass: `SuspendedFile` (one rope and links) or `HoistedFile` (falls).
+    """
 
     support_joints: ClassVar[SupportJoints]  # each (name, unit of its position, unit of its effort)
     contact_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction; empty: the support's

@@ -1,4 +1,4 @@
-"""Base class of scene files of cranes whose support turns: a rope below it, further links, a payload with a body."""
+"""Base class of scene files of cranes whose support turns: a rope below it, further links, a rigid-body payload."""
 
 from math import cos, sin
 from typing import Any

@@ -84,7 +84,7 @@ class CraneBody {
       if (values.length === 4) joint.object.quaternion.set(values[1], values[2], values[3], values[0]).normalize();
       if (values.length !== 1) continue;
       const value = joint.multiplier * values[0] + joint.offset;
-      if (joint.slides) joint.object.position.copy(joint.axis).multiplyScalar(value);
+      if (joint.prismatic) joint.object.position.copy(joint.axis).multiplyScalar(value);
       else joint.object.quaternion.setFromAxisAngle(joint.axis, value);
     }
   }

@@ -1,4 +1,4 @@
-"""Knuckle booms and driven points with links, bodies and exchanged loads: which model a file has, runs and messages."""
+"""The model of knuckle booms and driven points with links, rigid-body payloads and exchanged loads: choice and runs."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports.actuated_support import ActuatedSupport, bare_support
 from crane_sim.models.supports.backlash import GearedSupport
-from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.layout import of_scene
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.interpreted
 LINKS = [{"mass": 1.0, "length": 0.5}]
 BODY = {"mass": 3.0, "inertia": [1.0, 1.2, 0.9], "attachment": [0.0, 0.1, 0.2]}
 LOADED = {"mass": 4.0, "inertia": [2.0, 2.2, 1.9], "attachment": [0.0, 0.1, 0.3]}
-RUBS = {"coulomb": 1.0, "static": 2.0}
+DRY = {"coulomb": 1.0, "static": 2.0}
 TORSION = {"stiffness": 3.0, "damping": 0.1}
 DRIVE = {"inertia": 3.0, "play": 2e-3, "stiffness": 5e3, "damping": 10.0}
 FREE: dict[str, Any] = {"control": None, "reference": None, "duration": 0.3}
@@ -32,11 +32,11 @@ WIND = {
     "payload.windage": {"area": 1, "drag_coefficient": 1},
 }
 EVENTS = [{"at": 0.1, "set": {"payload": LOADED}, "velocity": [0.1, 0.0, 0.0]}]
-FURTHER: dict[str, tuple[Any, dict[str, Any]]] = {
+EXTENSIONS: dict[str, tuple[Any, dict[str, Any]]] = {
     "knuckle, links": (KNUCKLE, {"links": LINKS}),
     "knuckle, body": (KNUCKLE, {"payload": BODY}),
     "knuckle, events": (KNUCKLE, {"events": [{"at": 0.1, "set": {"payload": {"mass": 2.0}}}]}),
-    "knuckle, winch": (KNUCKLE, {"rope.friction": RUBS}),
+    "knuckle, winch": (KNUCKLE, {"rope.friction": DRY}),
     "knuckle, play": (KNUCKLE, {"backlash": {"boom": [DRIVE]}}),
     "pendulum, links": (PENDULUM, {"links": LINKS}),
     "pendulum, body": (PENDULUM, {"payload": BODY}),
@@ -53,13 +53,13 @@ def scene_of(base: tuple[str, dict[str, Any]], *changes: dict[str, Any]) -> cran
     return load_scene(name, merged)
 
 
-@pytest.mark.parametrize("case", FURTHER)
-def test_further_keys_choose_the_suspended_model(case: str) -> None:
-    """With any of these keys the crane is a suspended one on the same support; without, it has its closed form."""
-    base, changes = FURTHER[case]
+@pytest.mark.parametrize("case", EXTENSIONS)
+def test_extensions_choose_the_suspended_model(case: str) -> None:
+    """Any of these keys makes the model a suspended crane on the same support; without, it is that of one rope."""
+    base, changes = EXTENSIONS[case]
     scene = scene_of(base, changes)
     assert type(scene_of(base).model) is Crane and type(scene.model) is SuspendedCrane
-    assert isinstance(bare_support(scene.model.support), Knuckle if base is KNUCKLE else Point)
+    assert isinstance(bare_support(scene.model.support), Knuckle if base is KNUCKLE else DrivenPoint)
     assert len(scene.joint_names) == len(scene.joint_units) == len(scene.initial_q) == len(scene.initial_v)
     assert len(of_scene(scene, "1").joints) == len(scene.initial_q)  # with its URDF
 
@@ -67,8 +67,8 @@ def test_further_keys_choose_the_suspended_model(case: str) -> None:
 EVERYTHING = {
     "springs": {"boom": {"stiffness": 200.0, "rest": 0.3}, "jib": {"stiffness": 90.0, "rest": -0.4, "relative": True}},
     "actuators": {"slew": {"motor": {"ratio": 50.0, "inertia": 1e-3}}},
-    "friction": {"jib": RUBS, "slew": RUBS},
-    "lugre": {"boom": RUBS | {"stribeck": 0.05, "stiffness": 1e3, "damping": 10.0}},
+    "friction": {"jib": DRY, "slew": DRY},
+    "lugre": {"boom": DRY | {"stribeck": 0.05, "stiffness": 1e3, "damping": 10.0}},
     "inputs": {
         "slew": {"kind": "sine", "amplitude": 30.0, "frequency": 8.0},
         "rope": {"kind": "constant", "value": 0.1},
@@ -78,7 +78,10 @@ EVERYTHING = {
 }
 RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
     "knuckle boom with everything": (KNUCKLE, EVERYTHING),
-    "knuckle boom with a drive in its play": (KNUCKLE, {"backlash": {"boom": [DRIVE]}, "rope": {"drive": "rate"}}),
+    "knuckle boom with backlash": (
+        KNUCKLE,
+        {"backlash": {"boom": [DRIVE]}, "rope": {"drive": "rate"}},
+    ),
     "knuckle boom with a reeving": (
         KNUCKLE,
         {
@@ -101,19 +104,19 @@ RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
 @pytest.mark.long
 @pytest.mark.parametrize("case", RUNS)
 def test_runs_keep_their_balance_of_energy(case: str) -> None:
-    """At sea and in wind, with links, a body and a load taken up: what is supplied is what the energy has gained."""
+    """At sea and in wind, with links, a rigid body and an exchanged load, the energy changes by the work supplied."""
     base, changes = RUNS[case]
-    own = {"links": LINKS, "payload": BODY, "base_motion": SEA, "events": EVENTS, **WIND}
-    run = crane_sim.simulate(scene_of(base, own, changes))
+    common = {"links": LINKS, "payload": BODY, "base_motion": SEA, "events": EVENTS, **WIND}
+    run = crane_sim.simulate(scene_of(base, common, changes))
     assert run.summary["energy_audit_max"] < 1e-9
     assert run.summary["sim_time"] == pytest.approx(0.3)
     assert any("taken up" in event["what"] for event in run.summary["events"])
 
 
-def test_friction_and_play_are_those_of_the_support() -> None:
-    """Friction above further links is the support's, play lies outside of it, and motors are in the mass matrix."""
+def test_friction_and_backlash_are_those_of_the_support() -> None:
+    """With further links friction is in the support, backlash wraps it, and motors are in its mass matrix."""
     motors = {"actuators": {"boom": {"motor": {"ratio": 50.0, "inertia": 1e-3}}}}
-    scene = scene_of(KNUCKLE, {"links": LINKS, "friction": {"boom": RUBS}, "backlash": {"jib": [DRIVE]}}, motors)
+    scene = scene_of(KNUCKLE, {"links": LINKS, "friction": {"boom": DRY}, "backlash": {"jib": [DRIVE]}}, motors)
     support = scene.model.support
     assert isinstance(support, GearedSupport) and isinstance(support.support, ActuatedSupport)
     assert support.support.motors is None and support.support.support.motors == pytest.approx((0.0, 2.5, 0.0))
@@ -132,27 +135,31 @@ def test_laws_that_know_one_rope_drive_links_and_bodies(law: str) -> None:
     assert crane_sim.simulate(scene).summary["sim_time"] == pytest.approx(0.05)
 
 
-BELOW: dict[str, Any] = {"links": LINKS}
+WITH_LINKS: dict[str, Any] = {"links": LINKS}
 MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
     "swing friction": (
         KNUCKLE,
-        BELOW | {"swing_friction": {"model": "linear", "tangential": 1, "radial": 1}},
+        WITH_LINKS | {"swing_friction": {"model": "linear", "tangential": 1, "radial": 1}},
         "swing_friction: belongs to one rope and a point mass, here is links",
     ),
     "spring of the rope": (
         KNUCKLE,
-        BELOW | {"springs.rope": {"stiffness": 9.0, "rest": 2.0}},
+        WITH_LINKS | {"springs.rope": {"stiffness": 9.0, "rest": 2.0}},
         "springs.rope: belongs to one rope and a point mass, here is links",
     ),
     "friction of the rope": (
         KNUCKLE,
-        {"payload": BODY, "friction": {"rope": RUBS}},
+        {"payload": BODY, "friction": {"rope": DRY}},
         "friction.rope: belongs to one rope and a point mass, here is payload.inertia; .* rope.friction",
     ),
-    "no such joint": (KNUCKLE, {"friction": {"bom": RUBS}}, "friction: unknown joint 'bom', did you mean 'boom'?"),
+    "no such joint": (
+        KNUCKLE,
+        {"friction": {"bom": DRY}},
+        "friction: unknown joint 'bom', did you mean 'boom'?",
+    ),
     "no such joint below links": (
         KNUCKLE,
-        BELOW | {"lugre": {"trolley": RUBS | {"stiffness": 1, "damping": 1}}},
+        WITH_LINKS | {"lugre": {"trolley": DRY | {"stiffness": 1, "damping": 1}}},
         "lugre: unknown joint 'trolley'",
     ),
     "attachment alone": (KNUCKLE, {"payload.attachment": [0, 0, 1]}, "payload.attachment: belongs to a body"),
@@ -180,7 +187,7 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
     ),
     "energy law without a nominal crane": (
         ("knuckle_setpoint", {}),
-        BELOW,
+        WITH_LINKS,
         "control.nominal: control.law = 'energy' knows one rope and a point mass, here is links",
     ),
     "tracking law without a nominal crane": (
@@ -190,7 +197,7 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
     ),
     "swing friction of a point": (
         PENDULUM,
-        BELOW | {"swing_friction": {"model": "linear", "tangential": 1, "radial": 1}},
+        WITH_LINKS | {"swing_friction": {"model": "linear", "tangential": 1, "radial": 1}},
         "swing_friction: belongs to one rope and a point mass, here is links",
     ),
     "torsion without a body": (

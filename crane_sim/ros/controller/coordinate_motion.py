@@ -1,4 +1,4 @@
-"""The motion of what a path leads: the actuated joints, or the payload in the base frame."""
+"""Motion of the coordinates of a trajectory: the actuated joints, or the payload in the base frame."""
 
 from collections.abc import Callable
 
@@ -16,15 +16,17 @@ from crane_sim.trajectories.replanning import to_piecewise_polynomial
 from crane_sim.trajectories.trajectory import Trajectory
 
 
-def coordinate_names(path: Trajectory, scene: Scene) -> tuple[str, ...]:
-    """Return the names of a path's coordinates."""
-    return scene.actuated if path.of_joints else COORDINATES[: to_piecewise_polynomial(path).coefficients.shape[1]]
+def coordinate_names(trajectory: Trajectory, scene: Scene) -> tuple[str, ...]:
+    """Return the names of a trajectory's coordinates."""
+    if trajectory.of_joints:
+        return scene.actuated
+    return COORDINATES[: to_piecewise_polynomial(trajectory).coefficients.shape[1]]
 
 
-def motion_sensor(path: Trajectory, scene: Scene) -> Callable[[State], Array]:
-    """Return a function of a measured state: positions and velocities (2, n) of a path's coordinates."""
-    n = len(coordinate_names(path, scene))
-    if path.of_joints:
+def motion_sensor(trajectory: Trajectory, scene: Scene) -> Callable[[State], Array]:
+    """Return a function of a measured state: positions and velocities (2, n) of a trajectory's coordinates."""
+    n = len(coordinate_names(trajectory, scene))
+    if trajectory.of_joints:
         return lambda state: np.array([state.q[:n], state.v[:n]])
     tree = TransformTree(urdf(scene), scene.joint_names)
 

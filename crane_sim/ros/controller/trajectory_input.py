@@ -1,4 +1,4 @@
-"""Trajectories on the topic `joint_trajectory`, which become new paths of a running law."""
+"""Trajectories on the topic `joint_trajectory`, which replace that of a running law."""
 
 from collections import deque
 from typing import Any
@@ -9,7 +9,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.files.errors import one_line
 from crane_sim.ros.common import messages
-from crane_sim.ros.controller.path_motion import coordinate_names
+from crane_sim.ros.controller.coordinate_motion import coordinate_names
 from crane_sim.ros.controller.trajectory_goal import waypoints_of
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
@@ -32,16 +32,17 @@ class TrajectoryInput:
     """
 
     def __init__(self, node: Node, scene: Scene, law: Any) -> None:
-        """Subscribe where the law follows a path."""
+        """Subscribe where the law follows a trajectory."""
         self._node, self._scene = node, scene
         self._own = deque([messages.reference_message(scene.actuated, scene.reference or ())], maxlen=_OWN_REFERENCES)
         self._pending: JointTrajectory | None = None
-        path = trajectory_of_law(law)
-        if path is None:
+        trajectory = trajectory_of_law(law)
+        if trajectory is None:
             return
-        self._names = coordinate_names(path, scene)
-        start = tuple(evaluate(to_piecewise_polynomial(path), path.starts[:1])[0].tolist())
-        join_trajectory(Waypoints(self._names, (Point(start, 1.0),)), path, self._names, 0.0)  # imports slow packages
+        self._names = coordinate_names(trajectory, scene)
+        start = tuple(evaluate(to_piecewise_polynomial(trajectory), trajectory.starts[:1])[0].tolist())
+        waypoints = Waypoints(self._names, (Point(start, 1.0),))
+        join_trajectory(waypoints, trajectory, self._names, 0.0)  # imports slow packages
         node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
 
     def ignore(self, reference: JointTrajectory) -> None:
@@ -53,15 +54,15 @@ class TrajectoryInput:
             self._pending = message
 
     def apply_to(self, law: Any, t: float) -> Any:
-        """Return the law, with its new path from time t [s] on if one was received."""
+        """Return the law, with its new trajectory from time t [s] on if one was received."""
         message, self._pending = self._pending, None
-        path = trajectory_of_law(law) if message is not None else None
-        if message is None or path is None:
+        trajectory = trajectory_of_law(law) if message is not None else None
+        if message is None or trajectory is None:
             return law
         scene = self._scene
         try:
             waypoints = waypoints_of(message, t, scene.period, scene.period_ns)
-            return with_trajectory(law, join_trajectory(waypoints, path, self._names, t))
+            return with_trajectory(law, join_trajectory(waypoints, trajectory, self._names, t))
         except ValidationError as error:
             self._refuse(one_line(error, Waypoints))
         except ValueError as error:
