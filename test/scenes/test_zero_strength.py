@@ -42,6 +42,8 @@ CASES: tuple[tuple[str, Mapping[str, Any], Mapping[str, Any]], ...] = (  # (scen
     ("spreader_skew", {}, {"contact": {"kind": "compliant", "points": CORNERS, "height": -60.0, "stiffness": 0.0}}),
     ("spreader_skew", {"falls.relaxation": None}, {"falls.relaxation": 0.0}),
     ("spreader_skew", {"falls.offsets": None}, {"falls.offsets": [0.0, 0.0, 0.0, 0.0]}),
+    ("spreader_skew", {}, {"hoist.reeving": {"falls": 2}}),
+    ("spreader_skew", {"hoist": {"drive": "force", "mass": 1e5}}, {"hoist.friction": DRY}),
     ("knuckle_hook_and_sling", NO_LAW, {"friction": {"boom": DRY}}),
     ("knuckle_hook_and_sling", NO_LAW, {"base_motion": STILL}),
     ("knuckle_setpoint", NO_LAW, {"swing_friction": SWING | {"model": "linear"}}),

@@ -44,13 +44,13 @@ seeds that nothing in the catalogue uses.
   the knuckle paper's that is brought to a target, and as a ship's. Its paper's laws know no path, and these no
   target.
 - The cranes of ports and sites have masses, lengths and drives of real machines. There **lqr** commands forces and
-  takes hook, sling and body for a point mass at the hook, a load on falls for what it is. The others command drives that follow speeds, as frequency
-  converters do: **speeds** leads them along a path to the target without feedback of the load, **speeds, ZV** along
-  one that is shaped against its swing, and **anti-swing** goes to the target with feedback of the rope's angle, which
-  a load on falls does not have. The energy laws are for knuckle boom and overhead crane with one rope, the tracking
-  laws for a point mass below knuckle boom or driven point, and refuse the rest. Another mass is another density: its
-  inertia changes, too. Another rope is another sling. The tower crane's gust is the scene's own turbulent wind, which
-  blows all the time and turns the load; a median over ten seeds, too.
+  takes hook, sling and body for a point mass at the hook, a load on falls for what it is. The others command drives
+  that follow speeds, as frequency converters do: **speeds** leads them along a path to the target without feedback of
+  the load, **speeds, ZV** along one that is shaped against its swing, and **anti-swing** goes to the target with
+  feedback of the rope's angle, which a load on falls does not have. The energy laws are for knuckle boom and overhead
+  crane with one rope, the tracking laws for a point mass below knuckle boom or driven point, and refuse the rest.
+  Another mass is another density: its inertia changes, too. Another rope is another sling. The tower crane's gust is
+  the scene's own turbulent wind, which blows all the time and turns the load; a median over ten seeds, too.
 """
 TUNED_HEAD = """## Tuned gains
 
