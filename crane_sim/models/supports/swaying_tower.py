@@ -86,7 +86,8 @@ class SwayPosture(NamedTuple):
     omega: Vector  # rad/s, of what slews
     bias: Vector  # rad/s², its derivative where α, a and b do not accelerate
     moments: Vector  # kg, kg m, kg m²: Σ m, Σ m x, Σ m x², the trolley's among them
-    inverse: tuple[float, float, float, float, float, float]  # of the matrix of α, a, b: (00, 01, 02, 11, 12, 22)
+    inverse: tuple[float, float, float, float, float, float]  # 1/(kg m²), of the matrix of α, a, b: (00, 01, 02, 11,
+    # 12, 22)
     trolley: tuple[float, float]  # m, m/s, r and r'
     angles: tuple[float, float]  # rad, a and b
     rates: tuple[float, float]  # rad/s
@@ -94,25 +95,30 @@ class SwayPosture(NamedTuple):
 
 @lean_kernel
 def combine(a, x, b, y, c, z):
-    """Return x a + y b + z c of vectors (3,) a, b, c."""
+    """Return x a + y b + z c (3,) of vectors a, b, c, each (3,), in the units of the products."""
     return x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1], x * a[2] + y * b[2] + z * c[2]
 
 
 @lean_kernel
 def to_frame(pose, a):
-    """Return a vector (3,) in the axes of the support's frame, from the jib's."""
+    """Return a vector (3,) of any unit in the axes of the support's frame, from the jib's."""
     return combine(pose.axes[0], a[0], pose.axes[1], a[1], pose.axes[2], a[2])
 
 
 @lean_kernel
 def to_jib(pose, a):
-    """Return a vector (3,) in the axes of the jib, from the support's frame's."""
+    """Return a vector (3,) of any unit in the axes of the jib, from the support's frame's."""
     return dot(pose.axes[0], a), dot(pose.axes[1], a), dot(pose.axes[2], a)
 
 
 @lean_kernel
 def jib_axes(s, c, a, b):
-    """Return the jib's axes in the support's frame, at a slew with this sine and cosine."""
+    """Return the jib's axes, unit vectors (3,) of the support's frame.
+
+    Args:
+        s, c: sine and cosine of the slew.
+        a, b: angles of the mast [rad].
+    """
     (sa, ca), (sb, cb) = sincos(a), sincos(b)
     x = tilted(c, s, sa, ca, sb, cb)
     y = tilted(-s, c, sa, ca, sb, cb)
@@ -123,13 +129,18 @@ def jib_axes(s, c, a, b):
 
 @lean_kernel
 def tilted(x, y, sa, ca, sb, cb):
-    """Return the horizontal vector (x, y) of the upright mast turned with it, in the axes of the base."""
+    """Return the horizontal vector (x, y), of any unit, of the upright mast turned with it, in the axes of the base.
+
+    Args:
+        x, y: the vector.
+        sa, ca, sb, cb: sines and cosines of the mast's angles a and b.
+    """
     return cb * x, ca * y + sa * sb * x, sa * y - ca * sb * x
 
 
 @lean_kernel
 def moments_of(support, radius):
-    """Return Σ m, Σ m x and Σ m x² with the trolley at a radius [m]."""
+    """Return Σ m [kg], Σ m x [kg m] and Σ m x² [kg m²] with the trolley at a radius [m]."""
     mass = support.support.trolley.mass
     zeroth, first, second = mass, mass * radius, mass * radius * radius
     for i in range(len(support.masses)):
@@ -140,13 +151,13 @@ def moments_of(support, radius):
 
 @lean_kernel
 def column(w, x, h):
-    """Return w × ρ of a mass at x."""
+    """Return w × ρ (3,) [m] of a mass at x [m], h [m] above the joint; of rates w [rad/s] its velocity [m/s]."""
     return w[1] * h, w[2] * x - w[0] * h, -w[1] * x
 
 
 @lean_kernel
 def product(v, w, moments, h):
-    """Return Σ m (v × ρ) · (w × ρ)."""
+    """Return Σ m (v × ρ) · (w × ρ) [kg m²] of axes v and w, each (3,); moments: of `moments_of`, h: height [m]."""
     at, slope = column(v, 0.0, h), (0.0, v[2], -v[1])
     other, other_slope = column(w, 0.0, h), (0.0, w[2], -w[1])
     mixed = dot(at, other_slope) + dot(slope, other)
@@ -155,7 +166,10 @@ def product(v, w, moments, h):
 
 @lean_kernel
 def inverse_of_turns(support, turns, moments):
-    """Return the inverse of the matrix of α, a and b with the trolley's acceleration left out, see SwayPosture."""
+    """Return the inverse [1/(kg m²)] of the matrix of α, a and b with the trolley's acceleration left out.
+
+    Its entries are those of `SwayPosture.inverse`; turns and moments are of the posture, too.
+    """
     h, mass, (e, a, b) = support.height, support.support.trolley.mass * support.height**2, turns
     m00, m01, m02 = product(e, e, moments, h), product(e, a, moments, h), product(e, b, moments, h)
     m11 = product(a, a, moments, h) - mass * a[1] * a[1]
@@ -169,7 +183,7 @@ def inverse_of_turns(support, turns, moments):
 
 @lean_kernel
 def multiply_inverse(inverse, a):
-    """Return the product of `SwayPosture.inverse` and a vector (3,)."""
+    """Return the product (3,) [rad/s²] of `SwayPosture.inverse` and a vector (3,) of moments [N m]."""
     i00, i01, i02, i11, i12, i22 = inverse
     return (
         i00 * a[0] + i01 * a[1] + i02 * a[2],
@@ -201,7 +215,7 @@ def _(support, xs):
 
 @lean_kernel
 def accelerated(pose, x, h):
-    """Return the acceleration (3,) of a mass that stands at x on the jib where no coordinate accelerates."""
+    """Return the acceleration (3,) [m/s²] of a mass that stands at x [m] on the jib where no coordinate accelerates."""
     omega, place = pose.omega, (x, 0.0, h)
     inward, size = dot(omega, place), dot(omega, omega)
     return combine(cross(pose.bias, place), 1.0, omega, inward, place, -size)
@@ -209,14 +223,14 @@ def accelerated(pose, x, h):
 
 @lean_kernel
 def coriolis(pose):
-    """Return the acceleration (3,) that the trolley has besides by its rate."""
+    """Return the acceleration (3,) [m/s²] that the trolley has besides by its rate."""
     _, rate = pose.trolley
     return 0.0, 2.0 * rate * pose.omega[2], -2.0 * rate * pose.omega[1]
 
 
 @lean_kernel
 def efforts_of_field(support, pose, at, slope, further):
-    """Return efforts (slew, trolley, a, b) of accelerations of all masses times these.
+    """Return efforts on slew [N m], trolley [N], a and b [N m] of accelerations of all masses times these.
 
     Args:
         support: the support.
@@ -238,7 +252,7 @@ def efforts_of_field(support, pose, at, slope, further):
 
 @lean_kernel
 def add_efforts(tau, own):
-    """Return efforts tau plus those (4,) of the support's coordinates."""
+    """Return efforts tau [N m, N, N m, N m, ...] plus those (4,) of the support's coordinates."""
     return (tau[0] + own[0], tau[1] + own[1], tau[2] + own[2], tau[3] + own[3], *tau[4:])
 
 
@@ -285,7 +299,7 @@ def _(support, pose, n):
 
 @lean_kernel
 def motion_at(support, pose, x, rate):
-    """Return (position [m], velocity [m/s]) of a mass at x on the jib, in the frame's axes; rate: x' [m/s]."""
+    """Return (position [m], velocity [m/s]) of a mass at x [m] on the jib, in the frame's axes; rate: x' [m/s]."""
     px, py, pz = to_frame(pose, (x, 0.0, support.height))
     vx, vy, vz = column(pose.omega, x, support.height)
     return (px, py, pz - support.height), to_frame(pose, (vx + rate, vy, vz))
