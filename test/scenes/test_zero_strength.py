@@ -35,6 +35,7 @@ CASES: tuple[tuple[str, Mapping[str, Any], Mapping[str, Any]], ...] = (  # (scen
     ("tower_gust", NO_LAW | {"wind": STEADY}, {"wind.gusts": CALM_GUSTS}),
     ("tower_gust", NO_LAW | WINDY, {"slew.jib_windage": {"area": 0.0, "drag_coefficient": 1.6, "centre": 30.0}}),
     ("tower_flexible_jib", NO_LAW, {"flexibility.lateral.damping_ratio": 0.0}),
+    ("tower_sway", {"actuators": {}, "inputs": None}, {"friction": {"slew": DRY, "trolley": DRY}}),
     ("mobile_lift", NO_LAW, {"base_motion": STILL}),
     ("mobile_lift", NO_LAW, {"friction": {"boom": DRY, "slew": DRY}}),
     ("spreader_skew", {}, {"friction": {"trolley": DRY}}),

@@ -9,12 +9,12 @@ axes of α, a, b, a mass at x on the jib and ρ = (x, 0, h), all in the axes of 
 
 its velocity is Σ (w_i × ρ) q_i', plus (r', 0, 0) of the trolley. All masses are on one line, so that with Σ m, Σ m x
 and Σ m x² their equations are closed forms. The trolley's acceleration goes out of the mass matrix first, which leaves
-a matrix (3, 3) of α, a and b.
+a matrix (3, 3) of α, a and b. A slew that friction holds leaves that matrix, a trolley that it holds stays in it.
 
 Efforts and coordinates stand in the order slew, trolley, a, b here, then the winch's.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.models.moving_base import added_energy, cross, dot, imposed_acceleration
 from crane_sim.models.rotating_frame import frame_acceleration
@@ -24,6 +24,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
+    joint_loads,
     joint_motion,
     support_acceleration,
     support_base_energy,
@@ -46,7 +47,8 @@ from crane_sim.models.supports.backlash import (
 )
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_kernel
+from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.states import replace_field
 
 Vector = tuple[float, float, float]
 
@@ -91,6 +93,7 @@ class SwayPosture(NamedTuple):
     trolley: tuple[float, float]  # m, m/s, r and r'
     angles: tuple[float, float]  # rad, a and b
     rates: tuple[float, float]  # rad/s
+    free: Any = None  # (slew, trolley), which of them friction does not hold; None: both are free
 
 
 @lean_kernel
@@ -165,20 +168,58 @@ def product(v, w, moments, h):
 
 
 @lean_kernel
-def inverse_of_turns(support, turns, moments):
-    """Return the inverse [1/(kg m²)] of the matrix of α, a and b with the trolley's acceleration left out.
+def matrix_of_turns(support, turns, moments, trolley):
+    """Return the matrix [kg m²] of α, a and b, its entries as of `SwayPosture.inverse`.
 
-    Its entries are those of `SwayPosture.inverse`; turns and moments are of the posture, too.
+    Args:
+        support: the support.
+        turns, moments: of the posture.
+        trolley: mass [kg] of a trolley whose acceleration is left out, 0 of one that is held.
     """
-    h, mass, (e, a, b) = support.height, support.support.trolley.mass * support.height**2, turns
+    h, mass, (e, a, b) = support.height, trolley * support.height**2, turns
     m00, m01, m02 = product(e, e, moments, h), product(e, a, moments, h), product(e, b, moments, h)
     m11 = product(a, a, moments, h) - mass * a[1] * a[1]
     m12 = product(a, b, moments, h) - mass * a[1] * b[1]
     m22 = product(b, b, moments, h) - mass * b[1] * b[1]
+    return m00, m01, m02, m11, m12, m22
+
+
+@lean_kernel
+def inverse_of(matrix):
+    """Return the inverse [1/(kg m²)] of the matrix of α, a and b."""
+    m00, m01, m02, m11, m12, m22 = matrix
     c00, c01, c02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
     scale = 1.0 / (m00 * c00 + m01 * c01 + m02 * c02)
     c11, c12, c22 = m00 * m22 - m02 * m02, m01 * m02 - m00 * m12, m00 * m11 - m01 * m01
     return scale * c00, scale * c01, scale * c02, scale * c11, scale * c12, scale * c22
+
+
+@lean_kernel
+def inverse_without_slew(matrix):
+    """Return the inverse [1/(kg m²)] of the matrix of a and b, zeros for α, which is held."""
+    _, _, _, m11, m12, m22 = matrix
+    scale = 1.0 / (m11 * m22 - m12 * m12)
+    return 0.0, 0.0, 0.0, scale * m22, -scale * m12, scale * m11
+
+
+@lean_kernel
+def with_held_joints(support, pose, free):
+    """Return the posture whose joints friction holds where `free` of (slew, trolley) is False."""
+    trolley = support.support.trolley.mass if free[1] else 0.0
+    matrix = matrix_of_turns(support, pose.turns, pose.moments, trolley)
+    inverse = inverse_of(matrix) if free[0] else inverse_without_slew(matrix)
+    return replace_field(replace_field(pose, "inverse", inverse), "free", free)
+
+
+@lean_generic
+def trolley_share(free):
+    """Return 1.0 where the trolley moves freely along the jib, 0.0 where friction holds it."""
+    return 1.0
+
+
+@trolley_share.register(tuple)
+def _(free):
+    return 1.0 if free[1] else 0.0
 
 
 @lean_kernel
@@ -207,10 +248,9 @@ def _(support, xs):
     velocity = column(omega, radius, h)
     vx, vy, vz = combine(axes[0], velocity[0] + rate, axes[1], velocity[1], axes[2], velocity[2])
     moves = vx + w * y, vy - w * x, vz
-    inverse = inverse_of_turns(support, turns, moments)
-    return SwayPosture(
-        (x, y, z - h), moves, w, axes, up, turns, omega, bias, moments, inverse, (radius, rate), (a, b), (da, db)
-    )
+    inverse, at = inverse_of(matrix_of_turns(support, turns, moments, support.support.trolley.mass)), (x, y, z - h)
+    rest = (radius, rate), (a, b), (da, db), None
+    return SwayPosture(at, moves, w, axes, up, turns, omega, bias, moments, inverse, *rest)
 
 
 @lean_kernel
@@ -256,9 +296,13 @@ def add_efforts(tau, own):
     return (tau[0] + own[0], tau[1] + own[1], tau[2] + own[2], tau[3] + own[3], *tau[4:])
 
 
-@support_acceleration.register(SwayingTower)
-def _(support, pose, gravity, tau, force):
-    h, (radius, _), mass = support.height, pose.trolley, support.support.trolley.mass
+@lean_kernel
+def efforts_at_rest(support, pose, gravity, tau, force):
+    """Return the efforts (slew [N m], trolley [N], a, b [N m]) where no coordinate accelerates.
+
+    Arguments are those of `support_acceleration`.
+    """
+    h, (radius, _) = support.height, pose.trolley
     at, slope = accelerated(pose, 0.0, h), accelerated(pose, 1.0, 0.0)
     x, y, z = coriolis(pose)
     down = combine(pose.up, -gravity, at, -1.0, at, 0.0)
@@ -266,13 +310,30 @@ def _(support, pose, gravity, tau, force):
     pull = to_jib(pose, force)
     along = tau[1] + own[1] + pull[0]
     e, a, b = pose.turns
-    right = (
+    return (
         tau[0] + own[0] + dot(column(e, radius, h), pull),
-        tau[2] + own[2] + dot(column(a, radius, h), pull) - h * a[1] * along,
-        tau[3] + own[3] + dot(column(b, radius, h), pull) - h * b[1] * along,
+        along,
+        tau[2] + own[2] + dot(column(a, radius, h), pull),
+        tau[3] + own[3] + dot(column(b, radius, h), pull),
     )
+
+
+@support_acceleration.register(SwayingTower)
+def _(support, pose, gravity, tau, force):
+    turning, along, about_a, about_b = efforts_at_rest(support, pose, gravity, tau, force)
+    h, share, (_, a, b) = support.height, trolley_share(pose.free), pose.turns
+    right = turning, about_a - h * a[1] * (share * along), about_b - h * b[1] * (share * along)
     slew, first, second = multiply_inverse(pose.inverse, right)
-    return slew, along / mass - h * (a[1] * first + b[1] * second), first, second
+    trolley = along / support.support.trolley.mass - h * (a[1] * first + b[1] * second)
+    return slew, share * trolley, first, second
+
+
+@joint_loads.register(SwayingTower)
+def _(support, pose, gravity, tau, force, qdd):
+    turning, along, _, _ = efforts_at_rest(support, pose, gravity, tau, force)
+    (e, a, b), h, mass = pose.turns, support.height, support.support.trolley.mass
+    coupled = product(e, a, pose.moments, h) * qdd[2] + product(e, b, pose.moments, h) * qdd[3]
+    return turning - coupled, along - mass * h * (a[1] * qdd[2] + b[1] * qdd[3]), 0.0, 0.0
 
 
 @tip_acceleration.register(SwayingTower)
@@ -287,14 +348,14 @@ def _(support, pose, qdd):
 @tip_mobility.register(SwayingTower)
 def _(support, pose, n):
     h, radius, (e, a, b) = support.height, pose.trolley[0], pose.turns
-    along = to_jib(pose, n)
+    along, share = to_jib(pose, n), trolley_share(pose.free)
     levers = (
         dot(column(e, radius, h), along),
-        dot(column(a, radius, h), along) - h * a[1] * along[0],
-        dot(column(b, radius, h), along) - h * b[1] * along[0],
+        dot(column(a, radius, h), along) - h * a[1] * (share * along[0]),
+        dot(column(b, radius, h), along) - h * b[1] * (share * along[0]),
     )
     turning = dot(levers, multiply_inverse(pose.inverse, levers))
-    return along[0] * along[0] / support.support.trolley.mass + turning
+    return share * (along[0] * along[0] / support.support.trolley.mass) + turning
 
 
 @lean_kernel
