@@ -32,13 +32,13 @@ def without_dry_friction(scene: Scene) -> Scene:
 
     So does that of bristles. A winch below a support loses all of its friction, and sheaves their loss.
     """
-    if not (scene.document.keys() & {"friction", "lugre", "rope"}):
+    if not (scene.document.keys() & {"friction", "lugre", "rope", "hoist"}):
         return scene
     document = scene.to_dict()
-    friction, rope = document.get("friction") or {}, document.get("rope") or {}
-    bristles = document.pop("lugre", None) or {}
-    sheaves = (rope.get("reeving") or {}).get("sheaves") or {}
-    removed = rope.pop("friction", None), sheaves.pop("loss", None)
+    friction, bristles, removed = document.get("friction") or {}, document.pop("lugre", None) or {}, list[object]()
+    for winch in (document.get("rope") or {}, document.get("hoist") or {}):
+        sheaves = (winch.get("reeving") or {}).get("sheaves") or {}
+        removed += [winch.pop("friction", None), sheaves.pop("loss", None)]
     if not friction and not bristles and not any(removed):
         return scene
     none, viscous = {"coulomb": 0.0, "static": 0.0}, {"viscous": 0.0}
