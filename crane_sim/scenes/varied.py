@@ -50,8 +50,16 @@ class SceneColumns(NamedTuple):
         return Scene(**fields)
 
     def arrays(self, tree: Any) -> Any:
-        """Return a tree of the scene's parts with arrays (n, ...) in place of numbers."""
-        return arrays_of(tree, len(self.alike))
+        """Return a tree of the scene's parts with arrays (m, ...) of those m scenes that are alike."""
+        arrays = arrays_of(tree, len(self.alike))
+        return arrays if self.alike.all() else _select(arrays, self.alike)
+
+
+def _select(tree: Any, chosen: npt.NDArray[np.bool_]) -> Any:
+    if isinstance(tree, tuple):
+        parts = [_select(part, chosen) for part in tree]
+        return type(tree)(*parts) if hasattr(tree, "_fields") else tuple(parts)
+    return None if tree is None else tree[chosen]
 
 
 def load_columns(
@@ -97,7 +105,10 @@ def _make_columns(
         if has_own_nominal(draft):
             raise TypeError("a nominal scene that is read from its document")
         law = make_law_of_columns(file.control.law, *law_parts(draft), alike)
-    return SceneColumns(finish_scene(draft, law), alike)
+    scene = finish_scene(draft, law)
+    if any(isinstance(note, Column) for note in scene.notes.values()):
+        raise TypeError("a note that is another one for each scene")
+    return SceneColumns(scene, alike)
 
 
 def _validate(form: type[BaseModel], varied: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Column], Any]:
