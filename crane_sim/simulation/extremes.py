@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import entry_point, lean_kernel
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
 from crane_sim.scenes.schema.rigging import ATTITUDE
@@ -36,12 +36,18 @@ def tilt_of(quaternions: Array) -> Tilt:
     )
 
 
+@lean_kernel
+def note_range_at(row, low, high):
+    """Update the least `low` (m,) and greatest `high` (m,) values with those of a row (m,)."""
+    for j in range(len(row)):
+        low[j], high[j] = min(low[j], row[j]), max(high[j], row[j])
+
+
 @entry_point
 def note_range(rows, low, high):
     """Update the least `low` (m,) and greatest `high` (m,) values of each column of rows (K, m)."""
     for i in range(len(rows)):
-        for j in range(rows.shape[1]):
-            low[j], high[j] = min(low[j], rows[i, j]), max(high[j], rows[i, j])
+        note_range_at(rows[i], low, high)
 
 
 def joint_margins(limits: Mapping[str, Any], names: Sequence[str], ranges: Array) -> dict[str, Any]:

@@ -12,12 +12,20 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.integrators import Integration
+from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns
 from crane_sim.simulation.columns import columns, extract_drive, group_indices, kind_of
 from crane_sim.simulation.energy_balance import empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins
-from crane_sim.simulation.figure_loops import AT_ONCE, Clock, RunColumns, RunScratch, run_cranes_with_figures
+from crane_sim.simulation.figure_loops import (
+    AT_ONCE,
+    Clock,
+    LaneBuffers,
+    RunColumns,
+    RunScratch,
+    run_cranes_with_figures,
+)
 from crane_sim.simulation.figures import flatten, leaves
 from crane_sim.simulation.metrics import RunTotals, name_figures
 from crane_sim.simulation.peaks import LAST, no_peaks, swing_angles
@@ -166,10 +174,13 @@ def _allocate(starts: RunStarts) -> RunColumns:
 def _allocate_scratch(scene: Scene) -> RunScratch:
     nq, nu, k = len(scene.joint_names), len(scene.actuated), scene.steps + 1
     driven = np.array([scene.joint_names.index(name) for name in scene.actuated], np.int64)
-    rows, commands = np.empty((k, row_width(scene.model, nq, nu))), np.empty((k - 1, nu))
+    width, lanes = row_width(scene.model, nq, nu), None
+    if system.observe.has_implementation(type(scene.model)) and system.link_count(scene.model) == 1:
+        width, lanes = width - 1, LaneBuffers(np.empty((2 * nq + nu, LANES)), np.empty((9, LANES)))
+    rows, commands = np.empty((k, width)), np.empty((k - 1, nu))
     watched = np.empty((k, 2)), np.empty((k, 6)), np.empty((k, nu))
     states = np.empty((AT_ONCE, k, 1 + 2 * nq))
-    return RunScratch(np.arange(k, dtype=np.float64) * scene.period, driven, rows, commands, *watched, states)
+    return RunScratch(np.arange(k, dtype=np.float64) * scene.period, driven, rows, commands, *watched, states, lanes)
 
 
 def _figures(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:

@@ -56,7 +56,7 @@ def begin(p, q, v):
 
 @routine
 def write(rows, i, p, t, x, u):
-    """Write the row of state x under the source u into rows[i]."""
+    """Write the row of state x under the source u into rows[i], without tensions where it has no room for them."""
     q, v = system.joints(p, x)
     tau = system.effort(u, p, t, x)
     for j in range(len(q)):
@@ -65,7 +65,8 @@ def write(rows, i, p, t, x, u):
     store(rows, i, 2 * len(q), tau)
     after = 2 * len(q) + len(tau)
     rows[i, after] = system.energy_supplied(p, x)
-    system.tensions(p, t, x, tau, rows, i, after + 1)
+    if rows.shape[1] > after + 1:
+        system.tensions(p, t, x, tau, rows, i, after + 1)
 
 
 @routine
