@@ -16,7 +16,7 @@ from crane_sim.simulation.metrics import read_meters
 from crane_sim.simulation.peaks import Peaks, fill_watched, watch_efforts, watch_instants, watch_swing, watch_tension
 from crane_sim.simulation.settling import note_outside, note_outside_at
 from crane_sim.stepping.batch import Sampled
-from crane_sim.stepping.periods import Output, begin, continuous_rollout, zero_order_hold_rollout
+from crane_sim.stepping.periods import BriefOutput, Output, begin, continuous_rollout, zero_order_hold_rollout
 
 AT_ONCE = 16
 """Runs whose states are kept until they are hashed: they fit the second cache."""
@@ -88,11 +88,21 @@ def _(source, method, p, integration, period, out):
     return integration, done, limited
 
 
+@generic
+def output_of(lanes, scratch):
+    """Return the output of a rollout whose rows have tensions unless there are `LaneBuffers`."""
+    return Output(scratch.rows, scratch.commands, np.empty(0), np.empty((0, scratch.rows.shape[1])))
+
+
+@output_of.register(LaneBuffers)
+def _(lanes, scratch):
+    return BriefOutput(scratch.rows, scratch.commands, np.empty(0), np.empty((0, scratch.rows.shape[1])))
+
+
 @entry_point
 def run_cranes_with_figures(cranes, clock, runs, scratch, first, last):
     """Run cranes `first` to `last` (excluded): columns of `Driven`; fill `RunColumns`, and the states of each run."""
-    nothing, samples = np.empty(0), np.empty((0, scratch.rows.shape[1]))
-    out = Output(scratch.rows, scratch.commands, nothing, samples)
+    out = output_of(scratch.lanes, scratch)
     for i in range(first, last):
         method, p, source = tree_column(cranes, i)
         integration, _, _ = begin(p, runs.q[i], runs.v[i])
