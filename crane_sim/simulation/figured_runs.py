@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.integrators import Integration
+from crane_sim.numerics.hashing import hexdigests
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns
@@ -149,13 +150,20 @@ def _run(starts: RunStarts) -> EndColumns:
         end = min(start + AT_ONCE, len(runs.q))
         run_cranes_with_figures(starts.cranes, clock, runs, scratch, start, end)
         done = runs.counts[start:end, 1].tolist()
-        hashes += [hashlib.sha256(states[: k + 1]).hexdigest() for states, k in zip(scratch.states, done, strict=False)]
+        hashes += _hash(scratch.states[: end - start], done)
     figures = dict(leaves(_figures(starts, runs, hashes)))
     failed = np.flatnonzero(runs.counts[:, 1] != first.steps).tolist()
     errors: list[str | None] = [None] * len(runs.q)
     for i in failed:
         errors[i] = _error(starts.model_of(i), runs, i)
     return EndColumns(figures, errors)
+
+
+def _hash(states: Array, done: Sequence[int]) -> list[str]:
+    """Return the hashes of runs of so many periods."""
+    if min(done) + 1 == states.shape[1]:
+        return hexdigests(states)
+    return [hashlib.sha256(run[: k + 1]).hexdigest() for run, k in zip(states, done, strict=True)]
 
 
 def _allocate(starts: RunStarts) -> RunColumns:
