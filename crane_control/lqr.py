@@ -192,8 +192,9 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArra
     weights, r = _weights(options, nominal, b[:, nq:][:, driven, range(nu)])
     reduced = np.repeat(np.diag(weights[moving])[None], n, axis=0)
     periods = [nominal.period if nominal.sampled else None] * n
+    plants = a[:, moving][:, :, moving], b[:, moving], reduced, np.broadcast_to(r, (n, nu))
     with in_one_thread():
-        found = solve_regulators(a[:, moving][:, :, moving], b[:, moving], reduced, np.broadcast_to(r, (n, nu)), periods)
+        found = solve_regulators(*plants, periods)
     alike &= ~found.stay
     gains, rows = np.zeros((n, nu, 2 * nq)), None
     gains[:, :, moving] = found.gains

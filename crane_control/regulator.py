@@ -63,7 +63,7 @@ def solve_regulators(a: Array, b: Array, q: Array, r: Array, periods: Sequence[f
     exponents = np.log(poles) / period[:, None] if sampled else poles
     slowest = np.take_along_axis(exponents, exponents.real.argmax(axis=1)[:, None], 1)[:, 0]
     stays = (slowest.real > -STABILITY_TOLERANCE) | ~np.any(p, axis=(1, 2))
-    return Regulators(gains, poles, slowest, stays)
+    return Regulators(np.asarray(gains, np.float64), poles, slowest.astype(np.complex128), stays)
 
 
 def _undamped(rate: float, weighed: bool) -> SceneError:

@@ -6,7 +6,6 @@ of `scipy.linalg.solve_discrete_are` and `solve_continuous_are`, with the same c
 without what they check anew for every plant. Whatever does not depend on LAPACK is computed for all plants at once.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -120,7 +119,7 @@ def _never(*_: Any) -> None:
     """Select no eigenvalue: the reordering does."""
 
 
-def _quotients(bases: Sequence[Array], m: int) -> tuple[Array, Array]:
+def _quotients(bases: Array, m: int) -> tuple[Array, Array]:
     """Return (the solutions, basis[m:, :m] by basis[:m, :m], not made symmetric; the factors of the latter)."""
     parts = [lapack_calls.dgetrf(basis[:m, :m]) for basis in bases]
     columns = [_solve_transposed(factors, basis[m:, :m]) for (factors, _, _), basis in zip(parts, bases, strict=True)]

@@ -133,7 +133,7 @@ def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, al
         TypeError: the law is designed for one scene after the other.
     """
     module = next((import_module(entry.module) for entry in _laws() if entry.name == name), None)
-    if not hasattr(module, "build_columns"):
+    if module is None or not hasattr(module, "build_columns"):
         raise TypeError(f"law {name!r} takes no columns")
     return module.build_columns(settings, nominal, alike)
 

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from llvmlite import binding, ir
 from numba.core import cgutils, types
+from numba.core import config as numba_config
 
 from crane_sim.numerics.jit import entry_point, intrinsic
 from crane_sim.numerics.lanes import use_wide_vectors
@@ -19,8 +20,9 @@ from crane_sim.numerics.lanes import use_wide_vectors
 LANES = 16
 """32-bit words of a vector."""
 BLOCK = 64  # bytes
-IS_WIDE = bool(dict(binding.get_host_cpu_features()).get("avx512f"))
-"""Whether the processor has vectors of 512 bits."""
+_settings: Any = numba_config
+IS_WIDE = bool(dict(binding.get_host_cpu_features()).get("avx512f")) and not _settings.DISABLE_JIT
+"""Whether the processor has vectors of 512 bits, and code is compiled."""
 _PRIMES = [p for p in range(2, 312) if all(p % d for d in range(2, p))]
 
 
@@ -90,10 +92,11 @@ def _hash_blocks(typing_context, state, messages, count):
     """Take blocks of 16 messages, rows of words (16, m), into the state (8, 16)."""
 
     def generate(context, builder, signature, args):
-        held, rows = (context.make_array(kind)(context, builder, arg) for kind, arg in zip((state, messages), args))
+        held, rows = (context.make_array(kind)(context, builder, args[k]) for k, kind in enumerate((state, messages)))
         to_vector, stride = _VECTOR.as_pointer(), builder.extract_value(rows.shape, 1)
         places = [builder.gep(held.data, [ir.IntType(64)(k * LANES)]) for k in range(len(START))]
-        kept = [cgutils.alloca_once_value(builder, builder.load(builder.bitcast(p, to_vector), align=4)) for p in places]
+        loaded = [builder.load(builder.bitcast(place, to_vector), align=4) for place in places]
+        kept = [cgutils.alloca_once_value(builder, value) for value in loaded]
         with cgutils.for_range(builder, args[2], intp=args[2].type) as loop:
             first = builder.mul(loop.index, args[2].type(LANES))
             starts = [builder.add(builder.mul(stride, args[2].type(k)), first) for k in range(LANES)]

@@ -95,12 +95,12 @@ def _make_columns(
     columns, alike = _validate(form, varied)
     first = int(np.argmax(alike))
     changed = with_values(dict(document), {**always, **{key: values[first] for key, values in varied.items()}})
-    file, notes = read_file(changed)
+    file, _ = read_file(changed)
     if isinstance(file.integrator, Auto):
         raise TypeError("a method that is chosen by numbers")
     for key, column in columns.items():
         file = _replace_number(file, key.split("."), column)
-    draft, law = draft_file(file, notes, changed), None
+    draft, law = draft_file(file, dict(file.notes), changed), None
     if file.control is not None:
         if has_own_nominal(draft):
             raise TypeError("a nominal scene that is read from its document")

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point, lean_kernel, generic, lean_routine, lean_routine_generic, routine
+from crane_sim.numerics.jit import entry_point, generic, lean_kernel, lean_routine, lean_routine_generic, routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instant, balance_instants
 from crane_sim.simulation.extremes import note_range, note_range_at
@@ -20,6 +20,7 @@ from crane_sim.stepping.periods import BriefOutput, Output, begin, continuous_ro
 
 AT_ONCE = 16
 """Runs whose states are kept until they are hashed: they fit the second cache."""
+
 
 class Clock(NamedTuple):
     """Control periods of a run, the same for all cranes of a kind, and whether these have meters."""
@@ -179,7 +180,8 @@ def watch_instant(clock, run, scratch, i, j, state):
         u, supplied = row[2 * nq : 2 * nq + nu], row[2 * nq + nu]
         balance_instant(run.balance, clock.metered, driven_q, u, supplied, seen[0, j], seen[1, j])
         watch_tension(run.peaks, seen[2, j], seen[2, j])
-        watch_swing(run.peaks, t, clock.late, (seen[6, j] - seen[3, j], seen[7, j] - seen[4, j], seen[8, j] - seen[5, j]))
+        rope = seen[6, j] - seen[3, j], seen[7, j] - seen[4, j], seen[8, j] - seen[5, j]
+        watch_swing(run.peaks, t, clock.late, rope)
         watch_efforts(run.peaks, u)
         note_outside_at(run.target, run.near, t, driven_q, run.outside)
 

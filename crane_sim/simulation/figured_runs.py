@@ -11,7 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
+from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration
+from crane_sim.laws import LawError
 from crane_sim.numerics.hashing import hexdigests
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene
@@ -30,7 +32,7 @@ from crane_sim.simulation.figure_loops import (
 from crane_sim.simulation.figures import flatten, leaves
 from crane_sim.simulation.metrics import RunTotals, name_figures
 from crane_sim.simulation.peaks import LAST, no_peaks, swing_angles
-from crane_sim.simulation.rollout import simulate
+from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import nearness
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.rows import row_width
@@ -41,17 +43,14 @@ Array = npt.NDArray[np.float64]
 class RunEnd(NamedTuple):
     """How a run ended."""
 
-    figures: dict[str, Any]  # of its summary, by dotted key
+    figures: dict[str, Any]  # of its summary, by dotted key; none where there was no run
     error: str | None  # why it ended before its time
     events: tuple[tuple[float, str], ...]
+    refused: bool = False  # whether its scene is not possible
 
 
 def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
-    """Return how runs of scenes end, those that compiled code can gather the figures of in one call for each kind.
-
-    Raises:
-        LawError: a law failed.
-    """
+    """Return how runs of scenes end, those that compiled code can gather the figures of in one call for each kind."""
     keys = (kind_of_run(scene) if has_compiled_figures(scene) else i for i, scene in enumerate(scenes))
     found: dict[int, RunEnd] = {}
     for group in group_indices(keys):
@@ -61,12 +60,29 @@ def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
     return [found[i] for i in range(len(scenes))]
 
 
-def _run_alone(scene: Scene) -> RunEnd:
+class Attempt(NamedTuple):
+    """A run that may have failed."""
+
+    run: Rollout | None  # up to where it failed; None without one
+    error: str | None  # why it ended before its time
+    refused: bool = False  # whether its scene is not possible
+
+
+def attempt_run(scene: Scene) -> Attempt:
+    """Run a scene; whatever ends it is returned."""
     try:
-        run, why = simulate(scene), None
+        return Attempt(simulate(scene), None)
+    except SceneError as error:
+        return Attempt(None, str(error), refused=True)
     except SimulationError as error:
-        run, why = error.run, str(error)
-    return RunEnd(flatten(run.summary), why, tuple(run.events))
+        return Attempt(error.run, str(error))
+    except LawError as error:
+        return Attempt(None, str(error))
+
+
+def _run_alone(scene: Scene) -> RunEnd:
+    run, error, refused = attempt_run(scene)
+    return RunEnd({}, error, (), refused) if run is None else RunEnd(flatten(run.summary), error, tuple(run.events))
 
 
 def has_compiled_figures(scene: Scene) -> bool:
@@ -131,10 +147,10 @@ def run_columns(scenes: SceneColumns) -> EndColumns | None:
     first = scenes.at(int(numbers[0]))
     if not has_compiled_figures(first):
         return None
-    start = extract_drive(scene), scene.initial_q, scene.initial_v, scene.reference
-    cranes, q, v, target = scenes.arrays(start)
+    cranes = scenes.arrays(extract_drive(scene))
+    q, v = (np.stack(scenes.arrays(part), axis=1) for part in (scene.initial_q, scene.initial_v))
+    target = None if scene.reference is None else np.stack(scenes.arrays(scene.reference), axis=1)
     limits = {limit.joint: scenes.arrays((limit.low, limit.high)) for limit in scene.limits}
-    q, v, target = (None if part is None else np.stack(part, axis=1) for part in (q, v, target))
     ended = _run(RunStarts(first, cranes, q, v, target, limits, lambda i: scenes.at(int(numbers[i])).model))
     notes = {key: np.array([value] * len(numbers), object) for key, value in flatten(first.notes).items()}
     return ended._replace(figures=ended.figures | notes)

@@ -285,6 +285,7 @@ class Metrics:
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
         final = derive_instant(self._scene, t, q, v)
         audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
+        target, near, outside = self._targets()
         ended = RunTotals(
             t=np.array([t]),
             q=self._of_driven(q)[None],
@@ -292,20 +293,21 @@ class Metrics:
             evaluations=np.array([integration.evaluations]),
             saturated=np.array([saturated]),
             peaks=Peaks(*(part[None] for part in self._peaks)),
-            **self._targets(),
+            target=target,
+            near=near,
+            outside=outside,
             audit=np.array([audit]),
             sha=[sha.hexdigest()],
         )
         return one_run(name_figures(self._scene, ended)) | self._further(t, q, final.payload)
 
-    def _targets(self) -> dict[str, Array | None]:
-        """Return what `RunTotals` has of targets."""
+    def _targets(self) -> tuple[Array | None, Array, Array]:
+        """Return target, near and outside of `RunTotals`."""
         nothing = np.zeros((1, self._nu))
         if self._settling is None or self._scene.reference is None:
-            return {"target": None, "near": nothing, "outside": nothing}
+            return None, nothing, nothing
         target = np.array([self._scene.reference])
-        near = nearness(target, self._of_driven(self._scene.initial_q)[None])
-        return {"target": target, "near": near, "outside": self._settling.outside[None]}
+        return target, nearness(target, self._of_driven(self._scene.initial_q)[None]), self._settling.outside[None]
 
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
         """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""

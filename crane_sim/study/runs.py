@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 
 from crane_sim.files.errors import SceneError
-from crane_sim.laws import LawError
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import load_columns
-from crane_sim.simulation.figured_runs import has_compiled_figures, run_all, run_columns
-from crane_sim.simulation.figures import cell_of, flatten
-from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.simulation.status import SimulationError
+from crane_sim.simulation.figured_runs import Attempt, RunEnd, attempt_run, run_all, run_columns
+from crane_sim.simulation.figures import cell_of
+from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.cases import Case, CaseColumns, CaseList
 from crane_sim.study.versions import versions
 
@@ -68,8 +66,11 @@ def _run_together(cases: CaseColumns, document: Mapping[str, Any]) -> tuple[list
 def _run_each(cases: Sequence[Case], document: Mapping[str, Any]) -> list[tuple[list[int], Table]]:
     """Return numbers and rows of cases whose scenes are made one by one."""
     scenes = load_scenes(document, [case.changes for case in cases])
-    ends = zip(cases, scenes, _run(scenes), strict=True)
-    rows = [_row(case, scene, *end) for case, scene, end in ends]
+    ends = iter(run_all([scene for scene in scenes if isinstance(scene, Scene)]))
+    each = (
+        RunEnd({}, str(scene), (), refused=True) if isinstance(scene, SceneError) else next(ends) for scene in scenes
+    )
+    rows = [_row(case, scene, end) for case, scene, end in zip(cases, scenes, each, strict=True)]
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     return [([case.number for case in cases], columns)]
 
@@ -88,25 +89,16 @@ def _join(parts: Sequence[tuple[Sequence[int], Table]], count: int) -> Table:
     return table
 
 
-def _run(scenes: Sequence[Any]) -> Iterator[tuple[str, str | None, dict[str, Any] | None]]:
-    """Yield status, error, and figures with the number of events of each scene, in order."""
-    together = [isinstance(scene, Scene) and has_compiled_figures(scene) for scene in scenes]
-    ends = iter(run_all([scene for scene, compiled in zip(scenes, together, strict=True) if compiled]))
-    for scene, compiled in zip(scenes, together, strict=True):
-        if compiled:
-            end = next(ends)
-            yield OK if end.error is None else FAILED, end.error, {"events": len(end.events)} | end.figures
-        else:
-            run, status, error = _simulate(scene)
-            yield status, error, None if run is None else {"events": len(run.events)} | flatten(run.summary)
-
-
-def _row(case: Case, scene: Any, status: str, error: str | None, figures: dict[str, Any] | None) -> dict[str, Any]:
+def _row(case: Case, scene: Any, end: RunEnd) -> dict[str, Any]:
     """Return the row of a case without versions and time."""
-    head = {"case": case.number, "sample": case.sample, "variant": case.variant, "law": None}
-    row = head | {"seed": case.changes["seed"], "status": status, "error": error}
+    row = {"case": case.number, "sample": case.sample, "variant": case.variant, "law": None}
+    row |= {"seed": case.changes["seed"], "status": _status_of(end), "error": end.error}
     row |= {PARAMETER + key: cell_of(value) for key, value in case.parameters.items()}
-    return row if figures is None else row | {"law": scene.law_name} | figures
+    return row | {"law": scene.law_name, "events": len(end.events)} | end.figures if end.figures else row
+
+
+def _status_of(end: RunEnd | Attempt) -> str:
+    return REFUSED if end.refused else OK if end.error is None else FAILED
 
 
 @cache
@@ -123,17 +115,6 @@ def each_row(table: Table) -> Iterator[dict[str, Any]]:
 
 def simulate_case(case: Case, document: Mapping[str, Any]) -> tuple[Rollout | None, str, str | None]:
     """Return (the run, up to where it failed; None without one), its status, and why it is not `ok`."""
-    return _simulate(load_scenes(document, [case.changes])[0])
-
-
-def _simulate(scene: Scene | SceneError) -> tuple[Rollout | None, str, str | None]:
-    try:
-        if isinstance(scene, SceneError):
-            return None, REFUSED, str(scene)
-        return simulate(scene), OK, None
-    except SceneError as error:
-        return None, REFUSED, str(error)
-    except SimulationError as error:
-        return error.run, FAILED, str(error)
-    except LawError as error:
-        return None, FAILED, str(error)
+    (scene,) = load_scenes(document, [case.changes])
+    found = Attempt(None, str(scene), refused=True) if isinstance(scene, SceneError) else attempt_run(scene)
+    return found.run, _status_of(found), found.error
