@@ -1,5 +1,7 @@
 """Numbers of many cranes in place of one: the bits of floats, and marks where cranes answer otherwise."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -38,7 +40,8 @@ def test_a_comparison_answers_for_the_first_crane_and_marks_the_others() -> None
 def test_what_takes_one_number_takes_no_column() -> None:
     """A column that would be taken for one float raises TypeError: nothing is made from one crane's value for all."""
     a, _ = columns()
-    for take in (float, hash, "{:g}".format, lambda x: x**2.0, lambda x: np.zeros(1) @ np.array([x, x])):
+    takes: tuple[Any, ...] = (float, hash, "{:g}".format, lambda x: x**2.0, lambda x: np.array(0.0).fill(x))
+    for take in takes:
         with pytest.raises((TypeError, ValueError)):
             take(a)
     assert as_float(a) is a
