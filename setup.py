@@ -40,7 +40,7 @@ setup(
         "gym": ["gymnasium"],
         "gamepad": ["evdev"],
         "docs": ["zensical==0.0.*"],
-        "peers": ["mujoco", "exudyn", "pin", "drake", "casadi", "heyoka"],
+        "peers": ["mujoco", "exudyn", "pin", "drake", "casadi", "heyoka", "cranebench"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },
     zip_safe=False,

@@ -19,21 +19,24 @@ from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
 from crane_control.blas_threads import in_one_thread
 from crane_control.reduced_state import nominal_coordinate
-from crane_control.regulator import Array, regulators
+from crane_control.regulator import Array, regulators, solve_regulators
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import ForeignSetting, read_settings
+from crane_sim.numerics.column import Column
 from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import (
     by_kind,
     equilibria,
     imposed_rows,
+    linearise_columns,
     state_matrices_of,
     tangent_basis,
     without_dry_friction,
@@ -163,6 +166,41 @@ def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene])
         for i, law in zip(plants.numbers, made, strict=True):
             laws[i] = law
     return laws
+
+
+def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArray[np.bool_]) -> LqrLaw:
+    """Return the laws of many scenes as one, with a `Column` for each number; unmark those that have none.
+
+    Args:
+        settings: of all scenes.
+        nominal: the scenes, with a `Column` for each number that varies.
+        alike: marks (n,) of the scenes that are alike.
+
+    Raises:
+        SceneError: as of `build`.
+        TypeError: the laws are to be built one by one.
+    """
+    options = _options_of(settings, nominal)
+    if isinstance(options, SceneError):
+        raise options
+    q, a, b = linearise_columns(nominal, alike)
+    (n, _, nu), nq = b.shape, q.shape[1]
+    free = np.any(np.concatenate([a, b], axis=2)[:, nq:] != 0.0, axis=2)
+    alike &= np.all(free == free[np.argmax(alike)], axis=1)
+    moving = np.flatnonzero(np.tile(free[np.argmax(alike)], 2))
+    driven = [nominal.joint_names.index(name) for name in nominal.actuated]
+    weights, r = _weights(options, nominal, b[:, nq:][:, driven, range(nu)])
+    reduced = np.repeat(np.diag(weights[moving])[None], n, axis=0)
+    periods = [nominal.period if nominal.sampled else None] * n
+    plants = a[:, moving][:, :, moving], b[:, moving], reduced, np.broadcast_to(r, (n, nu))
+    with in_one_thread():
+        found = solve_regulators(*plants, periods)
+    alike &= ~found.stay
+    gains, rows = np.zeros((n, nu, 2 * nq)), None
+    gains[:, :, moving] = found.gains
+    for k in reversed(range(nu)):
+        rows = GainRow(0.0, Column(gains[:, k], alike), rows)
+    return LqrLaw(rows, Column(q, alike), nominal.path, Column(found.poles, alike))
 
 
 def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneError:

@@ -1,6 +1,7 @@
 """The linear-quadratic regulator of linear equations, for one plant or many."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,12 +15,32 @@ Poles = npt.NDArray[np.complex128]
 STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as on it; error of the differences
 
 
+class Regulators(NamedTuple):
+    """Regulators of n plants, sound or not."""
+
+    gains: Array  # (n, nu, m)
+    poles: Poles  # (n, m), closed-loop eigenvalues
+    slowest: Poles  # (n,) 1/s, exponents of the motions that take longest
+    stay: npt.NDArray[np.bool_]  # (n,), whether those stay: the plant is not stabilisable, or a motion has no weight
+
+
 def regulators(
     a: Array, b: Array, q: Array, r: Array, periods: Sequence[float | None]
 ) -> list[tuple[Array, Poles] | SceneError]:
     """Return (gain (nu, m), closed-loop eigenvalues (m,)) of n plants, or the error of one that has none.
 
-    The linearisation of such a plant is not stabilisable, or a motion has no weight.
+    Arguments of `solve_regulators`.
+    """
+    found = solve_regulators(a, b, q, r, periods)
+    weighed = np.all(np.einsum("nii->ni", q) > 0.0, axis=1)
+    return [
+        _undamped(abs(rate.imag), bool(all_weighed)) if stays else (gain, pole)
+        for gain, pole, rate, stays, all_weighed in zip(*found, weighed, strict=True)
+    ]
+
+
+def solve_regulators(a: Array, b: Array, q: Array, r: Array, periods: Sequence[float | None]) -> Regulators:
+    """Return the regulators of n plants.
 
     Args:
         a, b: of x' = a x + b u, (n, m, m) and (n, m, nu).
@@ -42,11 +63,7 @@ def regulators(
     exponents = np.log(poles) / period[:, None] if sampled else poles
     slowest = np.take_along_axis(exponents, exponents.real.argmax(axis=1)[:, None], 1)[:, 0]
     stays = (slowest.real > -STABILITY_TOLERANCE) | ~np.any(p, axis=(1, 2))
-    weighed = np.all(np.einsum("nii->ni", q) > 0.0, axis=1)
-    return [
-        _undamped(abs(rate.imag), bool(all_weighed)) if bad else (gain, pole)
-        for gain, pole, rate, bad, all_weighed in zip(gains, poles, slowest, stays, weighed, strict=True)
-    ]
+    return Regulators(np.asarray(gains, np.float64), poles, slowest.astype(np.complex128), stays)
 
 
 def _undamped(rate: float, weighed: bool) -> SceneError:

@@ -25,12 +25,12 @@ def solve_riccati(a: Array, b: Array, q: Array, r: Array, discrete: bool) -> tup
         discrete: whether the plants are sampled.
     """
     h, j = _discrete_pencils(a, b, q, r) if discrete else _continuous_pencils(a, b, q, r)
-    n, m, nu = b.shape
+    m = b.shape[1]
     scale = _balance(h, j, m)[:, :m]
-    bases = [_stable_basis(*pencil, m, nu, discrete) for pencil in zip(h, j, strict=True)]
+    bases = _stable_bases(h, j, m, discrete)
     found = np.array([basis is not None for basis in bases])
     whole = np.array([np.eye(2 * m) if basis is None else basis for basis in bases])
-    quotients, upper = map(np.array, zip(*(_quotient(basis, m) for basis in whole), strict=True))
+    quotients, upper = _quotients(whole, m)
     found &= _are_symmetric(whole, m) & (1.0 / np.linalg.cond(np.triu(upper)) >= np.spacing(1.0))
     quotients *= scale[:, :, None] * scale[:, None]
     return (quotients + np.swapaxes(quotients, 1, 2)) / 2, found
@@ -73,47 +73,68 @@ def _balance(h: Array, j: Array, m: int) -> Array:
     return scales
 
 
-def _stable_basis(h: Array, j: Array, m: int, nu: int, discrete: bool) -> Array | None:
-    """Return a basis (2 m, 2 m) whose first m columns span the stable subspace of a pencil; None where none was found.
+def _stable_bases(h: Array, j: Array, m: int, discrete: bool) -> list[Array | None]:
+    """Return bases (2 m, 2 m) whose first m columns span the stable subspaces of pencils; None where none was found.
 
     Raises:
-        ValueError: the pencil is too ill-conditioned to be reordered.
+        ValueError: a pencil is too ill-conditioned to be reordered.
     """
-    size = 2 * m
+    size, work = 2 * m, 8 * 2 * m + 16 + 64 * 2 * m
+    forms = [_schur_form(*_compress(*pencil, size, discrete), work) for pencil in zip(h, j, strict=True)]
+    real, imaginary, beta = (np.array([form[k] for form in forms]) for k in (3, 4, 5))
+    quotients = np.divide(real + 1j * imaginary, beta, out=np.full(beta.shape, np.inf + 0j), where=beta != 0.0)
+    select = np.abs(quotients) < 1.0 if discrete else np.real(quotients) < 0.0
+    return [
+        None if info else _reorder(chosen, a, b, right, 4 * size + 16)
+        for chosen, (a, b, _, _, _, _, _, right, _, info) in zip(select, forms, strict=True)
+    ]
+
+
+def _compress(h: Array, j: Array, size: int, discrete: bool) -> tuple[Array, Array]:
+    """Return a pencil without the columns of the efforts, and the rows that they span."""
+    nu = len(h) - size
     factors, tau, _, _ = lapack_calls.dgeqrf(h[:, -nu:])
     padded = np.empty((size + nu, size + nu), order="F")
     padded[:, :nu] = factors
     rotation = lapack_calls.dorgqr(padded, tau, overwrite_a=1)[0]
     rows = slice(None) if discrete else slice(None, size)  # of what J has outside of 0
-    h, j = rotation[:, nu:].T.dot(h[:, :size]), rotation[rows, nu:].T.dot(j[rows, :size])
-    a, b, _, real, imaginary, beta, left, right, _, info = lapack_calls.dgges(
-        _never, h, j, lwork=8 * size + 16 + 64 * size, sort_t=0
-    )
-    if info:
-        return None
-    quotients = np.divide(real + 1j * imaginary, beta, out=np.full(size, np.inf + 0j), where=beta != 0.0)
-    select = np.abs(quotients) < 1.0 if discrete else np.real(quotients) < 0.0
-    *_, basis, _, _, _, _, info = lapack_calls.dtgsen(select, a, b, left, right, ijob=0, lwork=4 * size + 16, liwork=1)
-    if info == 1:
+    return rotation[:, nu:].T.dot(h[:, :size]), rotation[rows, nu:].T.dot(j[rows, :size])
+
+
+def _schur_form(h: Array, j: Array, work: int) -> tuple[Any, ...]:
+    """Return the generalised Schur form of a pencil, as `dgges` does, without the vectors from the left."""
+    return lapack_calls.dgges(_never, h, j, jobvsl=0, lwork=work, sort_t=0)
+
+
+def _reorder(select: Array, a: Array, b: Array, right: Array, work: int) -> Array:
+    """Return the vectors of a Schur form (a, b) from the right, those of the selected eigenvalues first."""
+    unused = np.empty((len(a), len(a)), order="F")
+    found = lapack_calls.dtgsen(select, a, b, unused, right, ijob=0, wantq=0, lwork=work, liwork=1)
+    if found[-1] == 1:
         raise ValueError("the Riccati equation is too ill-conditioned")
-    return basis
+    return found[6]
 
 
 def _never(*_: Any) -> None:
     """Select no eigenvalue: the reordering does."""
 
 
-def _quotient(basis: Array, m: int) -> tuple[Array, Array]:
-    """Return (the solution, basis[m:, :m] by basis[:m, :m], not made symmetric; the factors of the latter)."""
-    factors, order, _ = lapack_calls.dgetrf(basis[:m, :m])
-    rows = np.arange(m)
-    for i, k in enumerate(order):
-        rows[[i, k]] = rows[[k, i]]
-    x, _ = lapack_calls.dtrtrs(factors, basis[m:, :m].T, lower=0, trans=1)
-    x, _ = lapack_calls.dtrtrs(factors, x, lower=1, trans=1, unitdiag=1)
-    solution = np.empty((m, m))
-    solution[:, rows] = x.T
-    return solution, factors
+def _quotients(bases: Array, m: int) -> tuple[Array, Array]:
+    """Return (the solutions, basis[m:, :m] by basis[:m, :m], not made symmetric; the factors of the latter)."""
+    parts = [lapack_calls.dgetrf(basis[:m, :m]) for basis in bases]
+    columns = [_solve_transposed(factors, basis[m:, :m]) for (factors, _, _), basis in zip(parts, bases, strict=True)]
+    rows, numbers = np.tile(np.arange(m), (len(bases), 1)), np.arange(len(bases))
+    for i, k in enumerate(np.array([order for _, order, _ in parts]).T):
+        rows[numbers, i], rows[numbers, k] = rows[numbers, k], rows[numbers, i].copy()
+    solutions = np.empty((len(bases), m, m))
+    solutions[numbers[:, None, None], np.arange(m)[:, None], rows[:, None]] = np.swapaxes(np.array(columns), 1, 2)
+    return solutions, np.array([factors for factors, _, _ in parts])
+
+
+def _solve_transposed(factors: Array, right: Array) -> Array:
+    """Return the solutions of the transposed equations, of the rows of `right`, from triangular factors."""
+    x, _ = lapack_calls.dtrtrs(factors, right.T, lower=0, trans=1)
+    return lapack_calls.dtrtrs(factors, x, lower=1, trans=1, unitdiag=1)[0]
 
 
 def _are_symmetric(bases: Array, m: int) -> npt.NDArray[np.bool_]:

@@ -123,6 +123,21 @@ def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequen
     return laws
 
 
+def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, alike: Any) -> Law:
+    """Return the laws called `name` for many nominal scenes at once, as one that has a `Column` for each number.
+
+    Its module has `build_columns`, a function of (settings, scene with columns, marks (n,) of the scenes that are
+    alike, some of which it may take away).
+
+    Raises:
+        TypeError: the law is designed for one scene after the other.
+    """
+    module = next((import_module(entry.module) for entry in _laws() if entry.name == name), None)
+    if module is None or not hasattr(module, "build_columns"):
+        raise TypeError(f"law {name!r} takes no columns")
+    return module.build_columns(settings, nominal, alike)
+
+
 @contextmanager
 def _errors_in_one_line(name: str) -> Iterator[None]:
     """Raise a SceneError in place of any error that building the law called `name` raises."""

@@ -58,6 +58,15 @@ def collect_signals() -> Iterator[list[int]]:
             signal.signal(number, handler)
 
 
+def ignore_signals() -> None:
+    """Ignore signals from now on: the process has done its work, and ends with its own exit code.
+
+    Python would otherwise give the signals their default effect, the death of the process, on its way out.
+    """
+    for number in NUMBERS:
+        signal.signal(number, signal.SIG_IGN)
+
+
 def set_parent_death_signal() -> Callable[[], None]:
     """Return the function that a child calls right after the fork, so that the kernel kills it with this process.
 

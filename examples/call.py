@@ -42,7 +42,7 @@ def parameter(name: str, text: str) -> Any:
 def main() -> None:
     """Set the parameters, then call; SIGINT and SIGTERM end it at once, whenever they come."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    if len(sys.argv) < 2:
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
         sys.exit(str(__doc__))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node, (service, *words) = rclpy.create_node("call"), sys.argv[1:]

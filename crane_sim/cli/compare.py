@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
 from crane_sim.cli.viewing import output_of, recording_of
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.figure_units import figure_unit, shown_unit
 
 if TYPE_CHECKING:
     from crane_sim.recording.comparison import Comparison
@@ -96,20 +96,15 @@ def _print(comparison: Comparison) -> None:
     """Print the metrics that differ or matter, and the largest differences of every quantity."""
     names, console = comparison.names, Console()
     first, *others = names
-    table = Table("figure", *names, *(f"{name} − {first}" for name in others), title="figures", title_justify="left")
-    away = [comparison.metric_differences(i) for i in range(1, len(names))]
-    for key, values in comparison.metrics.items():
-        shown = [_format(value) for value in (*values, *(each.get(key) for each in away))]
-        table.add_row(key.replace("_", " "), *shown)
-    console.print(table)
+    _print_figures(comparison, console)
     for name, run in zip(names, comparison.runs, strict=True):
         if not run.finished:
             console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True)
     title = f"differences from {first}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
-    table = Table("run", "quantity", "largest", "at [s]", "RMS", "unit", title=title, title_justify="left")
+    table = Table("run", "quantity", "largest", r"at \[s]", "RMS", "unit", title=title, title_justify="left")
     for name, differences in zip(others, comparison.differences, strict=True):
         for quantity, each in differences.items():
-            unit, factor = _shown_unit(each.unit)
+            unit, factor = shown_unit(each.unit)
             largest, rms = _format(factor * each.largest), _format(factor * each.rms)
             table.add_row(name, quantity, largest, f"{each.at:g}", rms, unit)
     console.print(table)
@@ -119,10 +114,18 @@ def _print(comparison: Comparison) -> None:
             console.print(line, highlight=False, soft_wrap=True)
 
 
-def _shown_unit(unit: str) -> tuple[str, float]:
-    """Return (unit in which people read a quantity, its factor): angles in degrees."""
-    return (unit.replace("rad", "deg"), degrees(1.0)) if unit.startswith("rad") else (unit, 1.0)
+def _print_figures(comparison: Comparison, console: Console) -> None:
+    """Print the metrics of every run, and their differences from the first."""
+    first, *others = comparison.names
+    heads = ("figure", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
+    table = Table(*heads, title="figures", title_justify="left")
+    away = [comparison.metric_differences(i) for i in range(1, len(comparison.names))]
+    for key, values in comparison.metrics.items():
+        label, unit, factor = figure_unit(key, comparison.runs[0].crane)
+        shown = [_format(value, factor) for value in (*values, *(each.get(key) for each in away))]
+        table.add_row(label, *shown, unit)
+    console.print(table)
 
 
-def _format(value: float | None) -> str:
-    return "" if value is None else f"{value:.5g}"
+def _format(value: float | None, factor: float = 1.0) -> str:
+    return "" if value is None else f"{factor * value:.5g}"

@@ -16,6 +16,7 @@ from rich.table import Table
 
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.errors import SceneError, did_you_mean
+from crane_sim.files.installation import how_to_install, is_of_this_tree
 
 
 class PackageGroup(NamedTuple):
@@ -41,7 +42,7 @@ def install_groups(*names: str) -> None:
     Raises:
         RuntimeError: the packages could not be installed; one line.
     """
-    if not _is_of_this_tree() or all(map(_is_installed, names)):
+    if not is_of_this_tree() or all(map(_is_installed, names)):
         return
     with _lock():
         for name in names:
@@ -58,19 +59,13 @@ def check_names(names: tuple[str, ...]) -> None:
     for name in names:
         if name not in GROUPS:
             raise SceneError(f"{name}: no such group of packages{did_you_mean(name, GROUPS)} ({', '.join(GROUPS)})")
-    if names and not _is_of_this_tree():
-        raise SceneError(f"{sys.prefix}: not made by ./crane; install the packages with pip: 'crane_sim[{names[0]}]'")
+    if names and not is_of_this_tree():
+        raise SceneError(f"{sys.prefix}: not made by ./crane; {how_to_install(names[0])} installs the packages")
 
 
 def _is_installed(name: str) -> bool:
     """Return whether a group was installed from the lock file that it has now."""
     return _stamp(name).is_file() and _stamp(name).read_text() == _digest(name)
-
-
-def _is_of_this_tree() -> bool:
-    """Return whether the script `crane` of this tree made the environment: its stamp names the tree."""
-    made = Path(sys.prefix, "crane.stamp")
-    return made.is_file() and made.read_text().splitlines()[-1] == str(config_folder().parent)
 
 
 def _install(name: str) -> None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of names of frames
 _NAMESPACE = re.compile(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS, without the slash before it
+_NOT_INSTALLED = "which is not installed (pip install"
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
 _OPTIONS = {
@@ -222,7 +223,7 @@ def check_recording(path: Path | None) -> None:
     if path is None:
         return
     if find_spec("rerun") is None:
-        raise SceneError("--record: needs the Python package rerun-sdk, which is not installed")
+        raise SceneError(f"--record: needs the Python package rerun-sdk, {_NOT_INSTALLED} 'crane_sim[rerun]')")
     check_writable("--record", path)
 
 
@@ -246,7 +247,7 @@ def _default_recording(scene: str) -> Path:
 
 def _check_mcap(path: Path) -> None:
     if find_spec("rosbags") is None:
-        raise SceneError("--mcap: needs the Python package rosbags, which is not installed")
+        raise SceneError(f"--mcap: needs the Python package rosbags, {_NOT_INSTALLED} 'crane_sim[mcap]')")
     if path.suffix != ".mcap":
         raise SceneError(f"--mcap {path}: must end in .mcap, as readers expect")
     partial_file = unfinished_name(path)

@@ -47,7 +47,7 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
     source = live_address(port or VIEWER_PORT) if live else str(recording_of(run))
     if web:
         command, address = web_page(source)
-        print(f"{source} is shown at\n{address}\nuntil Ctrl-C", flush=True)
+        print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
     else:
         _require_display()
         command = window_command(source)

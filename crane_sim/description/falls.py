@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from crane_sim.description.portal import portal_of, portal_visual
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, UP, add_joint, add_link
 from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Body, Shape, point_mass
 from crane_sim.description.suspended import (
@@ -20,8 +21,6 @@ from crane_sim.description.suspended import (
     add_drives,
     add_support,
     box_edges,
-    contact_height,
-    hung_length,
     products_of,
 )
 from crane_sim.models.supports.actuated_support import bare_support
@@ -38,12 +37,7 @@ if TYPE_CHECKING:
 
 CONCRETE = 2400.0  # kg/m³
 FLAT = 0.15  # of a slab's shorter edge: its largest thickness
-
-
-def depth_of(scene: Scene) -> float:
-    """Return the depth [m] of the drawn ground below the trolley's rail: a contact's surface, else below all."""
-    surface = contact_height(scene)
-    return -surface if surface is not None else 1.2 * hung_length(scene)
+WIDTH, HEIGHT, LENGTHS = 2.438, 2.591, (6.058, 12.192)  # m, of containers of 20 and 40 ft (ISO 668)
 
 
 def add_crane_on_falls(robot: ElementTree.Element, scene: Scene) -> None:
@@ -62,10 +56,8 @@ def add_crane_on_falls(robot: ElementTree.Element, scene: Scene) -> None:
 def add_gantry(robot: ElementTree.Element, scene: Scene) -> str:
     """Add portal and trolley; return the link of the trolley."""
     crane: FallsCrane = scene.model._replace(support=bare_support(scene.model.support))
-    depth = depth_of(scene)
-    reach = gantry_reach(scene, depth)
     add_link(robot, "base_link", [])
-    add_link(robot, "bridge_link", _portal(*reach, depth), point_mass(crane.support.bridge.mass))
+    add_link(robot, "bridge_link", portal_visual(portal_of(scene)), point_mass(crane.support.bridge.mass))
     add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.trolley.mass))
     add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
     add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
@@ -135,9 +127,18 @@ def _sling(start: Numbers, end: Numbers) -> Shape:
     return Shape((0.02, length), (x, y, z), STEEL, (0.0, pitch, yaw))
 
 
+def container_edges(edges: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return the edges [m] of the ISO container that a box lies within a sixth of, otherwise the box's."""
+    for length in LENGTHS:
+        sizes = (WIDTH, length, HEIGHT)
+        if all(abs(edge - size) < size / 6.0 for edge, size in zip(edges, sizes, strict=True)):
+            return sizes
+    return edges
+
+
 def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
-    """Return a box of even density with the load's moments, and the spreader's beams above it."""
-    x, y, z = box_edges(load)
+    """Return a box of even density with the load's moments, or the container it is, and a spreader above it."""
+    x, y, z = container_edges(box_edges(load))
     top, (a, b) = float(falls.bottom[:, 2].mean()), np.ptp(falls.bottom[:, :2], axis=0) + 0.3
     shapes = [Shape((x, y, z), ORIGIN, RED)]
     for share in (-0.45, -0.15, 0.15, 0.45):
@@ -147,26 +148,6 @@ def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
     return [*shapes, Shape((float(a), float(b), 0.3 * beam), (0.0, 0.0, top - 0.1), STEEL)]
 
 
-def gantry_reach(scene: Scene, depth: float) -> tuple[float, float]:
-    """Return the ends [m] of the drawn rail of the trolley."""
-    limits = bare_support(scene.model.support).trolley.limits
-    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ())]
-    return min(places) - 0.4 * depth, max(places) + 0.4 * depth
-
-
 def _gantry_trolley(falls: Falls) -> list[Shape]:
     a, b = (float(part) for part in np.ptp(falls.top[:, :2], axis=0) + 1.0)
     return [Shape((a, b, 0.5), (0.0, 0.0, 0.4), DARK), Shape((0.6 * a, 0.5 * b, 0.8), (0.0, 0.0, 1.0), GREY)]
-
-
-def _portal(left: float, right: float, depth: float) -> list[Shape]:
-    """Return two girders along x on four legs."""
-    unit = depth / 30.0
-    shapes: list[Shape] = []
-    for side in (1.0, -1.0):
-        y = 4.5 * unit * side
-        shapes.append(Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), y, 1.0), YELLOW))
-        for x in (left + 2.0 * unit, right - 2.0 * unit):
-            shapes.append(Shape((unit, unit, depth), (x, y, -0.5 * depth), GREY))
-            shapes.append(Shape((2.5 * unit, 1.4 * unit, unit), (x, y, 0.5 * unit - depth), DARK))
-    return shapes

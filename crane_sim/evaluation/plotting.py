@@ -5,6 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from crane_sim.files.installation import how_to_install
+
 RED, BLUE, GREEN, GREY = "#c43d3d", "#2a78b8", "#2f9e62", "#555555"
 
 
@@ -20,7 +22,7 @@ def save_figure(draw: Callable[[Any, Any], None], data: Any, file: Path, dpi: in
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        print(f"no {file.name}: the figure needs matplotlib (./crane install plots)", file=sys.stderr)
+        print(f"no {file.name}: the figure needs matplotlib ({how_to_install('plots')})", file=sys.stderr)
         return False
     figure = Figure(layout="constrained")
     draw(figure, data)

@@ -61,6 +61,11 @@ def reject_bool(value: Any) -> Any:
     return value
 
 
+def as_list(value: Any) -> Any:
+    """Return a list or tuple as it is, one value as a tuple."""
+    return value if isinstance(value, list | tuple) else (value,)
+
+
 def check_single_line(text: str) -> str:
     """Return the text if it fits in one line and in a file's name.
 

@@ -9,11 +9,12 @@ that they have where none is given.
 """
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 
 try:
     import gymnasium
 except ModuleNotFoundError:
-    raise SceneError("gymnasium is not installed: environments need it (./crane install gym)") from None
+    raise SceneError(f"gymnasium is not installed: environments need it ({how_to_install('gym')})") from None
 
 from crane_sim.gym.environment import CraneEnv
 from crane_sim.gym.task import DEFAULT_SCENES

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.files.errors import SceneError, shorten
+from crane_sim.files.errors import SceneError
+from crane_sim.recording.bag_messages import Message, UnreadableBag, read_messages
 
 Array = npt.NDArray[np.float64]
 STATES, COMMANDS = "joint_states", "joint_commands"
@@ -28,14 +28,6 @@ class Bag(NamedTuple):
 
     states: Track  # positions, m or rad
     commands: Track  # in what the drives are commanded
-
-
-class Message(NamedTuple):
-    """A message and its times."""
-
-    received: int  # ns, by the recorder's clock
-    stamp: int  # ns, 0 where the sender left it out
-    content: Any  # sensor_msgs/JointState
 
 
 def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds: tuple[str, ...]) -> Bag:
@@ -57,38 +49,16 @@ def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds
     if len(set(kinds)) > 1:
         raise SceneError(f"{path}: drives of several kinds, {', '.join(sorted(set(kinds)))}, cannot be read from a bag")
     try:
-        topics = {name: _read_topic(path, name) for name in (STATES, COMMANDS)}
+        messages = read_messages(path, (STATES, COMMANDS))
+    except UnreadableBag as error:
+        raise SceneError(f"{path}: {error}") from None
     except ModuleNotFoundError as error:
         raise SceneError(f"{path}: reading needs the Python package rosbags ({error.name})") from None
+    topics = {name: [each for each in messages if each.topic == name] for name in (STATES, COMMANDS)}
     stamped = all(any(message.stamp for message in messages) for messages in topics.values())
     states = _track(path, topics[STATES], "position", joints, stamped)
     field = kinds[0] if kinds else "effort"  # what a drive is commanded is the name of the message's field, too
     return Bag(states, _track(path, topics[COMMANDS], field, driven, stamped))
-
-
-def _read_topic(path: Path, name: str) -> list[Message]:
-    """Return the messages, one or more, of the one topic whose name ends with this one."""
-    any_reader = import_module("rosbags.highlevel").AnyReader  # by name: optional
-    types = import_module("rosbags.typesys")
-    try:
-        with any_reader([path], default_typestore=types.get_typestore(types.Stores.ROS2_JAZZY)) as reader:
-            wanted = [each for each in reader.connections if each.topic.rpartition("/")[2] == name]
-            topics = sorted({each.topic for each in wanted})
-            raw = reader.messages(wanted) if len(topics) == 1 else ()
-            found = [_message(at, reader.deserialize(data, connection.msgtype)) for connection, at, data in raw]
-    except ModuleNotFoundError:
-        raise
-    except Exception as error:  # of a damaged file: rosbags raises many kinds
-        line = shorten(str(error).splitlines()[0] if str(error) else error)
-        raise SceneError(f"{path}: cannot be read: {line}") from None
-    if not found:
-        why = f"several topics, {', '.join(topics)}; give one" if topics[1:] else f"no messages of a topic {name}"
-        raise SceneError(f"{path}: has {why}")
-    return found
-
-
-def _message(received: int, content: Any) -> Message:
-    return Message(received, content.header.stamp.sec * 10**9 + content.header.stamp.nanosec, content)
 
 
 def _track(path: Path, messages: list[Message], field: str, wanted: tuple[str, ...], stamped: bool) -> Track:

@@ -74,7 +74,7 @@ class DOP853(NamedTuple):
 class RK8(NamedTuple):
     """Dormand and Prince's order 8 with a fixed step; one that is unstable for the stiffest motion is refused."""
 
-    step: Positive  # s, shortened so that a whole number of them fills each control period
+    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""
@@ -135,7 +135,7 @@ def _(method, p, u, integration, end):
 
 
 @latest_step_end.register(DOP853)
-def _(method, end):
+def _(method, k, steps, period):
     return inf
 
 

@@ -87,7 +87,7 @@ def _(method, p, u, integration, end):
 
 
 @latest_step_end.register(DOPRI5)
-def _(method, end):
+def _(method, k, steps, period):
     return inf
 
 

@@ -29,7 +29,7 @@ MAX_SWEEPS, SETTLED = 60, 1e-26
 class Gauss3(NamedTuple):
     """Gauss collocation of order 6 with a fixed step, for long horizons: its energy error does not grow."""
 
-    step: Positive  # s, shortened so that a whole number of them fills each control period
+    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
 
     def safe_step(self, frequency: float) -> float:
         """Return the largest step [s] with which the sweeps settle for motions up to `frequency` [rad/s]."""

@@ -316,5 +316,5 @@ def _(method, p, u, integration, end):
 
 
 @latest_step_end.register(Gauss16)
-def _(method, end):
+def _(method, k, steps, period):
     return inf

@@ -205,10 +205,20 @@ def advance(method, p, u, integration, end):
     )
 
 
+@kernel
+def periods_per_step(method, period):
+    """Return how many periods [s] a fixed step spans where nothing jumps between them, at least one."""
+    return max(1, int(method.step / period * (1.0 + 1e-12)))
+
+
 @generic
-def latest_step_end(method, end):
-    """Return the instant [s] that no step may pass when nothing jumps at `end` [s]: fixed steps keep to the grid."""
-    return end
+def latest_step_end(method, k, steps, period):
+    """Return the instant [s] that no step in period k of `steps` may pass when nothing jumps at its end.
+
+    Fixed steps end where as many periods end as they span.
+    """
+    span = periods_per_step(method, period)
+    return max(k + 1, min((k // span + 1) * span, steps)) * period
 
 
 @routine

@@ -24,7 +24,7 @@ CARRIED = MAX_STAGES + 4  # row of a scratch: the derivative that the next step 
 class Leapfrog(NamedTuple):
     """Order 2 with a fixed step, one evaluation each (two beside events): for light cables in rigid links."""
 
-    step: Positive  # s, shortened so that a whole number of them fills each control period
+    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""

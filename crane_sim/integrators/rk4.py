@@ -20,7 +20,7 @@ _DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))
 class RK4(NamedTuple):
     """The classical order 4 with a fixed step; one that is unstable for the stiffest motion is refused."""
 
-    step: Positive  # s, shortened so that a whole number of them fills each control period
+    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""

@@ -144,7 +144,7 @@ def _(method, p, u, integration, end):
 
 
 @latest_step_end.register(Rodas)
-def _(method, end):
+def _(method, k, steps, period):
     return inf
 
 

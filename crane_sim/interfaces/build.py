@@ -36,6 +36,7 @@ def _configuration(name: str, folder: Path) -> list[str]:
         "CMAKE_INSTALL_PREFIX": sys.prefix,
         "CMAKE_INSTALL_RPATH": "$ORIGIN;$ORIGIN/../../..",  # libraries, and from the Python package to them
         "BUILD_TESTING": "OFF",
+        "CMAKE_PROJECT_INCLUDE": str(source_folder(name).parent / "python_only.cmake"),
         "Python3_EXECUTABLE": toolchain.tool("python"),
     }
     options = [f"-D{key}={value}" for key, value in settings.items()]

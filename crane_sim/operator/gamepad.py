@@ -1,5 +1,6 @@
 """A gamepad of this machine, read by the optional package `evdev`, numbered as `levers` says."""
 
+import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
@@ -14,7 +15,7 @@ except ImportError:  # it is optional, and compiled where it is installed
     evdev: Any = None
     ecodes: Any = None
 
-MISSING = "needs the Python package evdev, which is not installed (.venv/bin/pip install evdev; Linux compiles it)"
+MISSING = f"needs the Python package evdev, which is not installed ({sys.prefix}/bin/pip install evdev compiles it)"
 _STICKS = ("ABS_X", "ABS_Y", "ABS_RX", "ABS_RY", "ABS_Z", "ABS_RZ")  # by the numbers of axes; evdev: right and back > 0
 _BUTTONS = (
     *("BTN_SOUTH", "BTN_EAST", "BTN_WEST", "BTN_NORTH", "BTN_SELECT", "BTN_MODE", "BTN_START"),

@@ -6,10 +6,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
-from rosbags.rosbag2 import Reader, ReaderError
-from rosbags.serde import SerdeError
-from rosbags.typesys import Stores, get_typestore
 
+from crane_sim.recording.bag_messages import UnreadableBag, read_messages
 from crane_sim.recording.mcap.metadata import RUN, read_metadata
 from crane_sim.recording.run import UnreadableRecording
 from crane_sim.recording.step_assembler import StepAssembler
@@ -17,17 +15,15 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.hardware import is_sensed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
-    from rosbags.interfaces import Connection
-
+    from crane_sim.recording.bag_messages import Message
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
 
 NEEDED = ("joint_states", "applied_effort")
-TAKEN = (*NEEDED, "true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")
-_SECOND = 1_000_000_000  # ns
+FURTHER = ("true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")
 
 
 class BaggedRun(NamedTuple):
@@ -51,36 +47,17 @@ def read_bag(path: Path) -> BaggedRun:
         raise UnreadableRecording(f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version")
     scene = load_scene(yaml.safe_load(properties["scene_file"]))
     try:
-        messages = list(_messages(path))
-        truth = any(topic == "true_states" for topic, _ in messages)
-        decoder = _Decoder(scene, truth)
-        for topic, message in messages:
-            decoder.take(topic, message)
-    except (ReaderError, SerdeError, OSError, ValueError) as error:
-        raise UnreadableRecording(f"{path}: cannot be read: {str(error).partition(chr(10))[0]}") from None
+        messages = read_messages(path, NEEDED, FURTHER)
+    except UnreadableBag as error:
+        raise UnreadableRecording(f"{path}: {error}") from None
+    truth = any(message.topic == "true_states" for message in messages)
+    decoder = _Decoder(scene, truth)
+    for message in messages:
+        decoder.take(message)
     rows = decoder.steps.take(final=True)
     if not rows:
         raise UnreadableRecording(f"{path}: has no control step: no joint_states with an applied_effort of its stamp")
     return BaggedRun(properties, scene, rows, decoder.steps.lost, truth or not is_sensed(scene))
-
-
-def _messages(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield (topic without its namespace, message) of what a run is made of, in the order of their times."""
-    types = get_typestore(Stores.ROS2_JAZZY)
-    with Reader(path) as reader:
-        chosen = [each for each in reader.connections if _name(each) in TAKEN and each.msgcount]
-        for name in NEEDED:
-            found = [each.topic for each in chosen if _name(each) == name]
-            if len(found) != 1:
-                what = f"the topics {', '.join(found)}, one is expected" if found else f"no messages of {name}"
-                raise ValueError(f"it has {what}")
-        for connection, _, data in reader.messages(connections=chosen):
-            yield _name(connection), types.deserialize_cdr(data, connection.msgtype)
-
-
-def _name(connection: Connection) -> str:
-    """Return the name of a topic without its namespace."""
-    return connection.topic.rpartition("/")[2]
 
 
 class _Decoder:
@@ -100,10 +77,9 @@ class _Decoder:
             "joint_trajectory": self._on_reference,
         }
 
-    def take(self, topic: str, message: Any) -> None:
-        """Take a message of a topic without its namespace."""
-        stamp = message.header.stamp
-        self._callbacks[topic](stamp.sec * _SECOND + stamp.nanosec, message)
+    def take(self, message: Message) -> None:
+        """Take a message of one of the topics."""
+        self._callbacks[message.topic](message.stamp, message.content)
 
     def _on_state(self, add: Callable[[int, Sequence[float], Sequence[float]], None], stamp: int, message: Any) -> None:
         q, v = (_sort(self._scene.joint_names, message.name, each) for each in (message.position, message.velocity))

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from crane_sim.description.falls import depth_of, gantry_reach
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
+from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.actuated_support import bare_support
@@ -95,9 +95,9 @@ def _beside_bridge(scene: Scene, size: float, ground: float) -> Framing:
 
 def of_gantry(scene: Scene) -> Framing:
     """Return how to draw a gantry crane, from the ends of its rail to those of its way."""
-    depth, across = depth_of(scene), _span_of(scene, 1)
-    along = gantry_reach(scene, depth)
-    sides = along, (across[0] - 0.2 * depth, across[1] + 0.2 * depth), (-depth, 0.1 * depth)
+    portal, across = portal_of(scene), _span_of(scene, 1)
+    along, depth, aside = portal.ends, portal.depth, max(0.2 * portal.depth, portal.straddle)
+    sides = along, (across[0] - aside, across[1] + aside), (-depth, max(0.1 * depth, portal.top))
     eye, look_at = _look(_corners(*sides), -60.0, 14.0)
     return Framing(
         size=0.5 * depth,

@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -203,8 +204,9 @@ class RecordedRun:
         try:
             pandas = import_module("pandas")  # an optional package, wanted here only
         except ImportError:
-            line = "a data frame needs the Python package pandas, which is not installed (./crane install study)"
-            raise SceneError(f"{line}; run.columns() has the same columns without it") from None
+            missing = f"pandas, which is not installed ({how_to_install('study', 'pandas')})"
+            line = f"a data frame needs the Python package {missing}; run.columns() has the same columns without it"
+            raise SceneError(line) from None
         columns = self.columns()
         frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
         frame.index.name = "t"

@@ -38,6 +38,8 @@ FALLS_FORMS: dict[str, type[SceneFile]] = {
 
 REEVED = ("knuckle", "tower", "mobile", "bridge")
 """Cranes whose rope can run over sheaves."""
+HOISTED = ("knuckle", "tower", "mobile", "gantry")
+"""Cranes that wind up falls by a winch, whose ropes can run over sheaves."""
 
 MOST_PLACES = 2
 """Groups that a line on a key names, which other groups have."""
@@ -69,14 +71,14 @@ def check_cable(document: Mapping[str, Any]) -> None:
 
 def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> None:
     """Raise SceneError for sheaves where no rope can be reeved."""
-    reeved = crane in REEVED and not on_falls
+    own = "hoist" if crane in HOISTED and (on_falls or crane == "gantry") else "rope" if crane in REEVED else ""
     for group in ("rope", "hoist", "falls", "cable"):
         value = document.get(group)
-        if not isinstance(value, Mapping) or value.get("reeving") is None or (reeved and group == "rope"):
+        if not isinstance(value, Mapping) or value.get("reeving") is None or group == own:
             continue
         raise SceneError(
-            f"{group}.reeving: belongs to rope.reeving of crane: {', '.join(REEVED)}, whose rope a winch moves; "
-            "elastic falls have falls.parts"
+            f"{group}.reeving: belongs to rope.reeving of crane: {', '.join(REEVED)}, whose rope a winch moves, and to "
+            f"hoist.reeving of falls below crane: {', '.join(HOISTED)}"
         )
 
 

@@ -4,13 +4,14 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from crane_sim.files.document import SHARED, read, switch_law, with_values
+from crane_sim.files.document import SHARED, switch_law, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import make_laws
 from crane_sim.scenes.scene import (
     Draft,
     Scene,
     SceneSource,
+    document_of,
     draft_scene,
     finish_scene,
     law_parts,
@@ -30,10 +31,7 @@ def load_scenes(source: SceneSource, changes: Sequence[Mapping[str, Any]]) -> li
     Raises:
         SceneError: there is no such scene.
     """
-    read_once = (
-        source.document if isinstance(source, Scene) else source if isinstance(source, Mapping) else read(source)
-    )
-    switched = _DocumentsByLaw(copy.deepcopy(dict(read_once)))
+    switched = DocumentsByLaw(document_of(source))
     found: list[Any] = [_draft(switched, each) for each in changes]
     for law, numbers in _by_law(found).items():
         for i, made in zip(numbers, _finish(law, [found[i] for i in numbers]), strict=True):
@@ -42,7 +40,7 @@ def load_scenes(source: SceneSource, changes: Sequence[Mapping[str, Any]]) -> li
     return found
 
 
-class _DocumentsByLaw(dict[Any, tuple[dict[str, Any], Sequence[str]]]):
+class DocumentsByLaw(dict[Any, tuple[dict[str, Any], Sequence[str]]]):
     """A document by the law that changes switch it to, and the keys that this leaves out; made when first asked for."""
 
     def __init__(self, document: dict[str, Any]) -> None:
@@ -62,7 +60,7 @@ class _DocumentsByLaw(dict[Any, tuple[dict[str, Any], Sequence[str]]]):
         return any(key in SHARED for key in control)
 
 
-def _draft(switched: _DocumentsByLaw, changes: Mapping[str, Any]) -> Draft | Scene | SceneError:
+def _draft(switched: DocumentsByLaw, changes: Mapping[str, Any]) -> Draft | Scene | SceneError:
     """Return the draft of a document with changes; the scene, or its error, where settings of two laws are mixed."""
     law = changes.get("control.law")
     if switched.mixes_laws(law):

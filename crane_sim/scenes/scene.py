@@ -128,9 +128,8 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
     if isinstance(source, Scene):
         if not changes:
             return source
-        source = source.document
     try:
-        document = copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
+        document = document_of(source)
         control, ignored = copy.deepcopy(document.get("control")), switch_law(document, changes)
         for key, value in changes.items():
             set_value(document, key, value)
@@ -140,6 +139,13 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
         return _build_switched(document, control, ignored, changes)
     except (SceneError, RecursionError) as error:
         raise name_error(document, error) from None
+
+
+def document_of(source: SceneSource) -> dict[str, Any]:
+    """Return a copy of the document that `load_scene` reads."""
+    if isinstance(source, Scene):
+        source = source.document
+    return copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
 
 
 def name_error(document: Mapping[str, Any], error: Exception) -> SceneError:
@@ -194,7 +200,11 @@ class Draft(NamedTuple):
 
 def draft_scene(document: dict[str, Any], period: float | None = None) -> Draft:
     """Return a document checked, with the control period [s] of another one where that is given."""
-    file, notes = _read_file(document)
+    return draft_file(*read_file(document), document, period)
+
+
+def draft_file(file: SceneFile, notes: dict[str, Any], document: dict[str, Any], period: float | None = None) -> Draft:
+    """Return the draft of a document that has been read; arguments of `draft_scene`."""
     crane = file.model()  # first: it rejects scenes of which nothing else can be computed
     return Draft(file, notes, crane, _clock(file, period), _file_fields(file, document), document)
 
@@ -247,7 +257,7 @@ def _devices(file: SceneFile, period: float, law: Law | None) -> tuple[dict[str,
     return {"hardware": hardware, "instruments": instruments}, _join_notes(noted, also_noted)
 
 
-def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
+def read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
     """Return (a document's file with its uncertain parameters drawn, its notes and one on what was drawn)."""
     certain, drawn = draw_parameters(document)
     try:
@@ -371,12 +381,20 @@ def law_parts(draft: Draft) -> tuple[Mapping[str, Any], Scene]:
     return control.model_extra or {}, replace(scene, sampled=control.period != "continuous")
 
 
+def has_own_nominal(draft: Draft) -> bool:
+    """Return whether the law's nominal scene is another one than the scene without its law."""
+    file, control = draft.file, draft.file.control
+    assert control is not None
+    rest = nominal(draft.document, control.nominal)
+    return bool(control.nominal) or _is_continuous(file) or draft.document.keys() - rest.keys() != {"control"}
+
+
 def _nominal_draft(draft: Draft) -> Draft:
     """Return the draft of the law's nominal scene; one that only lacks the law is not checked again."""
     file, control = draft.file, draft.file.control
     assert control is not None
     document = nominal(draft.document, control.nominal)
-    if control.nominal or _is_continuous(file) or draft.document.keys() - document.keys() != {"control"}:
+    if has_own_nominal(draft):
         return draft_scene(document, _period(file))
     return draft._replace(
         file=file.model_copy(update={"control": None}), fields=draft.fields | {"law_name": None}, document=document

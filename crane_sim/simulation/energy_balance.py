@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point, kernel
+from crane_sim.numerics.jit import entry_point, lean_kernel
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def empty_balance(nu: int, *runs: int) -> Balance:
     return Balance(np.zeros((*runs, 2)), np.zeros((*runs, 2)), np.zeros((*runs, 2, nu)), extremes, count)
 
 
-@kernel
+@lean_kernel
 def work_up_to(work, held, q):
     """Return (sum, rounding error) [J] of the work of held efforts up to positions q (nu,)."""
     done = 0.0
@@ -41,6 +41,22 @@ def work_up_to(work, held, q):
     after = work[0] + done
     lost = (work[0] - after) + done if abs(work[0]) >= abs(done) else (done - after) + work[0]
     return after, work[1] + lost
+
+
+@lean_kernel
+def balance_instant(balance, metered, q, u, supplied, kinetic, potential):
+    """Take one instant into the sums; arguments of `balance_instants`."""
+    start, extremes = balance.start, balance.extremes
+    if not metered and balance.count[0] > 0:
+        balance.work[0], balance.work[1] = work_up_to(balance.work, balance.held, q)
+    done = supplied if metered else balance.work[0] + balance.work[1]
+    for j in range(len(q)):
+        balance.held[0, j], balance.held[1, j] = q[j], u[j]
+    balance.count[0] += 1
+    error = kinetic + potential - start[0] - (start[1] + done)
+    extremes[0] = max(extremes[0], abs(error))
+    extremes[1] = max(extremes[1], kinetic)
+    extremes[2], extremes[3] = min(extremes[2], potential), max(extremes[3], potential)
 
 
 @entry_point
@@ -55,19 +71,8 @@ def balance_instants(balance, metered, q, u, supplied, kinetic, potential):
         supplied: readings of the meter (K,) [J].
         kinetic, potential: energies relative to the base (K,) [J].
     """
-    start, extremes = balance.start, balance.extremes
     for i in range(len(q)):
-        if not metered and balance.count[0] > 0:
-            balance.work[0], balance.work[1] = work_up_to(balance.work, balance.held, q[i])
-        done = supplied[i] if metered else balance.work[0] + balance.work[1]
-        for j in range(q.shape[1]):
-            balance.held[0, j], balance.held[1, j] = q[i, j], u[i, j]
-        balance.count[0] += 1
-        error = kinetic[i] + potential[i] - start[0] - (start[1] + done)
-        extremes[0] = max(extremes[0], abs(error))
-        extremes[1] = max(extremes[1], kinetic[i])
-        extremes[2] = min(extremes[2], potential[i])
-        extremes[3] = max(extremes[3], potential[i])
+        balance_instant(balance, metered, q[i], u[i], supplied[i], kinetic[i], potential[i])
 
 
 @entry_point

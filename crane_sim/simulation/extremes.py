@@ -1,15 +1,14 @@
 """Extreme values of a run's joints: margins to travel limits, tilt of a rigid load, deflections of the structure."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import entry_point, lean_kernel
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
-from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.figures import one_run
 
@@ -37,26 +36,32 @@ def tilt_of(quaternions: Array) -> Tilt:
     )
 
 
+@lean_kernel
+def note_range_at(row, low, high):
+    """Update the least `low` (m,) and greatest `high` (m,) values with those of a row (m,)."""
+    for j in range(len(row)):
+        low[j], high[j] = min(low[j], row[j]), max(high[j], row[j])
+
+
 @entry_point
 def note_range(rows, low, high):
     """Update the least `low` (m,) and greatest `high` (m,) values of each column of rows (K, m)."""
     for i in range(len(rows)):
-        for j in range(rows.shape[1]):
-            low[j], high[j] = min(low[j], rows[i, j]), max(high[j], rows[i, j])
+        note_range_at(rows[i], low, high)
 
 
-def joint_margins(limits: Sequence[Sequence[TravelLimits]], names: Sequence[str], ranges: Array) -> dict[str, Any]:
+def joint_margins(limits: Mapping[str, Any], names: Sequence[str], ranges: Array) -> dict[str, Any]:
     """Return the least distances of n runs' joints to their travel limits: `limit_margin`, arrays (n,) by joint.
 
     Args:
-        limits: of each run, of the same joints.
+        limits: lowest and highest position by joint, (n,) each.
         names: of the joints (nq,).
         ranges: least and greatest positions (n, 2, nq).
     """
     found = {}
-    for k, limit in enumerate(limits[0]):
-        i, low, high = names.index(limit.joint), *np.array([(own[k].low, own[k].high) for own in limits]).T
-        found[limit.joint] = np.minimum(ranges[:, 0, i] - low, high - ranges[:, 1, i])
+    for joint, (low, high) in limits.items():
+        i = names.index(joint)
+        found[joint] = np.minimum(ranges[:, 0, i] - low, high - ranges[:, 1, i])
     return {"limit_margin": found} if found else {}
 
 
@@ -66,7 +71,7 @@ class Extremes:
     def __init__(self, scene: Scene) -> None:
         """Begin before the first positions of a scene's run."""
         names = scene.joint_names
-        self._names, self._limits = names, scene.limits
+        self._names, self._limits = names, {each.joint: (each.low, each.high) for each in scene.limits}
         self._low, self._high = np.full(len(names), np.inf), np.full(len(names), -np.inf)
         self._attitude = names.index(ATTITUDE[0]) if ATTITUDE[0] in names else None
         self._angles = ("tilt",) if "slew" in names else Tilt._fields  # a slewing crane turns the load on purpose
@@ -97,7 +102,7 @@ class Extremes:
         `peak_lateral_deflection_deg` and `peak_vertical_deflection_deg` the largest angles by which a structure bends.
         """
         self.extend(np.array([q]))
-        margins = one_run(joint_margins([self._limits], self._names, np.array([[self._low, self._high]])))
+        margins = one_run(joint_margins(self._limits, self._names, np.array([[self._low, self._high]])))
         peaks = np.degrees(self._peaks) if self._attitude is not None else ()
         angles = {f"peak_{name}_deg": float(peak) for name, peak in zip(self._angles, peaks, strict=False)}
         angles |= {f"peak_{n}_deg": float(a) for n, a in zip(self._bending, np.degrees(self._peak_angles), strict=True)}

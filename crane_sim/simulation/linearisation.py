@@ -6,6 +6,7 @@ or gust.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ from scipy.linalg import block_diag, null_space
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
+from crane_sim.numerics.column import arrays_of
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.averaging import average_scene
@@ -24,6 +26,8 @@ Array = npt.NDArray[np.float64]
 STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
 ZERO_ACCELERATION = 1e-9  # m/s² or rad/s²: accelerations that count as none
 ITERATIONS = 50  # of Newton's method
+DISSIPATIVE = {"friction", "lugre", "rope", "hoist"}
+"""Groups that may have dry friction."""
 MAX_TURN = 0.5  # rad, in one of them: full steps from below may end a turn further, or above the suspension
 
 
@@ -32,13 +36,13 @@ def without_dry_friction(scene: Scene) -> Scene:
 
     So does that of bristles. A winch below a support loses all of its friction, and sheaves their loss.
     """
-    if not (scene.document.keys() & {"friction", "lugre", "rope"}):
+    if not scene.document.keys() & DISSIPATIVE:
         return scene
     document = scene.to_dict()
-    friction, rope = document.get("friction") or {}, document.get("rope") or {}
-    bristles = document.pop("lugre", None) or {}
-    sheaves = (rope.get("reeving") or {}).get("sheaves") or {}
-    removed = rope.pop("friction", None), sheaves.pop("loss", None)
+    friction, bristles, removed = document.get("friction") or {}, document.pop("lugre", None) or {}, list[object]()
+    for winch in (document.get("rope") or {}, document.get("hoist") or {}):
+        sheaves = (winch.get("reeving") or {}).get("sheaves") or {}
+        removed += [winch.pop("friction", None), sheaves.pop("loss", None)]
     if not friction and not bristles and not any(removed):
         return scene
     none, viscous = {"coulomb": 0.0, "static": 0.0}, {"viscous": 0.0}
@@ -71,8 +75,13 @@ def fill_accelerations(models, points, out):
 
 def accelerations(scenes: Sequence[Scene], points: Array) -> Array:
     """Return the joint accelerations (n, m, nq) of scenes of one kind at points (n, m, 2 nq + nu) at t = 0."""
-    out = np.empty((*points.shape[:2], len(scenes[0].joint_names)))
-    fill_accelerations(columns([scene.model for scene in scenes]), points, out)
+    return accelerations_of(columns([scene.model for scene in scenes]), points, len(scenes[0].joint_names))
+
+
+def accelerations_of(models: Any, points: Array, nq: int) -> Array:
+    """Return the joint accelerations (n, m, nq) of columns of models at points (n, m, 2 nq + nu) at t = 0."""
+    out = np.empty((*points.shape[:2], nq))
+    fill_accelerations(models, points, out)
     return out
 
 
@@ -214,10 +223,45 @@ def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[A
     rows = (
         [[basis.T @ row for row in each] for basis, each in zip(bases, quotients, strict=True)] if bent else quotients
     )
-    derivatives, count = np.swapaxes(np.array(rows) + 0.0, 1, 2), len(scenes)
+    return _to_state_matrices(np.array(rows), nu)
+
+
+def _to_state_matrices(rows: Array, nu: int) -> tuple[Array, Array]:
+    """Return A and B from the derivatives (c, 2 n + nu, n) of n accelerations."""
+    derivatives = np.swapaxes(rows + 0.0, 1, 2)
+    count, n, _ = derivatives.shape
     a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, nu))
     a[:, :n, n:], a[:, n:], b[:, n:] = np.eye(n), derivatives[:, :, : 2 * n], derivatives[:, :, 2 * n :]
     return a, b
+
+
+class RestingColumns(NamedTuple):
+    """Many scenes that hang at rest without efforts, linearised there: n of them, nq joints, none a unit vector."""
+
+    q: Array  # (n, nq)
+    a: Array  # (n, 2 nq, 2 nq)
+    b: Array  # (n, 2 nq, nu)
+
+
+def linearise_columns(scene: Scene, alike: npt.NDArray[np.bool_]) -> RestingColumns:
+    """Return what `equilibrium` and `state_matrices` return for each scene of columns; unmark those not at rest.
+
+    Args:
+        scene: with a `Column` for each number that varies, and a target of actuated joints.
+        alike: marks (n,) of the scenes that are alike.
+
+    Raises:
+        TypeError: the scenes have dry friction, or unit vectors among their joints.
+    """
+    if scene.document.keys() & DISSIPATIVE or _unit_vectors(scene) or scene.reference is None or not scene.actuated:
+        raise TypeError("scenes that are linearised one by one")
+    n, nq, nu = len(alike), len(scene.joint_names), len(scene.actuated)
+    models, q = arrays_of((average_scene(scene).model, hanging_positions(scene, scene.reference)), n)
+    at = np.concatenate([q, np.zeros((n, nq + nu))], axis=1)[:, None]
+    alike &= np.abs(accelerations_of(models, at, nq)[:, 0]).max(axis=1) < ZERO_ACCELERATION
+    steps = STEP * np.eye(2 * nq + nu)
+    quotients = (accelerations_of(models, at + steps, nq) - accelerations_of(models, at - steps, nq)) / (2.0 * STEP)
+    return RestingColumns(q, *_to_state_matrices(quotients, nu))
 
 
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:

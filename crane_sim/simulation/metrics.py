@@ -285,6 +285,7 @@ class Metrics:
         sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
         final = derive_instant(self._scene, t, q, v)
         audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
+        target, near, outside = self._targets()
         ended = RunTotals(
             t=np.array([t]),
             q=self._of_driven(q)[None],
@@ -292,11 +293,21 @@ class Metrics:
             evaluations=np.array([integration.evaluations]),
             saturated=np.array([saturated]),
             peaks=Peaks(*(part[None] for part in self._peaks)),
-            outside=None if self._settling is None else self._settling.outside[None],
+            target=target,
+            near=near,
+            outside=outside,
             audit=np.array([audit]),
             sha=[sha.hexdigest()],
         )
-        return one_run(name_figures([self._scene], ended)) | self._further(t, q, final.payload)
+        return one_run(name_figures(self._scene, ended)) | self._further(t, q, final.payload)
+
+    def _targets(self) -> tuple[Array | None, Array, Array]:
+        """Return target, near and outside of `RunTotals`."""
+        nothing = np.zeros((1, self._nu))
+        if self._settling is None or self._scene.reference is None:
+            return None, nothing, nothing
+        target = np.array([self._scene.reference])
+        return target, nearness(target, self._of_driven(self._scene.initial_q)[None]), self._settling.outside[None]
 
     def _further(self, t: float, q: Vector, payload: Array) -> dict[str, Any]:
         """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""
@@ -320,17 +331,19 @@ class RunTotals(NamedTuple):
     evaluations: npt.NDArray[np.int64]  # (n,) of the equations
     saturated: npt.NDArray[np.int64]  # (n,) periods in which a command was limited
     peaks: Peaks  # columns
-    outside: Array | None  # (n, nu) s, when joints were last away from their targets; None without targets
+    target: Array | None  # (n, nu), of the actuated joints; None without
+    near: Array  # (n, nu), which distance from it counts as near
+    outside: Array  # (n, nu) s, when joints were last further away
     audit: Array  # (n, 2), energy errors
     sha: Sequence[str]  # (n,)
 
 
-def name_figures(scenes: Sequence[Scene], ended: RunTotals) -> dict[str, Any]:
-    """Return the figures of n runs of one kind by name, arrays (n,) in groups by joint: the keys of `Metrics.summary`.
+def name_figures(first: Scene, ended: RunTotals) -> dict[str, Any]:
+    """Return the figures of n runs of a scene's kind by name, arrays (n,) in groups by joint.
 
-    Where a run has none, a figure is None.
+    The names are those of `Metrics.summary`. Where a run has none, a figure is None.
     """
-    first, peaks, nothing = scenes[0], ended.peaks, np.zeros(3)
+    peaks, nothing = ended.peaks, np.zeros(3)
     swings = [swing_angles(nothing, peaks.swing[:, i]) for i in range(2)]
     peak, residual = (np.degrees(np.maximum(each, ended.swing)) for each in swings)
     low, high = or_none(peaks.tension, np.isfinite(peaks.tension)).T
@@ -338,10 +351,10 @@ def name_figures(scenes: Sequence[Scene], ended: RunTotals) -> dict[str, Any]:
         "steps": np.rint(ended.t / first.period).astype(np.int64),
         "sim_time": ended.t,
         "rhs_evaluations": ended.evaluations,
-        "final_error": _by_joint(first, _targets(scenes) - ended.q) if first.reference is not None else {},
+        "final_error": _by_joint(first, ended.target - ended.q) if ended.target is not None else {},
         "peak_swing_deg": peak,
         "residual_swing_deg": residual,
-        "settling_time": _settling_by_joint(scenes, ended),
+        "settling_time": _settling_by_joint(first, ended),
         "peak_effort": _by_joint(first, peaks.effort),
         "saturated_steps": ended.saturated,
         "min_rope_tension": low,
@@ -353,20 +366,13 @@ def name_figures(scenes: Sequence[Scene], ended: RunTotals) -> dict[str, Any]:
     }
 
 
-def _targets(scenes: Sequence[Scene]) -> Array:
-    return np.array([scene.reference for scene in scenes])
-
-
 def _by_joint(scene: Scene, values: npt.NDArray[Any]) -> dict[str, npt.NDArray[Any]]:
     """Return values of the actuated joints (n, nu) by joint."""
     return dict(zip(scene.actuated, values.T, strict=True))
 
 
-def _settling_by_joint(scenes: Sequence[Scene], ended: RunTotals) -> dict[str, npt.NDArray[Any]]:
-    if ended.outside is None:
+def _settling_by_joint(first: Scene, ended: RunTotals) -> dict[str, npt.NDArray[Any]]:
+    if ended.target is None:
         return {}
-    first, target = scenes[0], _targets(scenes)
-    driven = [first.joint_names.index(name) for name in first.actuated]
-    near = nearness(target, np.array([scene.initial_q for scene in scenes])[:, driven])
-    times = settling_times(target, near, ended.outside, ended.t[:, None], ended.q, first.period)
+    times = settling_times(ended.target, ended.near, ended.outside, ended.t[:, None], ended.q, first.period)
     return _by_joint(first, or_none(times, ~np.isnan(times)))

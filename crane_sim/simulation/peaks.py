@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point, kernel
+from crane_sim.numerics.jit import entry_point, lean_kernel
 
 Array = npt.NDArray[np.float64]
 
@@ -52,11 +52,34 @@ def no_peaks(nu: int, *runs: int) -> Peaks:
     return Peaks(swing, np.zeros((*runs, nu)), tension, np.zeros((*runs, 1), np.int64))
 
 
-@kernel
+@lean_kernel
 def swings_further(x, y, z, largest):
     """Return whether a rope (x, y, z) is further from the vertical than `largest` (3,): the sine of the difference."""
     h, greatest = np.sqrt(x * x + y * y), np.sqrt(largest[0] * largest[0] + largest[1] * largest[1])
     return greatest * z - h * largest[2] > 0.0
+
+
+@lean_kernel
+def watch_swing(peaks, t, late, rope):
+    """Take the rope (3,) [m], from tip to payload, at time t [s] into the peaks; the last part begins at `late`."""
+    x, y, z = rope
+    for part in range(2 if t >= late else 1):
+        if swings_further(x, y, z, peaks.swing[part]):
+            peaks.swing[part, 0], peaks.swing[part, 1], peaks.swing[part, 2] = x, y, z
+
+
+@lean_kernel
+def watch_efforts(peaks, u):
+    """Take the efforts applied (nu,) at an instant into the peaks."""
+    for j in range(len(u)):
+        peaks.effort[j] = max(peaks.effort[j], abs(u[j]))
+
+
+@lean_kernel
+def watch_tension(peaks, least, greatest):
+    """Take the least and the greatest tension [N] of the links at an instant into the peaks."""
+    peaks.tension[0], peaks.tension[1] = min(peaks.tension[0], least), max(peaks.tension[1], greatest)
+    peaks.pushed[0] += least < PUSHED
 
 
 @entry_point
@@ -72,15 +95,10 @@ def watch_instants(peaks, t, late, u, tensions, ends):
         ends: tip and payload (K, 6) [m].
     """
     for i in range(len(t)):
-        x, y, z = ends[i, 3] - ends[i, 0], ends[i, 4] - ends[i, 1], ends[i, 5] - ends[i, 2]
-        for part in range(2 if t[i] >= late else 1):
-            if swings_further(x, y, z, peaks.swing[part]):
-                peaks.swing[part, 0], peaks.swing[part, 1], peaks.swing[part, 2] = x, y, z
-        for j in range(u.shape[1]):
-            peaks.effort[j] = max(peaks.effort[j], abs(u[i, j]))
-        least = np.inf
+        rope = ends[i, 3] - ends[i, 0], ends[i, 4] - ends[i, 1], ends[i, 5] - ends[i, 2]
+        watch_swing(peaks, t[i], late, rope)
+        watch_efforts(peaks, u[i])
+        least, greatest = np.inf, -np.inf
         for j in range(tensions.shape[1]):
-            least = min(least, tensions[i, j])
-            peaks.tension[1] = max(peaks.tension[1], tensions[i, j])
-        peaks.tension[0] = min(peaks.tension[0], least)
-        peaks.pushed[0] += least < PUSHED
+            least, greatest = min(least, tensions[i, j]), max(greatest, tensions[i, j])
+        watch_tension(peaks, least, greatest)

@@ -171,7 +171,7 @@ class Plant:
         if self._hardware is not None:
             return self._advance_with_hardware(self._hardware, u)
         if u is None:
-            step_args = (self._integration, self.t, end, self._rows, self._filled)
+            step_args = (self._integration, self.k, scene.steps, scene.period, self._rows, self._filled)
             integration, q, v, applied = continuous_step(scene.method, self.model, scene.source, *step_args)
         else:
             integration, q, v, applied = zero_order_hold_step(

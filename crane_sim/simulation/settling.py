@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import entry_point, lean_kernel
 
 Array = npt.NDArray[np.float64]
 SETTLED = 0.02
@@ -19,6 +19,14 @@ def nearness(target: Array, initial: Array) -> Array:
     return np.maximum(SETTLED * np.abs(target - initial), RESOLUTION)
 
 
+@lean_kernel
+def note_outside_at(target, near, t, q, outside):
+    """Note one instant as `note_outside` does: t [s], positions q (nu,)."""
+    for j in range(len(target)):
+        if not abs(target[j] - q[j]) <= near[j]:
+            outside[j] = max(outside[j], t)
+
+
 @entry_point
 def note_outside(target, near, t, q, outside):
     """Note in `outside` (nu,) when joints were last not near their targets [s].
@@ -30,9 +38,7 @@ def note_outside(target, near, t, q, outside):
         outside: to update.
     """
     for i in range(len(t)):
-        for j in range(len(target)):
-            if not abs(target[j] - q[i, j]) <= near[j]:
-                outside[j] = max(outside[j], t[i])
+        note_outside_at(target, near, t[i], q[i], outside)
 
 
 def settling_times(target: Array, near: Array, outside: Array, t: Array, q: Array, period: float) -> Array:

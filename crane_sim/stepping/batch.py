@@ -18,7 +18,7 @@ from crane_sim.integrators import (
     start,
     step,
 )
-from crane_sim.integrators.integration import equal_step, status_of
+from crane_sim.integrators.integration import equal_step, periods_per_step, status_of
 from crane_sim.numerics.jit import entry_point, generic, kernel, routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
 from crane_sim.numerics.states import dimension, replace_field
@@ -82,7 +82,7 @@ def integrate_run(source, method, p, integration, grid, rows):
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(grid.steps):
         before, end = integration, (k + 1) * grid.period
-        latest = latest_step_end(method, end)
+        latest = latest_step_end(method, k, grid.steps, grid.period)
         integration, i = integrate_period(method, p, source, integration, end, latest, out, i)
         if integration.status != OK and integration.t < end:
             t = k * grid.period
@@ -151,12 +151,12 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in range(LANES):
             put_lane(xs, j, state_at_start(tree_column(cranes, block + j).model, arrays, block + j))
-        t, taken, i = 0.0, 0, 0
-        for k in range(grid.steps):
+        t, taken, i, span = 0.0, 0, 0, held_periods(like[2], method, grid.period)
+        for k in range(0, grid.steps, span):
             for j in range(LANES):
                 crane = tree_column(cranes, block + j)
                 put_lane(us, j, held_efforts(crane.source, crane.model, k * grid.period, lane(like[0], xs, j)))
-            end = (k + 1) * grid.period
+            end = min(k + span, grid.steps) * grid.period
             while t < end:
                 h, after = equal_step(method.step, t, end)
                 while i < len(grid.times) and grid.times[i] < after:
@@ -176,10 +176,21 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
 
 @kernel
 def first_lane(cranes, arrays, block):
-    """Return (state, held efforts) of the first crane of a block: what the lanes look like."""
+    """Return (state, held efforts, source) of the first crane of a block: what the lanes look like."""
     crane = tree_column(cranes, block)
     x = state_at_start(crane.model, arrays, block)
-    return x, held_efforts(crane.source, crane.model, 0.0, x)
+    return x, held_efforts(crane.source, crane.model, 0.0, x), crane.source
+
+
+@generic
+def held_periods(source, method, period):
+    """Return the number of periods in which the equations' source does not jump, as many as a step spans."""
+    return periods_per_step(method, period)
+
+
+@held_periods.register(Sampled)
+def _(source, method, period):
+    return 1
 
 
 @generic

@@ -19,7 +19,7 @@ from crane_sim.integrators import (
     start,
 )
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry_point, routine
+from crane_sim.numerics.jit import entry_point, lean_generic, lean_kernel, routine
 
 
 class Replay(NamedTuple):
@@ -44,6 +44,15 @@ class Output(NamedTuple):
     samples: Any  # (m, width), rows at these times
 
 
+class BriefOutput(NamedTuple):
+    """An `Output` whose rows have no tensions, of a model whose states are tuples: its rows are written faster."""
+
+    rows: Any
+    commands: Any
+    times: Any
+    samples: Any
+
+
 @entry_point
 def begin(p, q, v):
     """Return the integration at t = 0, before its first step, and the joints q, v of its state.
@@ -56,16 +65,35 @@ def begin(p, q, v):
 
 @routine
 def write(rows, i, p, t, x, u):
-    """Write the row of state x under the source u into rows[i]."""
+    """Write the row of state x under the source u into rows[i], without tensions where it has no room for them."""
     q, v = system.joints(p, x)
     tau = system.effort(u, p, t, x)
+    after = write_joints(rows, i, p, x, q, v, tau)
+    if rows.shape[1] > after:
+        system.tensions(p, t, x, tau, rows, i, after)
+
+
+@lean_kernel
+def write_joints(rows, i, p, x, q, v, tau):
+    """Write joints, efforts and energy supplied into rows[i]; return the column after them."""
     for j in range(len(q)):
         rows[i, j] = q[j]
         rows[i, j + len(q)] = v[j]
     store(rows, i, 2 * len(q), tau)
     after = 2 * len(q) + len(tau)
     rows[i, after] = system.energy_supplied(p, x)
-    system.tensions(p, t, x, tau, rows, i, after + 1)
+    return after + 1
+
+
+@lean_generic
+def write_start(out, i, p, t, x, u):
+    """Write row i of an output: state x at t, at the start of a period, and efforts u that are held."""
+    write(out.rows, i, p, t, x, u)
+
+
+@write_start.register(BriefOutput)
+def _(out, i, p, t, x, u):
+    write_joints(out.rows, i, p, x, *system.joints(p, x), u)
 
 
 @routine
@@ -103,17 +131,18 @@ def zero_order_hold_step(method, p, command, integration, end, rows, i):
 
 
 @entry_point
-def continuous_step(method, p, source, integration, t, end, rows, i):
-    """Write row i, then integrate from t to `end` [s] with the source in the equations.
+def continuous_step(method, p, source, integration, k, steps, period, rows, i):
+    """Write row i, then integrate over period k of `steps` [s] with the source in the equations.
 
     Returns:
         (integration, q, v, effort applied)
     """
+    t, end = k * period, (k + 1) * period
     integration = apply_pending_events(system.switching(p), p, source, integration)
     x = dense_output(method, p, source, integration, t)
     u = system.effort(source, p, t, x)
     write(rows, i, p, t, x, u)
-    integration = integrate_to(method, p, source, integration, end, latest_step_end(method, end))
+    integration = integrate_to(method, p, source, integration, end, latest_step_end(method, k, steps, period))
     q, v = system.joints(p, dense_output(method, p, source, integration, end))
     return integration, q, v, u
 
@@ -150,7 +179,7 @@ def zero_order_hold_rollout(method, p, law, integration, period, out):
         store(out.commands, k, 0, command)
         u = system.saturate(p, command)
         integration = apply_pending_events(system.switching(p), p, u, integration)
-        write(out.rows, k, p, integration.t, integration.x, u)
+        write_start(out, k, p, integration.t, integration.x, u)
         end = (k + 1) * period
         integration, i = integrate_period(method, p, u, integration, end, end, out, i)
         if integration.status != OK and integration.t < end:
@@ -168,7 +197,8 @@ def continuous_rollout(method, p, source, integration, period, out):
     for k in range(steps):
         end = (k + 1) * period
         write(out.rows, k, p, k * period, dense_output(method, p, source, integration, k * period), source)
-        integration, i = integrate_period(method, p, source, integration, end, latest_step_end(method, end), out, i)
+        latest = latest_step_end(method, k, steps, period)
+        integration, i = integrate_period(method, p, source, integration, end, latest, out, i)
         if integration.status != OK and integration.t < end:
             return integration, k
     finish(method, p, source, integration, steps * period, out, i)

@@ -26,6 +26,17 @@ class Case(NamedTuple):
     changes: dict[str, Any]  # of the scene: the parameters, the variant's, seed and duration
 
 
+class CaseColumns(NamedTuple):
+    """Runs of one variant: samples that follow one another."""
+
+    numbers: list[int]  # of the runs
+    samples: range
+    variant: str
+    parameters: dict[str, list[Any]]  # values of each sample by dotted key
+    always: dict[str, Any]  # changes of the scene in all of these runs
+    seeds: list[int]  # of the scenes, unless `always` has one
+
+
 class CaseList:
     """The cases of a study, made when they are asked for: variants of one sample follow one another."""
 
@@ -77,6 +88,17 @@ class CaseList:
         """Yield all cases in order."""
         return (self[i] for i in range(len(self)))
 
+    def columns(self, first: int, end: int) -> Iterator[CaseColumns]:
+        """Yield the runs `first` to `end` (excluded) of each variant."""
+        count = len(self.variants)
+        per_sample = {s: self._parameters(s) for s in range(first // count, -(-end // count))}
+        for i, variant in enumerate(self.variants):
+            samples = range(-(-(first - i) // count), -(-(end - i) // count))
+            parameters = {key: [per_sample[s][key] for s in samples] for key in self.study.parameters}
+            always = self._always(variant)
+            seeds = [self._seed(sample) for sample in samples]
+            yield CaseColumns([s * count + i for s in samples], samples, variant, parameters, always, seeds)
+
     def _parameters(self, sample: int) -> dict[str, Any]:
         chosen = self.study.parameters
         if self.study.design == "grid":
@@ -95,13 +117,15 @@ class CaseList:
             raise SceneError(f"study: parameters.{key}: {error}") from None
 
     def _changes(self, sample: int, variant: str, parameters: dict[str, Any]) -> dict[str, Any]:
+        return {"seed": self._seed(sample)} | self._always(variant) | parameters
+
+    def _always(self, variant: str) -> dict[str, Any]:
         duration = {} if self.study.duration is None else {"duration": self.study.duration}
-        one_seed = self.study.design in (
-            MORRIS,
-            SALTELLI,
-        )  # else what noise changes would count as a parameter's effect
-        seed = {"seed": scene_seed(self.study.seed, 0 if one_seed else sample)}
-        return duration | seed | self.study.changes | self.variants[variant] | parameters
+        return duration | self.study.changes | self.variants[variant]
+
+    def _seed(self, sample: int) -> int:
+        one_seed = self.study.design in (MORRIS, SALTELLI)  # else noise would count as a parameter's effect
+        return scene_seed(self.study.seed, 0 if one_seed else sample)
 
 
 def cases(study: Study) -> CaseList:

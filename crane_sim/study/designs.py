@@ -13,6 +13,7 @@ import numpy.typing as npt
 from scipy.stats import qmc
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 from crane_sim.study.form import MORRIS, SALTELLI, Study, Values
 
 LEVELS = 4
@@ -78,5 +79,5 @@ def load_salib(module: str) -> Any:
     try:
         return import_module(f"SALib.{module}")
     except ModuleNotFoundError:
-        line = "SALib is not installed: designs of sensitivity need it (./crane install study)"
+        line = f"SALib is not installed: designs of sensitivity need it ({how_to_install('study')})"
         raise SceneError(line) from None

@@ -16,7 +16,7 @@ from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
-from crane_sim.study.runs import rows_of
+from crane_sim.study.runs import Table, rows_of
 from crane_sim.study.store import Store, load_pyarrow
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
@@ -26,7 +26,6 @@ PATIENCE = 60.0  # s without a finished block, after which the reason is told
 ATTEMPTS = 3  # in which no block is finished because processes end
 
 Progress = Callable[[int, int], None]  # takes (runs that are done, all runs)
-Rows = list[dict[str, Any]]
 
 
 def run(
@@ -108,7 +107,7 @@ def _run_missing(
             with next(starts) as workers:
                 for block, rows in _results(store, study, missing, workers, on_wait):
                     store.write(block, rows)
-                    done, attempts = done + len(rows), ATTEMPTS
+                    done, attempts = done + len(store.cases_of(block)), ATTEMPTS
                     on_progress(done, store.cases)
         except errors_of_ended_workers():
             attempts -= 1
@@ -120,10 +119,10 @@ def _run_missing(
 
 def _results(
     store: Store, study: Study, blocks: list[int], workers: Workers, on_wait: Callable[[str], None]
-) -> Iterator[tuple[int, Rows]]:
+) -> Iterator[tuple[int, Table]]:
     """Yield (block, rows) as workers finish them; call `on_wait` where they finish none for a known reason."""
     task = study.model_dump_json(), store.identity["scene"], store.identity["versions"]
-    pending, waiting = dict[Future[Rows], int](), iter(blocks)
+    pending, waiting = dict[Future[Table], int](), iter(blocks)
     while True:
         while len(pending) < AHEAD * workers.parallel and (block := next(waiting, None)) is not None:
             numbers = store.cases_of(block)
@@ -144,7 +143,7 @@ def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
     return cases(load_study(json.loads(study) | {"scene": document})), document
 
 
-def run_block(study: str, scene: str, versions: dict[str, str], first: int, end: int) -> Rows:
+def run_block(study: str, scene: str, versions: dict[str, str], first: int, end: int) -> Table:
     """Return the rows of the cases `first` to `end` (excluded).
 
     Raises:
@@ -155,4 +154,4 @@ def run_block(study: str, scene: str, versions: dict[str, str], first: int, end:
         differing = ", ".join(key for key in sorted(mine.keys() | versions) if mine.get(key) != versions.get(key))
         raise SceneError(f"a worker has other versions than this process: {differing}")
     listed, document = _cases_of(study, scene)
-    return rows_of([listed[i] for i in range(first, end)], document)
+    return rows_of(listed, first, end, document)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 
 
 def check_store(url: str) -> None:
@@ -34,7 +35,7 @@ def _file_system(url: str) -> tuple[Any, str]:
     try:
         fsspec = import_module("fsspec")
     except ModuleNotFoundError:
-        raise SceneError("fsspec is not installed: --copy-to needs it (./crane install study)") from None
+        raise SceneError(f"fsspec is not installed: --copy-to needs it ({how_to_install('study')})") from None
     try:
         store, place = fsspec.core.url_to_fs(url)
     except (ImportError, ValueError) as error:

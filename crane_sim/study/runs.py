@@ -6,15 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
+import numpy as np
+
 from crane_sim.files.errors import SceneError
-from crane_sim.laws import LawError
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.figured_runs import has_compiled_figures, run_all
-from crane_sim.simulation.figures import cell_of, flatten
-from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.simulation.status import SimulationError
-from crane_sim.study.cases import Case
+from crane_sim.scenes.varied import load_columns
+from crane_sim.simulation.figured_runs import Attempt, RunEnd, attempt_run, run_all, run_columns
+from crane_sim.simulation.figures import cell_of
+from crane_sim.simulation.rollout import Rollout
+from crane_sim.study.cases import Case, CaseColumns, CaseList
 from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
@@ -22,39 +23,82 @@ OK, FAILED, REFUSED = "ok", "failed", "refused"
 PARAMETER, FIRST_COLUMNS = "parameter.", ("case", "sample", "variant", "law", "seed", "status", "error")
 
 
-def rows_of(cases: Sequence[Case], document: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of cases of one study: parameters, all figures of the summary, status and error of each.
+Table = dict[str, Any]
+"""Columns by name, a list or an array each, with an entry for each case."""
 
-    Whatever ends a run is in its row: no error is raised. Scenes that differ in numbers only run in one compiled call;
-    a case has the numbers of its single run, bit for bit.
+
+def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any]) -> Table:
+    """Return the rows of the cases `first` to `end` (excluded): parameters, all figures of the summary, status, error.
+
+    Whatever ends a run is in its row: no error is raised. Scenes that differ in numbers only are made together and run
+    in one compiled call; a case has the numbers of its single run, bit for bit.
     """
-    began = time.perf_counter()
+    began, parts, count = time.perf_counter(), list[tuple[list[int], Table]](), end - first
+    for cases in listed.columns(first, end):
+        together, alone = _run_together(cases, document)
+        parts += together
+        parts += _run_each([listed[number] for number in alone], document) if alone else []
+    table = _join([([number - first for number in numbers], part) for numbers, part in parts], count)
+    each = (time.perf_counter() - began) / count
+    return table | {"versions": [_versions()] * count, "wall_time": [each] * count}
+
+
+def _run_together(cases: CaseColumns, document: Mapping[str, Any]) -> tuple[list[tuple[list[int], Table]], list[int]]:
+    """Return (numbers and rows of the cases that are made and run together, the numbers of the others)."""
+    varied = ({} if "seed" in cases.always else {"seed": cases.seeds}) | cases.parameters
+    scenes = None
+    if cases.numbers and not cases.always.keys() & varied.keys():
+        scenes = load_columns(document, cases.always, varied)
+    ended = None if scenes is None else run_columns(scenes)
+    if scenes is None or ended is None:
+        return [], cases.numbers
+    chosen = np.flatnonzero(scenes.alike).tolist()
+    numbers, samples = [cases.numbers[i] for i in chosen], [cases.samples[i] for i in chosen]
+    table = {"case": numbers, "sample": samples, "variant": [cases.variant] * len(chosen)}
+    seeds = varied.get("seed", [cases.always.get("seed")] * len(cases.numbers))
+    table |= {"law": [scenes.scene.law_name] * len(chosen), "seed": [seeds[i] for i in chosen]}
+    table |= {"status": [OK if error is None else FAILED for error in ended.errors], "error": ended.errors}
+    table |= {PARAMETER + key: [cell_of(column[i]) for i in chosen] for key, column in cases.parameters.items()}
+    others = np.flatnonzero(~scenes.alike).tolist()
+    return [(numbers, table | {"events": [0] * len(chosen)} | ended.figures)], [cases.numbers[i] for i in others]
+
+
+def _run_each(cases: Sequence[Case], document: Mapping[str, Any]) -> list[tuple[list[int], Table]]:
+    """Return numbers and rows of cases whose scenes are made one by one."""
     scenes = load_scenes(document, [case.changes for case in cases])
-    ends = iter(_run(scenes))
-    rows = [_row(case, scene, *next(ends)) for case, scene in zip(cases, scenes, strict=True)]
-    each = (time.perf_counter() - began) / len(cases)
-    return [row | {"versions": _versions(), "wall_time": each} for row in rows]
+    ends = iter(run_all([scene for scene in scenes if isinstance(scene, Scene)]))
+    each = (
+        RunEnd({}, str(scene), (), refused=True) if isinstance(scene, SceneError) else next(ends) for scene in scenes
+    )
+    rows = [_row(case, scene, end) for case, scene, end in zip(cases, scenes, each, strict=True)]
+    columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
+    return [([case.number for case in cases], columns)]
 
 
-def _run(scenes: Sequence[Any]) -> Iterator[tuple[str, str | None, dict[str, Any] | None]]:
-    """Yield status, error, and figures with the number of events of each scene, in order."""
-    together = [isinstance(scene, Scene) and has_compiled_figures(scene) for scene in scenes]
-    ends = iter(run_all([scene for scene, compiled in zip(scenes, together, strict=True) if compiled]))
-    for scene, compiled in zip(scenes, together, strict=True):
-        if compiled:
-            end = next(ends)
-            yield OK if end.error is None else FAILED, end.error, {"events": len(end.events)} | end.figures
-        else:
-            run, status, error = _simulate(scene)
-            yield status, error, None if run is None else {"events": len(run.events)} | flatten(run.summary)
+def _join(parts: Sequence[tuple[Sequence[int], Table]], count: int) -> Table:
+    """Return tables as one of `count` rows, those of each part at its numbers; what a part lacks is None."""
+    names = dict.fromkeys((*FIRST_COLUMNS, *(name for _, part in parts for name in part)))
+    if len(parts) == 1:
+        return {name: parts[0][1][name] for name in names}
+    table: Table = {name: [None] * count for name in names}
+    for numbers, part in parts:
+        for name, column in part.items():
+            values = column.tolist() if isinstance(column, np.ndarray) else column
+            for number, value in zip(numbers, values, strict=True):
+                table[name][number] = value
+    return table
 
 
-def _row(case: Case, scene: Any, status: str, error: str | None, figures: dict[str, Any] | None) -> dict[str, Any]:
+def _row(case: Case, scene: Any, end: RunEnd) -> dict[str, Any]:
     """Return the row of a case without versions and time."""
-    head = {"case": case.number, "sample": case.sample, "variant": case.variant, "law": None}
-    row = head | {"seed": case.changes["seed"], "status": status, "error": error}
+    row = {"case": case.number, "sample": case.sample, "variant": case.variant, "law": None}
+    row |= {"seed": case.changes["seed"], "status": _status_of(end), "error": end.error}
     row |= {PARAMETER + key: cell_of(value) for key, value in case.parameters.items()}
-    return row if figures is None else row | {"law": scene.law_name} | figures
+    return row | {"law": scene.law_name, "events": len(end.events)} | end.figures if end.figures else row
+
+
+def _status_of(end: RunEnd | Attempt) -> str:
+    return REFUSED if end.refused else OK if end.error is None else FAILED
 
 
 @cache
@@ -63,19 +107,14 @@ def _versions() -> str:
     return json.dumps(versions())
 
 
+def each_row(table: Table) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a table, values by the names of its columns."""
+    for values in zip(*table.values(), strict=True):
+        yield dict(zip(table, values, strict=True))
+
+
 def simulate_case(case: Case, document: Mapping[str, Any]) -> tuple[Rollout | None, str, str | None]:
     """Return (the run, up to where it failed; None without one), its status, and why it is not `ok`."""
-    return _simulate(load_scenes(document, [case.changes])[0])
-
-
-def _simulate(scene: Scene | SceneError) -> tuple[Rollout | None, str, str | None]:
-    try:
-        if isinstance(scene, SceneError):
-            return None, REFUSED, str(scene)
-        return simulate(scene), OK, None
-    except SceneError as error:
-        return None, REFUSED, str(error)
-    except SimulationError as error:
-        return error.run, FAILED, str(error)
-    except LawError as error:
-        return None, FAILED, str(error)
+    (scene,) = load_scenes(document, [case.changes])
+    found = Attempt(None, str(scene), refused=True) if isinstance(scene, SceneError) else attempt_run(scene)
+    return found.run, _status_of(found), found.error

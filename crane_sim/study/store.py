@@ -11,15 +11,17 @@ import fcntl
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 from crane_sim.study.form import Study, scene_document
-from crane_sim.study.runs import FIRST_COLUMNS
 from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time
@@ -39,7 +41,7 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
     try:
         return import_module(module)
     except ModuleNotFoundError:
-        line = "pyarrow is not installed: tables of studies need it (pip install 'crane_sim[study]')"
+        line = f"pyarrow is not installed: tables of studies need it ({how_to_install('study')})"
         raise SceneError(line) from None
 
 
@@ -132,9 +134,9 @@ class Store:
     def _file_of(self, block: int) -> Path:
         return self._rows / f"{block:06d}.parquet"
 
-    def write(self, block: int, rows: Sequence[dict[str, Any]]) -> None:
-        """Write the rows of a block."""
-        parquet, table = load_pyarrow("pyarrow.parquet"), table_of(rows)
+    def write(self, block: int, columns: Mapping[str, Any]) -> None:
+        """Write the rows of a block, columns by name."""
+        parquet, table = load_pyarrow("pyarrow.parquet"), table_of(columns)
         write_whole(self._file_of(block), lambda file: parquet.write_table(table, file))
 
     def merge(self) -> None:
@@ -175,19 +177,16 @@ def _with_schema(table: Any, schema: Any) -> Any:
     return arrow.table(columns, schema=schema)
 
 
-def table_of(rows: Sequence[dict[str, Any]]) -> Any:
-    """Return rows as a `pyarrow.Table`: a column for every key, numbers as floats but for counts."""
+def table_of(columns: Mapping[str, Any]) -> Any:
+    """Return columns by name as a `pyarrow.Table`; numbers are floats but for counts."""
     arrow = load_pyarrow()
-    names = list(dict.fromkeys((*FIRST_COLUMNS, *(key for row in rows for key in row))))
-    columns = {}
-    for name in names:
-        values = [row.get(name) for row in rows]
-        columns[name] = arrow.array(*_column(name, values, arrow))
-    return arrow.table(columns)
+    return arrow.table({name: arrow.array(*_column(name, values, arrow)) for name, values in columns.items()})
 
 
-def _column(name: str, values: Sequence[Any], arrow: Any) -> tuple[Sequence[Any], Any]:
+def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:
     """Return (values, type) of a column: numbers are floats but for counts, values of several types text."""
+    if isinstance(values, np.ndarray) and values.dtype != object:
+        return values, None
     types = {type(value) for value in values if value is not None}
     if types and types <= {int, float}:
         whole = name in _INTEGERS or name.endswith(("_steps", "_evaluations"))

@@ -24,11 +24,12 @@ import yaml
 
 from crane_sim.files.document import get_value, set_value
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import cases
 from crane_sim.study.execution import check_cases, run, run_block
 from crane_sim.study.form import Study, Tune, load_study, scene_document
 from crane_sim.study.result import columns_of
-from crane_sim.study.runs import OK
+from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.store import hash_of, identity_of, load_pyarrow, write_whole
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, start_workers
@@ -114,7 +115,7 @@ def _load_optuna() -> Any:
     try:
         optuna = import_module("optuna")
     except ModuleNotFoundError:
-        raise SceneError("optuna is not installed: crane tune needs it (./crane install study)") from None
+        raise SceneError(f"optuna is not installed: crane tune needs it ({how_to_install('study')})") from None
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna
 
@@ -216,11 +217,11 @@ def evaluate_gains(
     task = trial.model_dump_json(), identity_of(trial)["scene"], deciding_versions()
     count, table = len(cases(trial)), list[list[float]]()
     starts = iter(range(0, count, SAMPLES_AT_ONCE))
-    pending = deque[Future[list[dict[str, Any]]]]()
+    pending = deque[Future[Table]]()
     while len(table) < count:
         for start in islice(starts, pool.parallel + 1 - len(pending)):
             pending.append(pool.executor.submit(run_block, *task, start, min(start + SAMPLES_AT_ONCE, count)))
-        for row in pending.popleft().result():
+        for row in each_row(pending.popleft().result()):
             values = _objectives_of(row, objectives)
             if values is None:
                 return (math.inf,) * len(objectives), 1.0 - len(table) / count

@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 from crane_sim.process_signals import end_with_parent
 
 LOCAL = "local"
@@ -94,7 +95,7 @@ def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
     try:
         distributed = import_module("distributed")
     except ModuleNotFoundError:
-        raise SceneError("dask is not installed: --scheduler needs it (./crane install study)") from None
+        raise SceneError(f"dask is not installed: --scheduler needs it ({how_to_install('study')})") from None
     with ExitStack() as stack:
         if scheduler == LOCAL:
             options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}

@@ -86,6 +86,7 @@ def test_the_harmonic_law_finds_out_how_long_the_rope_is(part: float) -> None:
     assert actual.summary["tracking_peak"] < 1e-3
 
 
+@pytest.mark.long
 def test_held_out_disturbances_are_compared_run_by_run() -> None:
     """A row of one seed is what the three runs of its scene give, and a law that fails has no ratio."""
     sway = observer.disturbances(300)["sine, 0.85 .. 1.2 of it"]

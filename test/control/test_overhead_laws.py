@@ -187,6 +187,7 @@ def test_lqr_holds_any_target() -> None:
     assert abs(np.array(run.q[-1, :4]) - run.scene.reference).max() < 1e-2
 
 
+@pytest.mark.interpreted
 @pytest.mark.long(cases=["2-energy"])
 @pytest.mark.parametrize("law", ["energy", "lqr"])
 @pytest.mark.parametrize("links", [1, 2, pytest.param(10, marks=pytest.mark.slow)])

@@ -95,6 +95,7 @@ def test_orders(scene: tuple[str, Loops]) -> None:
         assert np.log2(coarse / fine) > order - 0.3, method  # 0.3: what the next order adds at these steps
 
 
+@pytest.mark.long(cases=["overhead_chain"])
 def test_error_control(scene: tuple[str, Loops]) -> None:
     """The adaptive method follows its tolerance: the error at the end falls with it to near rounding."""
     name, loops = scene

@@ -10,17 +10,19 @@ import pytest
 from process_helpers import started_program, wait_exited, wait_until
 
 from crane_sim.cli.league import save_comparison
-from crane_sim.evaluation.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM, Group, Trial
+from crane_sim.evaluation.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM
 from crane_sim.evaluation.league.cells import Cell, Figures, evaluate, evaluate_all, median_figures
 from crane_sim.evaluation.league.scenes import trial_scene
+from crane_sim.evaluation.league.trials import Group, Trial
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value
+from crane_sim.files.installation import how_to_install
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study.form import load_study
 
 ANGULAR, CARTESIAN = FEEDBACK[:2]
-FIGURES = Figures(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, 0.0)
+FIGURES = Figures(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0)
 
 
 def trial_of(column: str) -> Trial:
@@ -37,6 +39,21 @@ def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
     assert long["rope"]["length"] == pytest.approx(1.05 * 1.255)
     assert load_scene(long).law.tracker.pendulum.length == 1.255  # pyright: ignore[reportAttributeAccessIssue]
     assert sea["base_motion"]["sea"]["seed"] == 7 and sea["control"]["nominal"]["base_motion"] is None
+
+
+def test_a_law_keeps_the_simple_model_of_its_scene() -> None:
+    """Beside another sling or mass, LQR still believes in the scene's point mass; a shaped path knows the own sling."""
+    group = next(group for group in GROUPS if group.name.startswith("tower"))
+    heavy, long = (next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "rope +5 %"))
+    document = trial_scene(heavy, group.entrants[0], 0)
+    assert document["payload"]["mass"] == pytest.approx(4800.0) and document["payload"]["inertia"][0] == 1.2 * 2.8e3
+    believed = document["control"]["nominal"]
+    assert believed["links"] == [] and believed["payload"]["mass"] == 4450.0 and believed["payload"]["inertia"] is None
+    shaped = next(entrant for entrant in group.entrants if entrant.name.endswith("ZV"))
+    document = trial_scene(long, shaped, 0)
+    assert document["links"][0]["length"] == pytest.approx(3.15)
+    assert document["control"]["nominal"]["links"] == [{"mass": 450.0, "length": 3.0}]
+    assert load_scene(document).commands == ("velocity", "velocity", "effort")
 
 
 def cpu_time(pid: int) -> float:
@@ -131,7 +148,7 @@ def test_a_page_without_matplotlib_has_no_figure(
     save_comparison(CELLS, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md", "league.png"}
     assert "league.png" not in (tmp_path / "league.md").read_text()
-    assert capsys.readouterr().err == "no league.png: the figure needs matplotlib (./crane install plots)\n"
+    assert capsys.readouterr().err == f"no league.png: the figure needs matplotlib ({how_to_install('plots')})\n"
 
 
 def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
@@ -141,7 +158,8 @@ def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
     assert (
         "| harmonic | obstacle: not controlled | 1 | - |" in page and "harmonic, obstacle: stopped at t = 1 s" in page
     )
-    assert page.count("\n| angular") == 1 and "angular, 30 Hz vision: it has no camera" in page
+    assert page.count("\n| angular") == 1 and "| tip_x 1 m/s² |" in page
+    assert "angular, 30 Hz vision: it has no camera" in page
     assert (tmp_path / "league.png").read_bytes().startswith(b"\x89PNG")
     kept = json.loads((tmp_path / "league.json").read_text())["cells"]
     assert [cell["failed"] for cell in kept] == ["", "stopped at t = 1 s", ""] and kept[0]["figures"]["mae"] == 0.01

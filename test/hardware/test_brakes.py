@@ -59,6 +59,7 @@ def test_a_boom_stays_and_a_payload_swings() -> None:
     assert plant.summary()["braked_time"] == pytest.approx(24.0)
 
 
+@pytest.mark.interpreted
 def test_a_brake_slips_at_its_capacity() -> None:
     """A brake that slips acts with its capacity: a trolley stops within the distance m v² / (2 F)."""
     light = {"payload": {"mass": 1e-6}, "initial": {"v": 1.0}, "brake": {"capacity": [5.0], "frequency": 200.0}}

@@ -48,6 +48,7 @@ def error_after_step(t: Any, gain: float = GAIN) -> Any:
     return np.exp(-decay * t) * (np.cos(w * t) - decay / w * np.sin(w * t))
 
 
+@pytest.mark.interpreted
 def test_a_speed_step_is_that_of_a_second_order_system() -> None:
     """A mass under the PI loop answers a step of the speed as the linear system of mass, damper and spring does."""
     times = np.linspace(0.0, 3.0, 401)
@@ -212,6 +213,7 @@ def test_a_position_drive_arrives_within_its_limits() -> None:
 EXACT = RAMP | {"gain": inf}
 
 
+@pytest.mark.interpreted
 @pytest.mark.long(cases=["position"])
 @pytest.mark.parametrize("drive", ["velocity", "position"])
 def test_an_infinite_gain_is_exact(drive: str) -> None:

@@ -152,6 +152,7 @@ def test_residuals_that_are_no_noise_are_said() -> None:
     assert any("residuals are correlated" in line for line in found.warnings)
 
 
+@pytest.mark.long
 def test_the_command_writes_a_scene_figures_and_a_picture(tmp_path: Path) -> None:
     """`crane identify` of a recording writes what `crane check` takes; an unknown joint is one line and exit code 2."""
     crane_sim.simulate(SCENE, overrides=MASSES | {"duration": 5.0}).record(tmp_path / "rig.rrd")

@@ -81,7 +81,7 @@ def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarra
     return integration, nodes[:, 1:], lost
 
 
-@pytest.mark.long(cases=["DOP853"])
+@pytest.mark.long
 @pytest.mark.parametrize("method", [DOP853(1e-12, 1e-14), Rodas(1e-10, 1e-13)], ids=lambda m: type(m).__name__)
 def test_the_stiff_reference_is_met(method: Any) -> None:
     """Explicit and Rosenbrock method follow five springs of 1e7 N/m as the reference does, and keep the energy."""

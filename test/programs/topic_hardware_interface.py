@@ -1,4 +1,4 @@
-"""A stock ros2_control set-up, emulated: SCENE sim|wall actuated|all single|events [reliable].
+"""A stock ros2_control set-up, emulated: SCENE sim|wall actuated|all single|events [reliable [ITERATIONS]].
 
 Written from the behaviour of controller_manager's ros2_control_node and of JointStateTopicSystem (Jazzy): the loop
 waits for the first time that its clock reads, then for a period, and then calls read(), the controllers' update() and
@@ -6,10 +6,12 @@ write() once in each period of this clock, the wall clock or simulated time. The
 own, whose messages read() takes; it writes the names of all joints of its tag, and the efforts of those that have a
 command interface, stamped with its clock; before there is a state, the initial commands of its tag.
 
-The real one subscribes with best effort. Asked to be reliable, this one loses no state on a busy machine.
+The real one subscribes with best effort. Asked to be reliable, this one loses no state on a busy machine. After the
+given number of iterations it leaves the graph in order, and starts anew.
 """
 
 import sys
+from math import inf
 from xml.etree import ElementTree
 
 import rclpy
@@ -24,6 +26,7 @@ from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
 from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
+from crane_sim.scenes.scene import Scene
 
 
 class Tag:
@@ -99,15 +102,24 @@ class Manager:
             self._executor.spin_once(timeout_sec=0.05 if self._simulated else left * 1e-9)
 
 
-def main(file: str, clock: str, tag: str, executor_name: str, reliability: str = "") -> None:
+def main(file: str, clock: str, tag: str, executor_name: str, reliability: str = "", iterations: str = "inf") -> None:
     """Loop until the process is killed."""
     scene = load_scene(file)
-    law, control = PdLaw(scene), Tag(urdf_with_ros2_control(scene), passive=tag == "all")
+    control = Tag(urdf_with_ros2_control(scene), passive=tag == "all")
+    for number in (float(iterations), inf):
+        loop(scene, control, Parameter("use_sim_time", value=clock == "sim"), executor_name, reliability, number)
+
+
+def loop(
+    scene: Scene, control: Tag, simulated: Parameter, executor_name: str, reliability: str, iterations: float
+) -> None:
+    """Start a manager with its interface, and leave the graph after some iterations."""
+    law = PdLaw(scene)
     rclpy.init()
-    simulated = Parameter("use_sim_time", value=clock == "sim")
     hardware = HardwareInterface(control, simulated, reliability == "reliable")
     manager = Manager(scene.crane, simulated, executor_name, scene.period)
-    while rclpy.ok():
+    while rclpy.ok() and iterations > 0.0:
+        iterations -= 1.0
         hardware.read()
         efforts = control.initial
         if hardware.states:
@@ -115,6 +127,7 @@ def main(file: str, clock: str, tag: str, executor_name: str, reliability: str =
             efforts = dict(zip(scene.actuated, law(0.0, q, v), strict=True))
         hardware.write(manager.stamp(), efforts)
         manager.sleep()
+    rclpy.shutdown()
 
 
 if __name__ == "__main__":

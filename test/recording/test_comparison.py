@@ -109,6 +109,12 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
     app(["compare", str(source), "--laws", "energy,lqr", "-o", str(file)], standalone_mode=False)
     shown = capsys.readouterr().out
     assert "lqr − energy" in shown and "q.trolley" in shown and file.name in shown.replace("\n", "")
+    units = {
+        " ".join(line.split("│")[1].split()): line.split("│")[-2].strip() for line in shown.splitlines() if "│" in line
+    }
+    assert "at [s]" in shown
+    expected = {"peak swing": "deg", "final error trolley": "m", "peak effort trolley": "N", "max rope tension": "N"}
+    assert expected.items() <= units.items()
     assert file.stat().st_size < 2_000_000
 
 

@@ -9,9 +9,11 @@ import warnings
 from collections import Counter
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import rerun as rr
 from process_helpers import run_to_completion, wait_until
 from recorder_helpers import PERIOD, SCENE, fail_full_disk, feed
 from rerun.chunk import RrdReader
@@ -127,6 +129,23 @@ def test_a_live_viewer_follows_the_run_over_a_reset(tmp_path: Path) -> None:
             wait_until(lambda: passes_in(received) == {"knuckle_setpoint-one": 30, "knuckle_setpoint-one-1": 20})
         finally:
             viewer.kill()
+
+
+def test_a_live_viewer_has_the_views_of_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The views of a run that is watched are sent before its first step, as active ones, and follow the run."""
+    sent, send = list[tuple[Any, bool]](), rr.RecordingStream.send_blueprint
+
+    def record(stream: rr.RecordingStream, views: Any, **options: bool) -> None:
+        sent.append((views, options.get("make_active", True)))
+        send(stream, views, **options)
+
+    monkeypatch.setattr(rr.RecordingStream, "send_blueprint", record)
+    (port,) = free_ports(1)
+    recorder = Recorder(SCENE, tmp_path / "run.rrd", port, "one")
+    assert [(views.time_panel.play_state, active) for views, active in sent] == [("following", True)]
+    feed(recorder, 30)
+    recorder.finish({"steps": 30})
+    assert sent[-1][0].time_panel.play_state == "paused"
 
 
 def passes_in(file: Path) -> dict[str, int]:

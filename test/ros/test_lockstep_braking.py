@@ -1,6 +1,7 @@
 """Lockstep and braking without ROS: reports of waiting, and cranes on the same clock, which stay in sync."""
 
 import time
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -57,6 +58,41 @@ def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatc
     standing, led = topics.clocks[0], [clock for clock in topics.clocks if clock > PERIOD]
     assert led[0] - standing >= PERIOD, "ros2_control's loop begins a period after the first time that it reads"
     assert len(set(led)) >= 3 and led == sorted(led) and led[-1] <= 2 * PERIOD
+
+
+def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the clock leads, it goes on by periods while a publisher has sent nothing; one that has is waited for.
+
+    The command of a loop that these periods woke is taken, and the next state's answer is later than all of them.
+    """
+    host, simulation = FakeHost(), make_simulation(topics, clock_leads=True)
+    lockstep = make_lockstep(host, simulation, stamps="ros")
+    arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, contested=False, has_newcomer=False)
+    monkeypatch.setattr(lockstep, "_commands", arbiter)
+    topics.acknowledged = True
+    wire = JointWire(SCENE.actuated, EFFORT)
+
+    def run_until(condition: Callable[[], bool]) -> None:
+        def spin(timeout: float = 0.01) -> None:
+            host.stop_reason = "enough" if condition() else ""
+            time.sleep(timeout)
+
+        monkeypatch.setattr(host, "spin", spin)
+        host.stop_reason = ""
+        lockstep.run()
+
+    run_until(lambda: bool(simulation.waiting) and topics.states > 8)
+    assert topics.clocks[-1] <= 2 * PERIOD
+    arbiter.has_newcomer = True
+    run_until(lambda: topics.clocks[-1] > 4 * PERIOD)
+    woken = topics.clocks[-2]
+    assert lockstep._on_command(wire.encode(woken, ZERO)) and simulation.plant.k == 1
+    reading = topics.clocks[-1]
+    assert not lockstep._on_command(wire.encode(reading, ZERO)), "it may have been computed from the state before"
+    arbiter.has_newcomer = False
+    run_until(lambda: topics.clocks[-1] > reading)
+    assert topics.clocks[-1] - reading == PERIOD
+    assert lockstep._on_command(wire.encode(topics.clocks[-1], ZERO)) and simulation.plant.k == 2
 
 
 def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:

@@ -79,6 +79,21 @@ def test_every_broadcaster_is_replayed(clock: list[float]) -> None:
     assert received == [b"from %d" % sender for sender in (*range(2, 50), *range(51, 102), 50)]
 
 
+def test_every_broadcaster_outlives_a_reset(clock: list[float]) -> None:
+    """Static transforms from before a reset that the failed recorder had recorded are all replayed, old and new."""
+    received: list[bytes] = []
+    buffer = ReplayBuffer(["/tf_static", "joint_states"])
+    callbacks = buffer.callbacks()
+    for t, sender in ((0.0, b"a"), (0.0, b"b"), (1.5 * SECONDS, b"c")):
+        clock[0] = t
+        callbacks["/tf_static"](sender)
+        callbacks["joint_states"](state(5 + int(t)))
+    clock[0] = 1.6 * SECONDS
+    callbacks["joint_states"](state(1))
+    buffer.replay_to([{"/tf_static": received.append}], after=[SECOND], passes=1)
+    assert received == [b"a", b"b", b"c"]
+
+
 def test_the_pass_before_a_recorded_reset_is_dropped(clock: list[float]) -> None:
     """If the failed recorder had recorded the reset, only latched messages are replayed of before."""
     assert replayed(buffer_of_two_passes(clock), after=1, passes=4) == [b"playing", state(2, 1.0), state(3, 1.0)]

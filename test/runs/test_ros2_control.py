@@ -38,6 +38,15 @@ def test_the_clock_leads_lockstep(
     assert max(map(abs, summary["final_error"].values())) < ARRIVED
 
 
+@pytest.mark.long
+def test_a_manager_that_starts_anew_goes_on(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
+    """The clock goes on for a controller manager that is started anew during a run, and the crane arrives."""
+    options = ("sim", "all", "single", "reliable", "200")
+    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
+    assert "error" not in summary and summary["steps"] == SCENE.steps
+    assert max(map(abs, summary["final_error"].values())) < ARRIVED
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("tag", ["actuated", "all"])
 @pytest.mark.parametrize("executor", ["single", "events"])

@@ -64,6 +64,7 @@ def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> N
     assert run_plant(both)[0].summary()["state_sha256"] == whole[0].summary()["state_sha256"]
 
 
+@pytest.mark.long
 def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_id: int) -> None:
     """Plant, tracker and servo in processes of their own pass through the states of the whole law."""
     summary = orchestration.run(SCENE, record=None, domain_id=domain_id)

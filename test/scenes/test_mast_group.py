@@ -89,7 +89,10 @@ WINDAGE = {"area": 8.0, "drag_coefficient": 1.3, "centre": 30.0}
 REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"flexibility.lateral": {"stiffness": 1e8}}, "flexibility.mast: stands beside flexibility.lateral; leave out"),
     ({"flexibility.vertical": {"stiffness": 1e8}}, "flexibility.mast: stands beside flexibility.vertical; leave out"),
-    ({"friction": {"slew": {"coulomb": 5.0, "static": 6.0}}}, "flexibility.mast: stands beside friction of a joint's"),
+    (
+        {"actuators": {"slew": {"motor": {"ratio": 50.0, "inertia": 1e-3}}}},
+        "flexibility.mast: stands beside actuators.slew.motor.inertia, which would turn with the mast, too",
+    ),
     ({"slew.jib_windage": WINDAGE, "wind": {"speed": 9.0, "height": 40.0}}, "flexibility.mast: stands beside slew.jib"),
     ({"slew": {"drive": "locked"}, "inputs": None}, "flexibility: belongs to a jib that a drive slews, slew.drive is"),
     ({"slew.inertia": 10e6}, "slew.inertia = 1e+07: must be greater than that of flexibility.jib, 1.26"),

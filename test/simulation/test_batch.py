@@ -13,11 +13,13 @@ from crane_sim.simulation.figures import flatten
 N = 19  # one whole block of lanes and a part of one
 TIMES = (0.0, 0.0123, 0.1, 0.25)  # at the start, within a step, between two periods, at the end
 FIXED = {"integrator": {"method": "rk4", "step": 0.004}}  # does not divide the period: steps are shortened
+SPANS = {"integrator": {"method": "rk8", "step": 0.035}}  # three periods each, and one at the end
 MASSES = {"payload.mass": np.linspace(5.0, 20.0, N)}
 
 KINDS: dict[str, tuple[str, dict[str, Any], dict[str, Any], int]] = {
     "rod in lanes": ("overhead_swing", FIXED, MASSES | {"initial.angles": [[k / N] for k in range(N)]}, 16),
     "law in lanes": ("overhead_energy", FIXED, MASSES | {"control.kp": np.linspace(1.0, 9.0, N)[:, None].tolist()}, 16),
+    "several periods a step": ("overhead_swing", SPANS, MASSES, 16),
     "knuckle in lanes": ("knuckle_springs", FIXED, {"payload.mass": np.linspace(0.5, 2.0, N)}, 16),
     "friction, error control": ("overhead_coulomb", {}, MASSES, 1),
     "chain": ("overhead_chain", {"integrator.rtol": 1e-6}, {"payload.mass": [50.0, 100.0, 200.0]}, 1),

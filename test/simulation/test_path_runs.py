@@ -166,6 +166,7 @@ rclpy.spin(node)
 """
 
 
+@pytest.mark.long
 def test_a_run_follows_a_received_trajectory(domain_id: int, ros_environment: dict[str, str]) -> None:
     """Plant and controller in processes of their own: a trajectory sent to them leads the payload off its scene's path.
 

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from crane_sim.cli import package_groups
 from crane_sim.cli.package_groups import GROUPS, check_names, install_groups
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 
 REQUIREMENTS = Path(__file__).parents[2] / "requirements"
 FAKE_PYTHON = "#!/bin/sh\necho \"$@\" >>'{log}'\nexit {code}\n"
@@ -72,8 +74,22 @@ def test_other_environments_are_left_alone(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "crane.stamp").write_text("0 0\n/another/tree\n")
     install_groups("plots")
     assert not calls.read_text()
-    with pytest.raises(SceneError, match="not made by ./crane"):
+    with pytest.raises(SceneError, match=r"not made by ./crane; pip install 'crane_sim\[plots\]' installs"):
         check_names(("plots",))
+
+
+def test_the_command_that_installs_is_one_that_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Messages name `./crane install` where that script made the environment, pip and an extra elsewhere."""
+    make_environment(tmp_path, monkeypatch)
+    assert how_to_install("study", "pandas") == "./crane install study"
+    (tmp_path / "crane.stamp").unlink()
+    assert how_to_install("study", "pandas") == "pip install 'crane_sim[pandas]'"
+    assert how_to_install("study") == "pip install 'crane_sim[study]'"
+
+
+def test_every_group_is_an_extra() -> None:
+    """What pip is told to install exists: each group is an extra of this package."""
+    assert set(GROUPS) <= set(metadata("crane_sim").get_all("Provides-Extra") or ())
 
 
 def test_an_unknown_group_names_the_others() -> None:

@@ -75,6 +75,7 @@ def test_designs_change_what_they_should(design: str, samples: int, count: int) 
         assert set(np.unique(values)) == {1.125, 1.375, 1.625, 1.875}
 
 
+@pytest.mark.long
 def test_the_command_shows_what_a_figure_depends_on(tmp_path: Path) -> None:
     """`crane sweep` of Morris' design tells which parameter moves the peak effort, and its page has a section."""
     file, folder = tmp_path / "indices.yaml", tmp_path / "out"

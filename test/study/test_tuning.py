@@ -46,6 +46,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuning.TuningResult:
     return tuning.tune(STUDY, tmp_path_factory.mktemp("tune") / "whole", workers=1)
 
 
+@pytest.mark.long
 def test_a_search_that_goes_on_is_the_undisturbed_one(whole: tuning.TuningResult, tmp_path: Path) -> None:
     """Five trials, the last not finished by its process, then the others: as all at once, with two workers or one."""
     tuning.tune(with_tune(trials=5), tmp_path, workers=2)

@@ -27,7 +27,8 @@ SCENES = {"overhead_swing": (5.0, 20.0), "knuckle_springs": (0.5, 2.0)}
 """Scenes of the catalogue, and the range of payload masses [kg]."""
 METHODS, ERRORS = ("rk4", "rk8"), (1e-4, 1e-6)  # m
 STEP = 1e-3  # s, of rates
-STEP_DIVISORS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 50)  # 0.01 s by these: the step sizes of a sweep
+MULTIPLES, DIVISORS = (25, 20, 16, 12, 10, 8, 6, 5, 4, 3, 2), (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 50)
+STEPS = (*(0.01 * n for n in MULTIPLES), *(0.01 / n for n in DIVISORS))  # s, of a sweep
 PEER_STEPS = sweep_values(0.05, 1e-4, 8)  # s
 TIGHT_ERRORS, TAYLOR_TOLERANCES = (1e-4, 1e-6, 1e-9), sweep_values(1e-3, 1e-12, 1)
 NO_INPUTS = np.empty(0)
@@ -76,12 +77,12 @@ def costs_at_errors(name: str, count: int, rounds: int) -> dict[str, Any]:
 
 
 def _cheapest_run(name: str, method: str, count: int, error: float, exact: Array, rounds: int) -> dict[str, Any] | None:
-    for divisor in STEP_DIVISORS:
-        scenes = batch_scenes(name, method, 0.01 / divisor, count)
+    for step in STEPS:
+        scenes = batch_scenes(name, method, step, count)
         if (error_m := _largest_distance(run_cranes(scenes, NO_INPUTS, cores(), True).payload, exact)) <= error:
             batches = _repeat(lambda scenes=scenes: run_cranes(scenes, NO_INPUTS, cores(), True), rounds)
             per_second = [1e6 * batch.wall_time / (count * scenes[0].duration) for batch in batches]
-            return {"step": 0.01 / divisor, "error_m": error_m, "us_per_crane_second": describe_spread(per_second)}
+            return {"step": step, "error_m": error_m, "us_per_crane_second": describe_spread(per_second)}
     return None
 
 
@@ -126,8 +127,10 @@ def measure_heyoka(name: str, count: int, rounds: int) -> dict[str, Any]:
             theirs = (
                 heyoka_taylor.Batch(problem, masses.tolist(), tol) for tol in TAYLOR_TOLERANCES if tol <= 10.0 * error
             )
-            batch = next(batch for batch in theirs if _largest_distance(batch.run(), exact) <= error)
+            batch = next((batch for batch in theirs if _largest_distance(batch.run(), exact) <= error), None)
             own = _cheapest_scenes(name, count, error, exact)
+            if batch is None or own is None:
+                continue
             times = [(_wall_time(batch.run), run_cranes(own, NO_INPUTS, 1, True).wall_time) for _ in range(rounds)]
             costs = 1e6 * np.array(times) / (count * scene.duration)
             spreads = dict(zip(("heyoka", "ours"), map(describe_spread, costs.T.tolist()), strict=True))
@@ -140,17 +143,17 @@ def measure_heyoka(name: str, count: int, rounds: int) -> dict[str, Any]:
     return results
 
 
-def _cheapest_scenes(name: str, count: int, error: float, exact: Array) -> list[Scene]:
-    """Return the scenes of the method and step that reach an error with the least time on one core."""
+def _cheapest_scenes(name: str, count: int, error: float, exact: Array) -> list[Scene] | None:
+    """Return the scenes of the method and step that reach an error with the least time on one core, if any do."""
     candidates = []
     for method in METHODS:
-        for divisor in STEP_DIVISORS:
-            scenes = batch_scenes(name, method, 0.01 / divisor, count)
+        for step in STEPS:
+            scenes = batch_scenes(name, method, step, count)
             run = run_cranes(scenes, NO_INPUTS, 1, True)
             if _largest_distance(run.payload, exact) <= error:
                 candidates.append((run_cranes(scenes, NO_INPUTS, 1, True).wall_time, scenes))
                 break
-    return min(candidates, key=lambda candidate: candidate[0])[1]
+    return min(candidates, key=lambda candidate: candidate[0])[1] if candidates else None
 
 
 def _wall_time(run: Callable[[], object]) -> float:

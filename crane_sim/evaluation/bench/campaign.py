@@ -28,6 +28,7 @@ from crane_sim.evaluation.bench.engine import EngineUnavailable
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import cranebench_campaign
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 
 SAMPLES = 500
 WINDS = {"none": "calm", "kaimal": "in gusts"}
@@ -77,7 +78,7 @@ def measure(samples: int = SAMPLES, winds: Sequence[str] = tuple(WINDS)) -> dict
     try:
         version = cranebench_campaign.find_version()
     except EngineUnavailable as reason:
-        raise SceneError(f"bench campaign: {reason}; ./crane install peers") from None
+        raise SceneError(f"bench campaign: {reason}; {how_to_install('peers')}") from None
     campaigns = {wind: _compare(cranebench_campaign.make_design(samples), wind) for wind in winds}
     return {"version": version, "samples": samples, "campaigns": campaigns, "machine": machine()}
 

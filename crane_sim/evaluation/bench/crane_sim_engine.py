@@ -47,7 +47,7 @@ def integrate(method, p, source, q, v, end, repetitions):
     for _ in range(repetitions):
         initial = start(p, 0.0, x, make_event_log(system.switching(p)))
         initial = apply_pending_events(system.switching(p), p, source, initial)
-        integration = integrate_to(method, p, source, initial, end, latest_step_end(method, end))
+        integration = integrate_to(method, p, source, initial, end, latest_step_end(method, 0, 1, end))
     return integration, dense_output(method, p, source, integration, end)
 
 

@@ -59,6 +59,44 @@ TOWER_FALLS = Baseline(
     "tower falls", "tower_set_down", {"contact": None, "friction": {}, "inputs": {}, "trolley.limits": None}
 )
 
+MOBILE_FALLS = Baseline(
+    "mobile falls",
+    "mobile_lift",
+    {
+        "rope": None,
+        "links": None,
+        "control": None,
+        "reference": None,
+        "actuators": {},
+        "boom.limits": None,
+        "telescope.limits": None,
+        "initial": {"q": [0.0, "65 deg", 36.0, 22.0]},
+        "falls": {"top": _ENDS, "bottom": _ENDS, "axial_stiffness": 9.6e7},
+        "hoist": {"drive": "rate"},
+    },
+)
+SHIP = Baseline(
+    "knuckle hook",
+    "knuckle_hook_and_sling",
+    {**_BARE, "links": [{"mass": 60.0, "length": 2.5}], "payload": {"mass": 2000.0}},
+)
+SHIP_FALLS = Baseline(
+    "knuckle falls",
+    "knuckle_ship_falls",
+    {
+        "contact": None,
+        "base_motion": None,
+        "inputs": {},
+        "actuators": {},
+        "boom.limits": None,
+        "jib.limits": None,
+        "hoist": {"drive": "rate"},
+        "falls": {"top": _ENDS, "bottom": _ENDS, "axial_stiffness": 3.06e7},
+    },
+)
+POINT = Baseline("pendulum", "pendulum_sea", {"base_motion": None, "control": None, "reference": None})
+POINT_FALLS = Baseline("boat on falls", "pendulum_lifeboat", {"base_motion": None, "inputs": {}})
+
 _LAW = {"law": "energy", "period": 0.01, "kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}
 _SMOOTH_MOTION = {"kind": "smooth", "start": 0.0, "duration": 2.0}
 _TROLLEY_FRICTION = {"coulomb": 14.0, "static": 20.0, "viscous": 1.0}
@@ -93,8 +131,10 @@ _DRIVE = {"inertia": 2e3, "play": 2e-3, "stiffness": 1e7, "damping": 1.4e4}
 _DECK = {"points": [[x, y, -2.0] for x, y, _ in _FOUR], "height": -60.0, "friction": 0.1, "restitution": 0.1}
 _CONTAINER = {"mass": 58.48e3, "inertia": [655e3, 52e3, 655e3], "attachment": [0.0, 0.0, 2.2]}
 _MODE = {"stiffness": 3e8, "damping_ratio": 0.01}
+_MAST = {"height": 41.0, "stiffness": 3.8e8, "damping_ratio": 0.01, "mass": 6e3}
 _BENDING, _JIB = {"lateral": _MODE, "vertical": _MODE}, {"mass": 1.05e4, "centre": 30.0, "inertia": 3.15e6}
 _SHEAVES = {"radius": 0.2, "inertia": 0.5, "loss": {"kind": "efficiency", "efficiency": 0.98}}
+_WOUND = {"falls": 1, "sheaves": _SHEAVES, "drum": {"radius": 0.2, "inertia": 60.0}}
 _REEVING = {"falls": 12, "lead_sheaves": 1, "sheaves": _SHEAVES, "drum": {"radius": 0.2, "inertia": 60.0}}
 _JIB_RUBS = {"friction": dict.fromkeys(("slew", "trolley"), _RUBS)}
 _JIB_MOVES = {"initial.v": [0.01, 0.5, 0.0, 0.0, 0.0]}
@@ -103,6 +143,17 @@ _ROOF = {"points": _CORNERS, "height": -60.0, "friction": 0.5, "restitution": 0.
 _SPRINGS_BELOW = {key: _DECK[key] for key in ("points", "height", "friction")} | {"kind": "compliant", "stiffness": 1e8}
 _SLAB = {"mass": 8.9e3, "inertia": [9e3, 15e3, 15e3], "attachment": [0.05, 0.1, 2.25]}
 _PAYLOAD_CHANGE = [{"at": 1.0, "set": {"payload": {"mass": 5.0}}}]
+_EXCHANGE_ON_DECK = [
+    {"at": 1.0, "set": {"payload": _CONTAINER, "contact": {"points": _DECK["points"], "height": -60.0}}}
+]
+_HEAVING = {"heave": {"amplitude": 0.5, "frequency": 0.7}}
+_WINDS, _HEAVY = {"initial.v": [0.0, 0.0, 0.5]}, {"hoist": {"drive": "force", "mass": 2e4}}  # a winch that turns
+_BOOM_JOINTS, _BOOM_MOVES = ("slew", "boom", "telescope"), {"initial.v": [0.01, 0.01, 0.1, 0.0, 0.0, 0.0]}
+_MOBILE_WINDAGE = {"width": 0.9, "drag_coefficient": 1.6}
+_SHIP_MOVES = {"initial.v": [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]}
+_SHIP_FALLS_MOVE = {"initial.v": [0.01, 0.01, 0.01, 0.0]}
+_TWO = [[x, 0.0, 0.0] for x in (0.15, -0.15)]
+_TWO_FALLS = {"top": _TWO, "bottom": _TWO, "axial_stiffness": 1.53e7}
 
 SINGLE = (
     GroupCase(KNUCKLE, "axial inertia of the rods", {"boom.axial_inertia": 0.02, "jib.axial_inertia": 0.02}),
@@ -191,6 +242,29 @@ SINGLE = (
     GroupCase(TOWER_FALLS, "wind with gusts", {"wind": _WIND | {"gusts": _GUSTS}, "payload.windage": _WINDAGE}),
     GroupCase(TOWER_FALLS, "loads exchanged", {"events": [{"at": 1.0, "set": {"payload": _SLAB}}]}),
     GroupCase(GANTRY, "hoist, force-driven", {"hoist": {"drive": "force", "mass": 2e4}}),
+    GroupCase(GANTRY, "sheaves, drum and their loss", {"hoist": {"drive": "force", "reeving": _WOUND}}, _WINDS),
+    GroupCase(GANTRY, "friction of the winch", {"hoist.friction": _RUBS}, _HEAVY | _WINDS),
+    GroupCase(GANTRY, "moving base", {"base_motion": _HEAVING}),
+    GroupCase(GANTRY, "loads exchanged on a deck", {"events": _EXCHANGE_ON_DECK}, {"contact": _DECK}),
+    GroupCase(TOWER, "mast that sways", {"flexibility": {"jib": _JIB, "mast": _MAST}}),
+    GroupCase(TOWER_FALLS, "sheaves, drum and their loss", {"hoist": {"drive": "force", "reeving": _WOUND}}, _WINDS),
+    GroupCase(MOBILE, "friction of the joints", {"friction": dict.fromkeys(_BOOM_JOINTS, _RUBS)}, _BOOM_MOVES),
+    GroupCase(MOBILE, "wind on the boom", {"wind": _WIND, "boom.windage": _MOBILE_WINDAGE}),
+    GroupCase(MOBILE_FALLS, "four falls", {"falls": _FALLS}),
+    GroupCase(MOBILE_FALLS, "boom that bends", {"flexibility": _BENDING}),
+    GroupCase(MOBILE_FALLS, "contact with the ground", {"contact": _ROOF}),
+    GroupCase(SHIP, "payload with a body", _BODY),
+    GroupCase(SHIP, "moving base", {"base_motion": _HEAVING}),
+    GroupCase(SHIP, "friction of the joints", {"friction": dict.fromkeys(_JOINTS[:3], _RUBS)}, _SHIP_MOVES),
+    GroupCase(SHIP_FALLS, "two falls", {"falls": _TWO_FALLS}),
+    GroupCase(SHIP_FALLS, "moving base", {"base_motion": _HEAVING}),
+    GroupCase(SHIP_FALLS, "contact with its deck", {"contact": _ROOF}),
+    GroupCase(SHIP_FALLS, "friction of the joints", {"friction": dict.fromkeys(_JOINTS[:3], _RUBS)}, _SHIP_FALLS_MOVE),
+    GroupCase(POINT, "moving base", {"base_motion": _HEAVING}),
+    GroupCase(POINT, "servo of the point", {"suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4}}),
+    GroupCase(POINT, "payload with a body", _BODY),
+    GroupCase(POINT_FALLS, "moving base", {"base_motion": _HEAVING}),
+    GroupCase(POINT_FALLS, "contact with the sea bed", {"contact": _ROOF}),
 )
 
 
@@ -260,6 +334,9 @@ CASES = (
         "drive with play",
         "hoist, force-driven",
     ),
+    join_groups(MOBILE_FALLS, "four falls", "boom that bends", "contact with the ground"),
+    join_groups(SHIP, "payload with a body", "moving base", "friction of the joints"),
+    join_groups(SHIP_FALLS, "two falls", "moving base", "contact with its deck", "friction of the joints"),
     join_groups(
         TOWER_FALLS,
         "contact with a roof below",

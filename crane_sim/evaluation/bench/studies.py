@@ -24,11 +24,13 @@ import numpy as np
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.varied import SceneColumns, load_columns
 from crane_sim.simulation.batch import allocate_arrays
 from crane_sim.simulation.columns import columns, extract_drive
-from crane_sim.simulation.figured_runs import run_all
+from crane_sim.simulation.figured_runs import run_columns
 from crane_sim.stepping.batch import TimeGrid, simulate_range
 from crane_sim.study import cases, execution
+from crane_sim.study.cases import CaseList
 from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.runs import rows_of
 
@@ -58,6 +60,14 @@ def _load(samples: int) -> list[Scene]:
     return [scene for scene in loaded if isinstance(scene, Scene)]
 
 
+def _load_columns(listed: CaseList, document: dict[str, Any]) -> SceneColumns:
+    """Return the scenes of all cases, made together."""
+    (found,) = listed.columns(0, len(listed))
+    scenes = load_columns(document, found.always, {"seed": found.seeds} | found.parameters)
+    assert scenes is not None
+    return scenes
+
+
 def _kernel_time(scenes: Sequence[Scene]) -> float:
     """Return the time of a processor [s] that the compiled loop alone takes for each crane."""
     cranes, arrays = columns([extract_drive(scene) for scene in scenes]), allocate_arrays(scenes, 0)
@@ -71,13 +81,12 @@ def _kernel_time(scenes: Sequence[Scene]) -> float:
 def _parts(samples: int) -> dict[str, float]:
     """Return what parts of a row take of a processor [s] for each crane."""
     study = study_of(samples)
-    document, listed, found = scene_document(study), [*cases(study)], dict[str, float]()
-    changes = [case.changes for case in listed]
-    scenes = _load(samples)
+    document, listed, found = scene_document(study), cases(study), dict[str, float]()
+    scenes = _load_columns(listed, document)
     steps = {
-        "scenes and laws": lambda: load_scenes(document, changes),
-        "runs, figures, hashes": lambda: run_all(scenes),
-        "rows in all": lambda: rows_of(listed, document),
+        "scenes and laws": lambda: _load_columns(listed, document),
+        "runs, figures, hashes": lambda: run_columns(scenes),
+        "rows in all": lambda: rows_of(listed, 0, samples, document),
     }
     for name, step in steps.items():
         step()  # compiles

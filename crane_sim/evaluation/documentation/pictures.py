@@ -23,6 +23,9 @@ PICTURES = {
 """The pictures by file. Those of pages that commands write are made by these commands."""
 
 
+TITLE_BAR = 37  # pixels: the viewer's, which says what the machine that draws is
+
+
 def save_pictures(folder: str | Path) -> None:
     """Run the scenes, record the runs and draw the recordings into a folder; needs a Vulkan driver, no display."""
     for name, (scene, at, shown) in PICTURES.items():
@@ -30,4 +33,14 @@ def save_pictures(folder: str | Path) -> None:
             recording = simulate(scene).record(Path(temporary, f"{scene}.rrd"))
             for complaint in picture(recording, Path(folder, name), at, shown):
                 print(f"{name}: {complaint}")
+        _cut_title_bar(Path(folder, name))
         print(Path(folder, name), flush=True)
+
+
+def _cut_title_bar(file: Path) -> None:
+    """Cut a picture of the viewer's whole window below its title bar."""
+    from PIL import Image  # comes with Rerun
+
+    with Image.open(file) as whole:
+        below = whole.crop((0, TITLE_BAR, *whole.size))
+    below.save(file)

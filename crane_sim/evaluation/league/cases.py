@@ -6,65 +6,30 @@ all trials of a crane and a law are one compiled type.
 """
 
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
-SEEDS = tuple(range(100, 110))
-"""Seeds of seas and camera noise that no catalogue scene uses: no law is tuned to them."""
+from crane_sim.evaluation.league.site_cases import SITE_GROUPS
+from crane_sim.evaluation.league.trials import (
+    HIGHER_MASS,
+    LONGER_ROPE,
+    LOWER_MASS,
+    SEA,
+    SHORTER_ROPE,
+    Entrant,
+    FromScene,
+    Group,
+    Trial,
+    gust,
+    set_point_trials,
+    wind,
+)
+
 COLUMNS = (
     "set-point", "obstacle", "resonant base", "irregular sea", "mass -20 %", "mass +20 %",
     "rope -5 %", "rope +5 %", "gust", "30 Hz vision",
 )  # fmt: skip
 """The trials: columns of the figure."""
-SEA, NOISE = "base_motion.sea.seed", "control.vision.seed"
-LOWER_MASS, HIGHER_MASS, SHORTER_ROPE, LONGER_ROPE = 0.8, 1.2, 0.95, 1.05
-
-
-class FromScene(NamedTuple):
-    """A group that a scene takes from another one of the catalogue."""
-
-    scene: str
-    changes: dict[str, Any] = {}  # by dotted key, within the group
-
-
-class Trial(NamedTuple):
-    """The task of all laws of a crane in one column."""
-
-    column: str
-    scene: str  # of the catalogue
-    known: dict[str, Any] = {}  # changes of the scene by dotted key that are part of the laws' nominal scene
-    hidden: dict[str, Any] = {}  # changes that are not
-    scaled: dict[str, float] = {}  # hidden factors of the scene's numbers, by dotted key
-    seeded: str = ""  # the dotted key that takes SEEDS
-
-
-class Entrant(NamedTuple):
-    """A law with its settings."""
-
-    name: str
-    law: str
-    home: str = ""  # scene of its settings; "": the trial's scene, if it has this law
-    settings: dict[str, Any] = {}  # in addition
-    nominal: dict[str, Any] = {}  # changes of the law's nominal scene, by dotted key
-    tuned: str = ""  # the search of `crane tune` whose best compromise it takes
-
-
-class Group(NamedTuple):
-    """The entrants on a crane, their trials, and where the payload should be: on the path, or at the target."""
-
-    name: str
-    goal: Literal["path", "target"]
-    entrants: tuple[Entrant, ...]
-    trials: tuple[Trial, ...]
-
-
-def gust(force: float) -> dict[str, Any]:
-    """Return a wind that rises to this force [N] within a second, holds for three, and falls again."""
-    return {"kind": "table", "times": [12.0, 13.0, 16.0, 17.0], "values": [0.0, force, force, 0.0]}
-
-
-def wind(force: float) -> dict[str, Any]:
-    """Return a gust [N] along x, of cranes whose payload takes a force."""
-    return {"payload_force": {"x": gust(force)}}
+NOISE = "control.vision.seed"
 
 
 def node_gust(force: float) -> dict[str, Any]:
@@ -107,21 +72,6 @@ def tracking_trials(scene: str) -> tuple[Trial, ...]:
     )
 
 
-def setpoint_trials(
-    scene: str, known: dict[str, Any], still: dict[str, Any], others: dict[str, Any], mass: str
-) -> list[Trial]:
-    """Return the trials of a crane with a target; `others`: changes of the scene in further columns."""
-    return [
-        Trial("set-point", scene, known, still),
-        Trial("mass -20 %", scene, known, still, {mass: LOWER_MASS}),
-        Trial("mass +20 %", scene, known, still, {mass: HIGHER_MASS}),
-        *(
-            Trial(name, scene, known, still | changes, seeded=SEA if "sea" in name else "")
-            for name, changes in others.items()
-        ),
-    ]
-
-
 UNDAMPED = {"damping": 0.0, "kp": 676.0, "kd": 36.4, "acceleration": True}
 """The angular law without damping: the suspension point follows the path, without feedback of the payload."""
 SHAPED = "reference.path.shaping.kind"
@@ -161,7 +111,7 @@ BOOM = (
     *tracking_trials("knuckle_tracking"),
     Trial("resonant base", "knuckle_tracking", {}, wind(0.0)),
 )
-KNUCKLE = setpoint_trials(
+KNUCKLE = set_point_trials(
     "knuckle_setpoint",
     {},
     FIXED_BASE,
@@ -170,7 +120,7 @@ KNUCKLE = setpoint_trials(
         "irregular sea": {"base_motion": FromScene("knuckle_sea")},
         "gust": wind(0.5),
     },
-    "payload.mass",
+    ("payload.mass",),
 )
 OVERHEAD_DISTURBANCES = {
     "resonant base": base_oscillation("surge", 0.02, 2.215),
@@ -178,12 +128,12 @@ OVERHEAD_DISTURBANCES = {
     "gust": node_gust(5.0),
 }  # on 2 m
 TROLLEY = (
-    *setpoint_trials("overhead_energy", {}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, "cable.node_masses"),
+    *set_point_trials("overhead_energy", {}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, ("cable.node_masses",)),
     Trial("rope -5 %", "overhead_energy", {}, FIXED_RAIL_BASE, {"cable.lengths": SHORTER_ROPE}),
     Trial("rope +5 %", "overhead_energy", {}, FIXED_RAIL_BASE, {"cable.lengths": LONGER_ROPE}),
 )
-HOIST = setpoint_trials(
-    "overhead_hoist_energy", {"control.period": 0.01}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, "cable.node_masses"
+HOIST = set_point_trials(
+    "overhead_hoist_energy", {"control.period": 0.01}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, ("cable.node_masses",)
 )
 GROUPS = (
     Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK, TUNED_HARMONIC), PENDULUM),
@@ -191,6 +141,7 @@ GROUPS = (
     Group("knuckle boom", "target", OF_KNUCKLE, tuple(KNUCKLE)),
     Group("overhead, trolley", "target", OF_TROLLEY, TROLLEY),
     Group("overhead, trolley and hoist", "target", OF_HOIST, tuple(HOIST)),
+    *SITE_GROUPS,
 )
 
 

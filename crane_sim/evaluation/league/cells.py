@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.evaluation.league.cases import GROUPS, SEEDS, Entrant, Group, Trial
+from crane_sim.evaluation.league.cases import GROUPS
 from crane_sim.evaluation.league.scenes import trial_scene
+from crane_sim.evaluation.league.trials import SEEDS, Entrant, Group, Trial
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.process_signals import end_with_parent
@@ -35,7 +36,8 @@ class Figures(NamedTuple):
     residual_swing: float  # deg, in the last quarter of the run
     settling: float | None  # s, from the end of the path, or from the start where there is none; None: it does not
     tip_acceleration: float  # m/s², largest, relative to the base
-    effort: dict[str, float]  # largest of each actuated joint, in its unit
+    effort: dict[str, float]  # largest of each actuated joint
+    effort_units: dict[str, str]  # of each actuated joint
     saturated: float  # part of the periods in which a demand was limited
 
 
@@ -108,6 +110,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
         settling=None if settling_time is None else float(max(settling_time - start, 0.0)),
         tip_acceleration=float(np.max(accelerations)),
         effort=run.summary["peak_effort"],
+        effort_units=dict(zip(scene.actuated, scene.effort_units, strict=True)),
         saturated=run.summary["saturated_steps"] / scene.steps,
     )
 
@@ -116,7 +119,11 @@ def median_figures(runs: Sequence[Figures]) -> Figures:
     """Return the median of each figure; that of settling is None where half of the runs or more do not settle."""
     settling = float(np.median([inf if run.settling is None else run.settling for run in runs]))
     effort = {joint: float(np.median([run.effort[joint] for run in runs])) for joint in runs[0].effort}
-    medians: dict[str, Any] = {"settling": settling if isfinite(settling) else None, "effort": effort}
+    medians: dict[str, Any] = {
+        "settling": settling if isfinite(settling) else None,
+        "effort": effort,
+        "effort_units": runs[0].effort_units,
+    }
     for name in set(Figures._fields) - set(medians):
         medians[name] = float(np.median([getattr(run, name) for run in runs]))
     return Figures(**medians)

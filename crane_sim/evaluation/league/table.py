@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.league.cells import Cell
+from crane_sim.evaluation.league.cells import Cell, Figures
 from crane_sim.evaluation.league.scenes import BEST, read_tuned_gains
 from crane_sim.evaluation.reproduce.table import Shown, format_value
 
@@ -31,16 +31,26 @@ seeds that nothing in the catalogue uses.
   or for cranes that are brought to a target, at the target from the start on. A shaped path arrives later by half a
   swing (ZV) or a whole one (ZVD), which counts as error.
 - **Settling**: from the end of the path, or from the start where there is none, until the payload stays within 2 % of
-  the way. **Residual swing**: the largest in the last quarter, of the rope from the vertical of the world.
-- **Effort** is the largest of each actuated joint in its unit: of the pendulum m/s² (behind a servo, as in the column
-  of the camera, m), of other cranes N m or N. **Tip acceleration** is relative to the base. **Saturated**: part of the
-  periods in which a demand was limited.
+  the way; 0: it does from the path's end on. **Residual swing**: the largest in the last quarter, of the rope from
+  the vertical of the world.
+- **Effort** is the largest of each actuated joint: a force or torque, also of drives that follow speeds; of winches
+  by rate their command. **Tip acceleration** is relative to the base. **Saturated**: part of the periods in which a
+  demand was limited.
 - **30 Hz vision** is the catalogue's `offshore_vision`: its base sways at the payload's own frequency as well, a
   little more than in the column of the resonant base.
-- **Open loop**: the suspension point follows the path, with its acceleration, without feedback of the payload. The mass
-  of a payload below an ideally driven point changes nothing.
-- The knuckle boom appears twice: as a small crane that carries the suspension point of the tracking laws, and as the
-  knuckle paper's that is brought to a target. Its paper's laws know no path, and these no target.
+- **Open loop**: the suspension point follows the path, with its acceleration, without feedback of the payload. The
+  mass of a payload below an ideally driven point changes nothing.
+- The knuckle boom appears three times: as a small crane that carries the suspension point of the tracking laws, as
+  the knuckle paper's that is brought to a target, and as a ship's. Its paper's laws know no path, and these no
+  target.
+- The cranes of ports and sites have masses, lengths and drives of real machines. There **lqr** commands forces and
+  takes hook, sling and body for a point mass at the hook, a load on falls for what it is. The others command drives
+  that follow speeds, as frequency converters do: **speeds** leads them along a path to the target without feedback of
+  the load, **speeds, ZV** along one that is shaped against its swing, and **anti-swing** goes to the target with
+  feedback of the rope's angle, which a load on falls does not have. The energy laws are for knuckle boom and overhead
+  crane with one rope, the tracking laws for a point mass below knuckle boom or driven point, and refuse the rest.
+  Another mass is another density: its inertia changes, too. Another rope is another sling. The tower crane's gust is
+  the scene's own turbulent wind, which blows all the time and turns the load; a median over ten seeds, too.
 """
 TUNED_HEAD = """## Tuned gains
 
@@ -83,11 +93,16 @@ def _line(cell: Cell) -> CellLine:
     figures = cell.figures
     if figures is None:
         return CellLine._make((*name, *[NONE] * (len(CellLine._fields) - len(name))))
-    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in figures.effort.items()}
-    efforts = ", ".join(f"{joint} {format_value(peak)}" for joint, peak in peaks.items())
     settling = NONE if figures.settling is None else figures.settling
-    numbers = figures._asdict() | {"settling": settling, "effort": efforts}
+    numbers = figures._asdict() | {"settling": settling, "effort": _efforts(figures)}
+    del numbers["effort_units"]
     return CellLine._make((*name, *numbers.values()))
+
+
+def _efforts(figures: Figures) -> str:
+    """Return the largest effort of each joint, with its unit."""
+    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in figures.effort.items()}
+    return ", ".join(f"{joint} {format_value(peak)} {figures.effort_units[joint]}" for joint, peak in peaks.items())
 
 
 def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.evaluation.report.panels import RUN_COLORS
 from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
+from crane_sim.recording.figure_units import figure_unit
 from crane_sim.recording.quantities import common_quantities
 
 if TYPE_CHECKING:
@@ -90,10 +91,11 @@ def _metrics(comparison: Comparison) -> list[list[str]]:
     names = comparison.names
     away = [comparison.metric_differences(i) for i in range(1, len(names))]
     head = ["figure", *names, *(f"{name} − {names[0]}" for name in names[1:])]
-    rows = [
-        [key.replace("_", " "), *(_format(x) for x in values), *(_format(each.get(key)) for each in away)]
-        for key, values in comparison.metrics.items()
-    ]
+    rows = []
+    for key, values in comparison.metrics.items():
+        label, unit, factor = figure_unit(key, comparison.runs[0].crane)
+        shown = [_format(x, factor) for x in (*values, *(each.get(key) for each in away))]
+        rows.append([f"{label} [{unit.replace('deg', '°')}]" if unit else label, *shown])
     return [head, *rows]
 
 
@@ -118,5 +120,5 @@ def _angle(value: float, unit: str) -> str:
     return f"{value:.4g} {unit}"
 
 
-def _format(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4g}"
+def _format(value: float | None, factor: float = 1.0) -> str:
+    return "–" if value is None else f"{factor * value:.4g}"

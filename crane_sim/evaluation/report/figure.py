@@ -10,6 +10,7 @@ import numpy as np
 from crane_sim.evaluation.report.decimation import rows_with_peaks
 from crane_sim.evaluation.report.panels import INK, PALETTE, RUN_COLORS, SOFT, Panel, panels_of
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import how_to_install
 from crane_sim.recording.quantities import moving_quantities
 from crane_sim.recording.states import color_of, spans_of
 
@@ -109,7 +110,7 @@ def _matplotlib() -> tuple[Any, Any]:
         from matplotlib.figure import Figure
     except ImportError:
         raise SceneError(
-            "a figure needs the Python package matplotlib, which is not installed (./crane install plots)"
+            f"a figure needs the Python package matplotlib, which is not installed ({how_to_install('plots')})"
         ) from None
     return rc_context, Figure
 

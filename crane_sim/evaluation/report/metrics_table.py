@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.evaluation.report.panels import PREFIXED, PREFIXES
+from crane_sim.recording.figure_units import UNITS
 from crane_sim.recording.layout import label
-from crane_sim.recording.rerun.summary import UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

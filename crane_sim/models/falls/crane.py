@@ -7,11 +7,13 @@ distance ℓ_i of the two points and the elongation e_i = ℓ_i - L_i it pulls w
     T_i = (EA_i / L_i) (e_i + τ e_i'),
 
 and a slack one with nothing. The rope on the drum is unstretched, so that a winch that pays out loses T + T²/(2 EA) for
-each metre: what the rope pulls, and the energy of the strain that goes with it.
+each metre: what the rope pulls, and the energy of the strain that goes with it. A rope over sheaves takes that sum over
+the falls for the pull of all of its parts (`supports.reeving`): sheaves turn with l', the stretch of a fall moves none.
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
 mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. The
-number of exchanges of the load, where it has any, and the modes of contact stand behind the falls'. Loads that are
+mode of a winch with friction, the number of exchanges of the load, where it has any, and the modes of contact stand
+behind the falls'. Loads that are
 exchanged have the coordinates r of the first one's centre of mass, a point that stays fixed in their axes.
 The falls' forces are functions of the state: contact concerns the load alone.
 """
@@ -49,7 +51,8 @@ from crane_sim.models.supports import (
 )
 from crane_sim.models.supports.actuated_support import write_contact_rates
 from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes
 from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, current_load, exchange_modes
 from crane_sim.models.suspended.load_dynamics import (
@@ -86,7 +89,7 @@ class FallsCrane(NamedTuple):
     support: Any  # of `crane_sim.models.supports`
     falls: Falls
     load: RigidLoad  # its attachment is where loads that are exchanged meet
-    hoist: Hoist | None = None
+    hoist: Hoist | ReevedHoist | None = None
     gravity: float = 9.81  # m/s²
     drag: PayloadDrag | None = None
     energy_meter: Meter | None = None
@@ -145,6 +148,18 @@ def falls_layout(p):
     return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
+@lean_kernel
+def winch_index(p):
+    """Return the index of the winch's mode, where it has friction."""
+    return falls_layout(p)[2] + len(p.falls.offset)
+
+
+@lean_kernel
+def exchange_index(p):
+    """Return the index of the number of exchanges, where the model has it."""
+    return winch_index(p) + hoist_modes(p.hoist)
+
+
 @lean_generic
 def common_length(hoist, p, x, nq):
     """Return (unstretched length [m] of the falls, its rate [m/s])."""
@@ -160,19 +175,19 @@ def _(hoist, p, x, nq):
 @lean_kernel
 def body_state(p, x):
     """Return the load's kinematics in state x."""
-    nq, first, modes = falls_layout(p)
+    nq, first, _ = falls_layout(p)
     quaternion, rate = align_quaternion(x, first + 3, nq + first + 3)
     i = nq + first
     position, velocity = (x[first], x[first + 1], x[first + 2]), (x[i], x[i + 1], x[i + 2])
     omega = angular_velocity_of(quaternion, rate)
     state = BodyState(position, velocity, rotation_of(quaternion), omega, quaternion)
-    return body_of_coordinates(p.exchange, p.load, x, modes + len(p.falls.offset), state)
+    return body_of_coordinates(p.exchange, p.load, x, exchange_index(p), state)
 
 
 @lean_kernel
 def body_of(p, x):
     """Return the parameters of the load in state x."""
-    return current_load(p.exchange, p.load, x, falls_layout(p)[2] + len(p.falls.offset))
+    return current_load(p.exchange, p.load, x, exchange_index(p))
 
 
 @lean_kernel
@@ -265,7 +280,8 @@ def solve_dynamics(p, t, x, tau):
     fx, fy, fz = to_turned_axes(pull.force, s, c)
     tip_force = -fx, -fy, -fz
     qdd = support_acceleration(p.support, pose, p.gravity, tau, tip_force)
-    inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + coordinate_count(p.support))
+    motion, at = (*common_length(p.hoist, p, x, nq), p.gravity), (nq + coordinate_count(p.support), winch_index(p))
+    inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
     free, length = load_acceleration(p, body, t, base, load, pull), bias_acc + inv_mass * pull.paid
     centre, alpha, pressures = add_contact(p.contact, body, t, x, contact_index(p), load, free)
     return FallsSolution(pose, qdd, length, centre, alpha, load, pull, tip_force, tau, command, base, pressures)
@@ -285,7 +301,7 @@ def load_acceleration(p, body, t, base, load, pull):
 @lean_kernel
 def contact_index(p):
     """Return the index of the first mode of contact."""
-    return falls_layout(p)[2] + len(p.falls.offset) + exchange_modes(p.exchange)
+    return exchange_index(p) + exchange_modes(p.exchange)
 
 
 @system.rhs_into.register(FallsCrane)
@@ -321,12 +337,14 @@ def write_falls_derivative(p, t, x, u, out):
 def falls_power(p, t, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     (nq, _, _), body = falls_layout(p), body_of(p, x)
-    load, pull, rate = solved.load, solved.pull, common_length(p.hoist, p, x, nq)[1]
+    load, pull, motion = solved.load, solved.pull, (*common_length(p.hoist, p, x, nq), solved.length)
     given, moment = load_force(p, body, t, solved.base, load)
     reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
     power += play_power(p.support, solved.pose, solved.command)
-    power += hoist_power(p.hoist, solved.tau, rate, pull.paid) + imposed_load_power(solved.base, body, load)
+    mode = winch_mode(p.hoist, x, winch_index(p))
+    power += winch_power(p.hoist, solved.tau, mode, motion, pull.paid, p.gravity)
+    power += imposed_load_power(solved.base, body, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
     return add_contact_power(solved.pressures, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
 

@@ -8,20 +8,14 @@ momentum of the two bodies together are those of the one.
 from crane_sim.models.attitude import quaternion_rate
 from crane_sim.models.contact.surface import RigidContact, contact_point, displacement_at
 from crane_sim.models.falls.contact_events import fill_contact
-from crane_sim.models.falls.crane import FallsCrane, body_of, body_state, falls_layout
+from crane_sim.models.falls.crane import FallsCrane, body_of, body_state, exchange_index, falls_layout
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.moving_base import cross
 from crane_sim.models.suspended.exchange import DONE, Exchange, carry, describe_exchange, join, vector_at
 from crane_sim.models.suspended.load_dynamics import add, coordinate_velocity, multiply, subtract
-from crane_sim.numerics.jit import generic, lean_kernel, routine
+from crane_sim.numerics.jit import generic, routine
 
 SEAT = 1e-6  # m: no deeper than this a point may be below the surface when its load is taken up
-
-
-@lean_kernel
-def exchange_index(p):
-    """Return the index of the number of exchanges, where the model has it."""
-    return falls_layout(p)[2] + len(p.falls.offset)
 
 
 @generic

@@ -22,15 +22,18 @@ from crane_sim.models.falls.crane import (
     body_of,
     common_length,
     contact_index,
+    exchange_index,
     fall_state,
     falls_layout,
     falls_power,
     kinematics_of,
     solve_dynamics,
     taut_fall,
+    winch_index,
 )
-from crane_sim.models.falls.load_exchange import describe_body_exchange, exchange_body, exchange_index
-from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, friction_event, smaller_guard
+from crane_sim.models.falls.load_exchange import describe_body_exchange, exchange_body
+from crane_sim.models.falls.winch import after_friction_guard, falls_winch_guard
+from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
 from crane_sim.models.supports import (
@@ -46,8 +49,6 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.actuated_support import (
     any_joint_held,
     held_guard,
-    mode_after_guard,
-    place_of_contact,
     takes_energy,
 )
 from crane_sim.models.supports.actuation import hoist_entry
@@ -61,7 +62,15 @@ from crane_sim.models.supports.backlash import (
     with_support_switching,
 )
 from crane_sim.models.supports.driven_point import Point
-from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.supports.friction import retake_of
+from crane_sim.models.supports.hoist import (
+    PrescribedHoist,
+    RateHoist,
+    hoist_modes,
+    hoist_reflected_mass,
+    limit_hoist,
+)
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.suspended.crane import support_state, to_base_axes
 from crane_sim.models.suspended.exchange import count_exchanges, exchange_guard, with_exchange_switching
 from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
@@ -105,6 +114,8 @@ def _(p, t, q, v):
         x[i], x[nq + i] = positions[i], rates[i]
     count_exchanges(p.exchange, t, x, exchange_index(p))
     fill_modes(p, x)
+    if hoist_modes(p.hoist) > 0:
+        x[winch_index(p)] = np.sign(x[nq + coordinate_count(p.support)])
     fill_contact(p.contact, p, t, x)
     fill_support_modes(p.support, x, support_state(p.support, x, nq))
     return x
@@ -156,7 +167,8 @@ def falls_energies(p, base, x):
     pose, (s, c), _, load, (length, rate) = kinematics
     (vx, vy, vz), body = load.velocity, body_of(p, x)
     m = body.mass
-    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
+    wound, _ = winch_energy(p.hoist, length, rate, p.gravity)
+    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
     kinetic += 0.5 * m * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
     potential = support_potential(p.support, pose, p.gravity) + m * p.gravity * load.position[2]
     for i in range(len(p.falls.offset)):
@@ -225,7 +237,8 @@ def _(p, u):
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
     lossy = lossy or p.contact is not None or p.exchange is not None or takes_energy(p.support)
-    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist) or isinstance(p.support, Point) or p.base is not None
+    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
+    imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 
@@ -237,15 +250,17 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    return with_exchange_switching(p.exchange, with_support_switching(p.support, Switching(1000, 0, None)))
+    switching = with_support_switching(p.support, Switching(1000, 0, retake_of(p.hoist)))
+    return with_exchange_switching(p.exchange, switching)
 
 
 @system.guard.register(FallsCrane)
 def _(p, t, x, u, work):
     best = exchange_guard(p.exchange, falls_guard(p, x), t, x, exchange_index(p))
     best, n = held_joints_guard(p, t, x, u, best)
+    best, wound = falls_winch_guard(p.hoist, best, p, t, x, u)
     value, number, more = contact_guard(p.contact, p, t, x, best)
-    return value, number, n + more
+    return value, number, n + wound + more
 
 
 @lean_routine
@@ -291,7 +306,7 @@ def _(p, t, x, u, number):
     if kind == Guard.PAYLOAD:
         return exchange_body(p.exchange, p, t, x, number)
     if kind == Guard.FRICTION:
-        x, number = after_joint_guard(p, t, x, system.effort(u, p, t, x), joint)
+        x, number = after_friction_guard(p.hoist, p, t, x, system.effort(u, p, t, x), joint)
         return x, number, True
     return switch_fall(p, x, number)
 
@@ -308,18 +323,6 @@ def switch_fall(p, x, number):
     if modes > 2 * nq:  # a slack rope loses what its spring held against the damper
         y[2 * nq] += falls_energies(p, None, y)[1] - falls_energies(p, None, x)[1]
     return y, encode(Guard.LINK, i, int(y[modes + i])), True
-
-
-@routine
-def after_joint_guard(p, t, x, tau, joint):
-    """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
-    nq, _, _ = falls_layout(p)
-    x, k = x.copy(), len(x) - place_of_contact(p.support, joint)
-    failed = x[k]
-    x[nq + joint], x[k] = (0.0 if failed != 0.0 else x[nq + joint]), 0.0
-    solved = solve_dynamics(p, t, x, tau)
-    x[k] = mode_after_guard(p.support, joint, failed, (solved.pose, solved.tau), p.gravity, solved.tip_force)
-    return x, friction_event(joint, x[k])
 
 
 @system.describe_event.register(FallsCrane)

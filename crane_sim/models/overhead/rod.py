@@ -11,7 +11,6 @@ where T pulls the trolley along the line and V across it. State: a flat tuple of
 (x, (l1), α, x', (l1'), α', (energy supplied), (modes)).
 """
 
-from math import cos, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -277,7 +276,7 @@ def _(p, x):
     nq, _, _ = layout_of(p)
     length, rate = hoisted_rod(p.hoist, p.cable, x)
     total, first, second, _ = mass_moments(p, x, length)
-    s, c, v, w = sin(x[nq - 1]), cos(x[nq - 1]), x[nq], x[2 * nq - 1]
+    (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
     return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
 
@@ -286,7 +285,7 @@ def _(p, x):
 def _(p, x):
     nq, _, _ = layout_of(p)
     length, _ = hoisted_rod(p.hoist, p.cable, x)
-    return -p.gravity * mass_moments(p, x, length)[1] * cos(x[nq - 1])
+    return -p.gravity * mass_moments(p, x, length)[1] * sincos(x[nq - 1])[1]
 
 
 @system.link_count.register(RodCrane)
@@ -315,11 +314,21 @@ def _(p, t, x, u):
 def _(p, t, x, out):
     nq, _, _ = layout_of(p)
     length, _ = hoisted_rod(p.hoist, p.cable, x)
-    s, c = sin(x[nq - 1]), cos(x[nq - 1])
+    s, c = sincos(x[nq - 1])
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for i in range(p.cable.nodes.shape[1]):
         r = length + p.cable.nodes[DISTANCE, i]
         out[i + 1, 0], out[i + 1, 1], out[i + 1, 2] = x[0] + r * s, 0.0, -r * c
+
+
+@system.observe.register(RodCrane)
+def _(p, t, q, v, u):
+    nq, _, _ = layout_of(p)
+    x = system.state(p, t, q, v)
+    swing, (length, _) = solve_swing(p, t, x, u), hoisted_rod(p.hoist, p.cable, x)
+    reach = length + p.cable.reach
+    payload = x[0] + reach * swing.s, 0.0, -reach * swing.c
+    return (system.kinetic(p, x), system.potential(p, x)), swing.tension, (x[0], 0.0, 0.0), payload
 
 
 @system.guard.register(RodCrane)

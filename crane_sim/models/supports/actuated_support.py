@@ -13,7 +13,7 @@ A structure that bends has its drives' motors and friction on the body that turn
 before.
 
 Boom and jib of a knuckle boom are coupled: `Knuckle` has its motors in its own mass matrix, and leaves joints that are
-held out of it.
+held out of it. So does a `SwayingTower`, which has no motors.
 """
 
 from typing import Any, NamedTuple
@@ -70,7 +70,7 @@ from crane_sim.models.supports.joint_contacts import (
     write_list_rates,
 )
 from crane_sim.models.supports.knuckle_boom import Knuckle
-from crane_sim.models.supports.swaying_tower import SwayingTower
+from crane_sim.models.supports.swaying_tower import SwayingTower, with_held_joints
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry, replace_field
 from crane_sim.system import Switching
@@ -181,6 +181,11 @@ def _(support, motors, pose):
     return 1.0, 1.0, 1.0
 
 
+@free_ratios.register(SwayingTower)
+def _(support, motors, pose):
+    return 1.0, 1.0, 1.0, 1.0
+
+
 @generic
 def held_posture(support, pose, ratio):
     """Return the support's posture, from which joints whose ratio is 0 are left out if its mass matrix couples them."""
@@ -190,6 +195,11 @@ def held_posture(support, pose, ratio):
 @held_posture.register(Knuckle)
 def _(support, pose, ratio):
     return replace_field(pose, "free", (ratio[0] > 0.0, ratio[1] > 0.0, ratio[2] > 0.0))
+
+
+@held_posture.register(SwayingTower)
+def _(support, pose, ratio):
+    return with_held_joints(support, pose, (ratio[0] > 0.0, ratio[1] > 0.0))
 
 
 @lean_generic
@@ -205,6 +215,11 @@ def _(support, xs, rates):
     drives = joint_rates(support.support, xs.inner, as_coordinates(support.support, 0.0, 0.0, 0.0))
     lateral, vertical = as_entries(support.lateral, xs.rates[0]), as_entries(support.vertical, xs.rates[1])
     return (*drives, *lateral, *vertical)
+
+
+@joint_rates.register(SwayingTower)
+def _(support, xs, rates):
+    return joint_motion(support, xs, 0)[1], joint_motion(support, xs, 1)[1], xs.rates[0], xs.rates[1]
 
 
 @lean_generic
@@ -262,6 +277,7 @@ def mobility_of(support, pose, n):
 
 
 @mobility_of.register(Knuckle)
+@mobility_of.register(SwayingTower)
 def _(support, pose, n):
     return tip_mobility(support, pose.inner, n)
 
@@ -355,6 +371,7 @@ def loads_of(support, pose, gravity, tau, force):
 
 
 @loads_of.register(Knuckle)
+@loads_of.register(SwayingTower)
 def _(support, pose, gravity, tau, force):
     return joint_loads(support, pose, gravity, tau, force, support_acceleration(support, pose, gravity, tau, force))
 

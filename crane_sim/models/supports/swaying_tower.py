@@ -9,12 +9,12 @@ axes of α, a, b, a mass at x on the jib and ρ = (x, 0, h), all in the axes of 
 
 its velocity is Σ (w_i × ρ) q_i', plus (r', 0, 0) of the trolley. All masses are on one line, so that with Σ m, Σ m x
 and Σ m x² their equations are closed forms. The trolley's acceleration goes out of the mass matrix first, which leaves
-a matrix (3, 3) of α, a and b.
+a matrix (3, 3) of α, a and b. A slew that friction holds leaves that matrix, a trolley that it holds stays in it.
 
 Efforts and coordinates stand in the order slew, trolley, a, b here, then the winch's.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.models.moving_base import added_energy, cross, dot, imposed_acceleration
 from crane_sim.models.rotating_frame import frame_acceleration
@@ -24,6 +24,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
+    joint_loads,
     joint_motion,
     support_acceleration,
     support_base_energy,
@@ -46,7 +47,8 @@ from crane_sim.models.supports.backlash import (
 )
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_kernel
+from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.states import replace_field
 
 Vector = tuple[float, float, float]
 
@@ -86,33 +88,40 @@ class SwayPosture(NamedTuple):
     omega: Vector  # rad/s, of what slews
     bias: Vector  # rad/s², its derivative where α, a and b do not accelerate
     moments: Vector  # kg, kg m, kg m²: Σ m, Σ m x, Σ m x², the trolley's among them
-    inverse: tuple[float, float, float, float, float, float]  # of the matrix of α, a, b: (00, 01, 02, 11, 12, 22)
+    inverse: tuple[float, float, float, float, float, float]  # 1/(kg m²), of the matrix of α, a, b: (00, 01, 02, 11,
+    # 12, 22)
     trolley: tuple[float, float]  # m, m/s, r and r'
     angles: tuple[float, float]  # rad, a and b
     rates: tuple[float, float]  # rad/s
+    free: Any = None  # (slew, trolley), which of them friction does not hold; None: both are free
 
 
 @lean_kernel
 def combine(a, x, b, y, c, z):
-    """Return x a + y b + z c of vectors (3,) a, b, c."""
+    """Return x a + y b + z c (3,) of vectors a, b, c, each (3,), in the units of the products."""
     return x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1], x * a[2] + y * b[2] + z * c[2]
 
 
 @lean_kernel
 def to_frame(pose, a):
-    """Return a vector (3,) in the axes of the support's frame, from the jib's."""
+    """Return a vector (3,) of any unit in the axes of the support's frame, from the jib's."""
     return combine(pose.axes[0], a[0], pose.axes[1], a[1], pose.axes[2], a[2])
 
 
 @lean_kernel
 def to_jib(pose, a):
-    """Return a vector (3,) in the axes of the jib, from the support's frame's."""
+    """Return a vector (3,) of any unit in the axes of the jib, from the support's frame's."""
     return dot(pose.axes[0], a), dot(pose.axes[1], a), dot(pose.axes[2], a)
 
 
 @lean_kernel
 def jib_axes(s, c, a, b):
-    """Return the jib's axes in the support's frame, at a slew with this sine and cosine."""
+    """Return the jib's axes, unit vectors (3,) of the support's frame.
+
+    Args:
+        s, c: sine and cosine of the slew.
+        a, b: angles of the mast [rad].
+    """
     (sa, ca), (sb, cb) = sincos(a), sincos(b)
     x = tilted(c, s, sa, ca, sb, cb)
     y = tilted(-s, c, sa, ca, sb, cb)
@@ -123,13 +132,18 @@ def jib_axes(s, c, a, b):
 
 @lean_kernel
 def tilted(x, y, sa, ca, sb, cb):
-    """Return the horizontal vector (x, y) of the upright mast turned with it, in the axes of the base."""
+    """Return the horizontal vector (x, y), of any unit, of the upright mast turned with it, in the axes of the base.
+
+    Args:
+        x, y: the vector.
+        sa, ca, sb, cb: sines and cosines of the mast's angles a and b.
+    """
     return cb * x, ca * y + sa * sb * x, sa * y - ca * sb * x
 
 
 @lean_kernel
 def moments_of(support, radius):
-    """Return Σ m, Σ m x and Σ m x² with the trolley at a radius [m]."""
+    """Return Σ m [kg], Σ m x [kg m] and Σ m x² [kg m²] with the trolley at a radius [m]."""
     mass = support.support.trolley.mass
     zeroth, first, second = mass, mass * radius, mass * radius * radius
     for i in range(len(support.masses)):
@@ -140,13 +154,13 @@ def moments_of(support, radius):
 
 @lean_kernel
 def column(w, x, h):
-    """Return w × ρ of a mass at x."""
+    """Return w × ρ (3,) [m] of a mass at x [m], h [m] above the joint; of rates w [rad/s] its velocity [m/s]."""
     return w[1] * h, w[2] * x - w[0] * h, -w[1] * x
 
 
 @lean_kernel
 def product(v, w, moments, h):
-    """Return Σ m (v × ρ) · (w × ρ)."""
+    """Return Σ m (v × ρ) · (w × ρ) [kg m²] of axes v and w, each (3,); moments: of `moments_of`, h: height [m]."""
     at, slope = column(v, 0.0, h), (0.0, v[2], -v[1])
     other, other_slope = column(w, 0.0, h), (0.0, w[2], -w[1])
     mixed = dot(at, other_slope) + dot(slope, other)
@@ -154,13 +168,26 @@ def product(v, w, moments, h):
 
 
 @lean_kernel
-def inverse_of_turns(support, turns, moments):
-    """Return the inverse of the matrix of α, a and b with the trolley's acceleration left out, see SwayPosture."""
-    h, mass, (e, a, b) = support.height, support.support.trolley.mass * support.height**2, turns
+def matrix_of_turns(support, turns, moments, trolley):
+    """Return the matrix [kg m²] of α, a and b, its entries as of `SwayPosture.inverse`.
+
+    Args:
+        support: the support.
+        turns, moments: of the posture.
+        trolley: mass [kg] of a trolley whose acceleration is left out, 0 of one that is held.
+    """
+    h, mass, (e, a, b) = support.height, trolley * support.height**2, turns
     m00, m01, m02 = product(e, e, moments, h), product(e, a, moments, h), product(e, b, moments, h)
     m11 = product(a, a, moments, h) - mass * a[1] * a[1]
     m12 = product(a, b, moments, h) - mass * a[1] * b[1]
     m22 = product(b, b, moments, h) - mass * b[1] * b[1]
+    return m00, m01, m02, m11, m12, m22
+
+
+@lean_kernel
+def inverse_of(matrix):
+    """Return the inverse [1/(kg m²)] of the matrix of α, a and b."""
+    m00, m01, m02, m11, m12, m22 = matrix
     c00, c01, c02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
     scale = 1.0 / (m00 * c00 + m01 * c01 + m02 * c02)
     c11, c12, c22 = m00 * m22 - m02 * m02, m01 * m02 - m00 * m12, m00 * m11 - m01 * m01
@@ -168,8 +195,36 @@ def inverse_of_turns(support, turns, moments):
 
 
 @lean_kernel
+def inverse_without_slew(matrix):
+    """Return the inverse [1/(kg m²)] of the matrix of a and b, zeros for α, which is held."""
+    _, _, _, m11, m12, m22 = matrix
+    scale = 1.0 / (m11 * m22 - m12 * m12)
+    return 0.0, 0.0, 0.0, scale * m22, -scale * m12, scale * m11
+
+
+@lean_kernel
+def with_held_joints(support, pose, free):
+    """Return the posture whose joints friction holds where `free` of (slew, trolley) is False."""
+    trolley = support.support.trolley.mass if free[1] else 0.0
+    matrix = matrix_of_turns(support, pose.turns, pose.moments, trolley)
+    inverse = inverse_of(matrix) if free[0] else inverse_without_slew(matrix)
+    return replace_field(replace_field(pose, "inverse", inverse), "free", free)
+
+
+@lean_generic
+def trolley_share(free):
+    """Return 1.0 where the trolley moves freely along the jib, 0.0 where friction holds it."""
+    return 1.0
+
+
+@trolley_share.register(tuple)
+def _(free):
+    return 1.0 if free[1] else 0.0
+
+
+@lean_kernel
 def multiply_inverse(inverse, a):
-    """Return the product of `SwayPosture.inverse` and a vector (3,)."""
+    """Return the product (3,) [rad/s²] of `SwayPosture.inverse` and a vector (3,) of moments [N m]."""
     i00, i01, i02, i11, i12, i22 = inverse
     return (
         i00 * a[0] + i01 * a[1] + i02 * a[2],
@@ -193,15 +248,14 @@ def _(support, xs):
     velocity = column(omega, radius, h)
     vx, vy, vz = combine(axes[0], velocity[0] + rate, axes[1], velocity[1], axes[2], velocity[2])
     moves = vx + w * y, vy - w * x, vz
-    inverse = inverse_of_turns(support, turns, moments)
-    return SwayPosture(
-        (x, y, z - h), moves, w, axes, up, turns, omega, bias, moments, inverse, (radius, rate), (a, b), (da, db)
-    )
+    inverse, at = inverse_of(matrix_of_turns(support, turns, moments, support.support.trolley.mass)), (x, y, z - h)
+    rest = (radius, rate), (a, b), (da, db), None
+    return SwayPosture(at, moves, w, axes, up, turns, omega, bias, moments, inverse, *rest)
 
 
 @lean_kernel
 def accelerated(pose, x, h):
-    """Return the acceleration (3,) of a mass that stands at x on the jib where no coordinate accelerates."""
+    """Return the acceleration (3,) [m/s²] of a mass that stands at x [m] on the jib where no coordinate accelerates."""
     omega, place = pose.omega, (x, 0.0, h)
     inward, size = dot(omega, place), dot(omega, omega)
     return combine(cross(pose.bias, place), 1.0, omega, inward, place, -size)
@@ -209,14 +263,14 @@ def accelerated(pose, x, h):
 
 @lean_kernel
 def coriolis(pose):
-    """Return the acceleration (3,) that the trolley has besides by its rate."""
+    """Return the acceleration (3,) [m/s²] that the trolley has besides by its rate."""
     _, rate = pose.trolley
     return 0.0, 2.0 * rate * pose.omega[2], -2.0 * rate * pose.omega[1]
 
 
 @lean_kernel
 def efforts_of_field(support, pose, at, slope, further):
-    """Return efforts (slew, trolley, a, b) of accelerations of all masses times these.
+    """Return efforts on slew [N m], trolley [N], a and b [N m] of accelerations of all masses times these.
 
     Args:
         support: the support.
@@ -238,13 +292,17 @@ def efforts_of_field(support, pose, at, slope, further):
 
 @lean_kernel
 def add_efforts(tau, own):
-    """Return efforts tau plus those (4,) of the support's coordinates."""
+    """Return efforts tau [N m, N, N m, N m, ...] plus those (4,) of the support's coordinates."""
     return (tau[0] + own[0], tau[1] + own[1], tau[2] + own[2], tau[3] + own[3], *tau[4:])
 
 
-@support_acceleration.register(SwayingTower)
-def _(support, pose, gravity, tau, force):
-    h, (radius, _), mass = support.height, pose.trolley, support.support.trolley.mass
+@lean_kernel
+def efforts_at_rest(support, pose, gravity, tau, force):
+    """Return the efforts (slew [N m], trolley [N], a, b [N m]) where no coordinate accelerates.
+
+    Arguments are those of `support_acceleration`.
+    """
+    h, (radius, _) = support.height, pose.trolley
     at, slope = accelerated(pose, 0.0, h), accelerated(pose, 1.0, 0.0)
     x, y, z = coriolis(pose)
     down = combine(pose.up, -gravity, at, -1.0, at, 0.0)
@@ -252,13 +310,30 @@ def _(support, pose, gravity, tau, force):
     pull = to_jib(pose, force)
     along = tau[1] + own[1] + pull[0]
     e, a, b = pose.turns
-    right = (
+    return (
         tau[0] + own[0] + dot(column(e, radius, h), pull),
-        tau[2] + own[2] + dot(column(a, radius, h), pull) - h * a[1] * along,
-        tau[3] + own[3] + dot(column(b, radius, h), pull) - h * b[1] * along,
+        along,
+        tau[2] + own[2] + dot(column(a, radius, h), pull),
+        tau[3] + own[3] + dot(column(b, radius, h), pull),
     )
+
+
+@support_acceleration.register(SwayingTower)
+def _(support, pose, gravity, tau, force):
+    turning, along, about_a, about_b = efforts_at_rest(support, pose, gravity, tau, force)
+    h, share, (_, a, b) = support.height, trolley_share(pose.free), pose.turns
+    right = turning, about_a - h * a[1] * (share * along), about_b - h * b[1] * (share * along)
     slew, first, second = multiply_inverse(pose.inverse, right)
-    return slew, along / mass - h * (a[1] * first + b[1] * second), first, second
+    trolley = along / support.support.trolley.mass - h * (a[1] * first + b[1] * second)
+    return slew, share * trolley, first, second
+
+
+@joint_loads.register(SwayingTower)
+def _(support, pose, gravity, tau, force, qdd):
+    turning, along, _, _ = efforts_at_rest(support, pose, gravity, tau, force)
+    (e, a, b), h, mass = pose.turns, support.height, support.support.trolley.mass
+    coupled = product(e, a, pose.moments, h) * qdd[2] + product(e, b, pose.moments, h) * qdd[3]
+    return turning - coupled, along - mass * h * (a[1] * qdd[2] + b[1] * qdd[3]), 0.0, 0.0
 
 
 @tip_acceleration.register(SwayingTower)
@@ -273,19 +348,19 @@ def _(support, pose, qdd):
 @tip_mobility.register(SwayingTower)
 def _(support, pose, n):
     h, radius, (e, a, b) = support.height, pose.trolley[0], pose.turns
-    along = to_jib(pose, n)
+    along, share = to_jib(pose, n), trolley_share(pose.free)
     levers = (
         dot(column(e, radius, h), along),
-        dot(column(a, radius, h), along) - h * a[1] * along[0],
-        dot(column(b, radius, h), along) - h * b[1] * along[0],
+        dot(column(a, radius, h), along) - h * a[1] * (share * along[0]),
+        dot(column(b, radius, h), along) - h * b[1] * (share * along[0]),
     )
     turning = dot(levers, multiply_inverse(pose.inverse, levers))
-    return along[0] * along[0] / support.support.trolley.mass + turning
+    return share * (along[0] * along[0] / support.support.trolley.mass) + turning
 
 
 @lean_kernel
 def motion_at(support, pose, x, rate):
-    """Return (position [m], velocity [m/s]) of a mass at x on the jib, in the frame's axes; rate: x' [m/s]."""
+    """Return (position [m], velocity [m/s]) of a mass at x [m] on the jib, in the frame's axes; rate: x' [m/s]."""
     px, py, pz = to_frame(pose, (x, 0.0, support.height))
     vx, vy, vz = column(pose.omega, x, support.height)
     return (px, py, pz - support.height), to_frame(pose, (vx + rate, vy, vz))

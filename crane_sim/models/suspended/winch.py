@@ -8,14 +8,13 @@ from crane_sim.models.supports.friction import retake_of
 from crane_sim.models.supports.hoist import RateHoist, hoist_modes
 from crane_sim.models.supports.reeved_hoist import (
     ReevedHoist,
-    drum_torque,
     mode_of_stopped_winch,
-    rope_direction,
     slip_direction,
     winch_guard,
     winch_mode,
 )
-from crane_sim.models.supports.reeving import Reeving, dead_end_of, fall_tension, follow_rope, sheave_factor
+from crane_sim.models.supports.reeving import Reeving, dead_end_of, follow_rope, sheave_factor
+from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
 from crane_sim.models.suspended.crane import SuspendedCrane, first_length, solve_dynamics, suspended_layout
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, routine
 from crane_sim.system import Switching
@@ -98,60 +97,13 @@ def _(p):
     return hoist_falls(p.hoist)
 
 
-@generic
-def hoist_falls(hoist):
-    """Return the number of falls of a hoist's reeving, 0 without one."""
-    return 0
-
-
-@hoist_falls.register(RateHoist)
-@hoist_falls.register(ReevedHoist)
-def _(hoist):
-    return falls_of(hoist.reeving)
-
-
-@generic
-def falls_of(reeving):
-    """Return the number of falls of a reeving, 0 for None."""
-    return 0
-
-
-@falls_of.register(Reeving)
-def _(reeving):
-    return reeving.falls
-
-
 @system.fall_tensions.register(SuspendedCrane)
 def _(p, t, x, u, rows, i):
     write_hoist_falls(p.hoist, p, t, x, u, rows, i)
 
 
-@generic
-def write_hoist_falls(hoist, p, t, x, u, rows, i):
-    """Write the result of `system.fall_tensions` of a crane with this hoist."""
-
-
-@write_hoist_falls.register(RateHoist)
-@write_hoist_falls.register(ReevedHoist)
-def _(hoist, p, t, x, u, rows, i):
-    write_falls(hoist.reeving, p, t, x, u, rows, i)
-
-
-@generic
-def write_falls(reeving, p, t, x, u, rows, i):
-    """Write the result of `system.fall_tensions` of a crane whose hoist has this reeving, None without one."""
-
-
-@write_falls.register(Reeving)
-def _(reeving, p, t, x, u, rows, i):
-    nq, _, end = suspended_layout(p)
-    tau, work = system.effort(u, p, t, x), system.workspace(p)
+@pull_on_winch.register(SuspendedCrane)
+def _(p, t, x, tau):
+    (nq, _, end), work = suspended_layout(p), system.workspace(p)
     motion = (*first_length(p.hoist, p, x, nq), solve_dynamics(p, t, x, tau, work).length)
-    pull, mode = work.tension[0], winch_mode(p.hoist, x, end)
-    factor = sheave_factor(reeving.loss, rope_direction(p.hoist, tau, mode, pull, motion, p.gravity))
-    dead_end = dead_end_of(reeving, factor, pull, motion, p.gravity)
-    _, lead, _, _ = follow_rope(reeving, factor, dead_end, motion, p.gravity)
-    rows[i, 0] = lead
-    for k in range(1, reeving.falls + 1):
-        rows[i, k] = fall_tension(reeving, factor, dead_end, motion, p.gravity, k)
-    rows[i, reeving.falls + 1] = drum_torque(reeving, lead, motion)
+    return work.tension[0], winch_mode(p.hoist, x, end), motion

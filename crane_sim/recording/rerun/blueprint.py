@@ -31,17 +31,18 @@ TRAIL_WINDOW = rrb.VisibleTimeRanges(
 """How much of a path is shown: the last seconds before the instant that is looked at."""
 
 
-def blueprint(layout: Layout) -> rrb.Blueprint:
-    """Lay out the views of a run."""
+def blueprint(layout: Layout, live: bool = False) -> rrb.Blueprint:
+    """Lay out the views of a run; the time of one that is watched live follows the run."""
     view = crane_view(layout.framing, ("payload/trail",))
-    return arrange(view, _overview(layout), _details(layout), _states(), _summary())
+    return arrange(view, _overview(layout), _details(layout), _states(), _summary(), live=live)
 
 
-def arrange(crane: rrb.View, *tabs: rrb.View | rrb.Container) -> rrb.Blueprint:
-    """Return the blueprint with the crane on the left and tabs on the right."""
+def arrange(crane: rrb.View, *tabs: rrb.View | rrb.Container, live: bool = False) -> rrb.Blueprint:
+    """Return the blueprint with the crane on the left and tabs on the right, at the start, or following the end."""
+    play_state = "following" if live else "paused"
     return rrb.Blueprint(
         rrb.Horizontal(crane, rrb.Tabs(*tabs, active_tab=0), column_shares=[5, 6]),
-        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="paused"),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state=play_state),
         collapse_panels=True,
     )
 

@@ -5,20 +5,15 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from crane_sim.recording.figure_units import UNITS
 from crane_sim.simulation.figures import leaves
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-UNITS = {
-    "sim_time": "s",
-    "wall_time": "s",
+_UNITS = UNITS | {
     "peak_swing_deg": "°",
     "residual_swing_deg": "°",
-    "settling_time": "s",
-    "min_rope_tension": "N",
-    "max_rope_tension": "N",
-    "peak_contact_force": "N",
     "final_error": "rad, m",
     "peak_effort": "N m, N",
 }
@@ -33,14 +28,14 @@ def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
 def summary_table(title: str, summary: Mapping[str, Any]) -> str:
     """Return the summary as a markdown document: plain values first, then what is given per joint or per kind."""
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
-    rows = [[_label(key), _format_number(summary[key], UNITS.get(key, ""))] for key in plain]
+    rows = [[_label(key), _format_number(summary[key], _UNITS.get(key, ""))] for key in plain]
     parts = [f"# {title}", markdown_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
         if isinstance(value, dict) and value:
             groups.setdefault(tuple(value), []).append(key)
     for entries, keys in groups.items():
-        heads = [f"{_label(key)} [{UNITS[key]}]" if key in UNITS else _label(key) for key in keys]
+        heads = [f"{_label(key)} [{_UNITS[key]}]" if key in _UNITS else _label(key) for key in keys]
         rows = [[_label(entry), *(_format_number(summary[key][entry]) for key in keys)] for entry in entries]
         parts.append(markdown_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"

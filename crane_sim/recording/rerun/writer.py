@@ -184,7 +184,10 @@ def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live: LiveServ
     sinks: list[rr.FileSink | rr.GrpcSink] = [rr.FileSink(str(part), write_footer=indexed)]
     if live is not None:
         sinks.append(live.sink(APPLICATION, layout.run_id))
-    rec.set_sinks(*sinks, default_blueprint=blueprint(layout))
+    views = blueprint(layout, live is not None)
+    rec.set_sinks(*sinks, default_blueprint=views)
+    if live is not None:
+        rec.send_blueprint(views)  # active: the viewer's page does not take the default one of a run that it joins
 
 
 def _style(channel: Channel) -> rr.SeriesLines:

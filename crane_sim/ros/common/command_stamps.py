@@ -39,7 +39,7 @@ class StampRange(NamedTuple):
     epoch: str = "simulated"  # the clock; stamps of two clocks are not compared
 
 
-def lockstep_range(policy: str, state: int, period: int) -> StampRange | None:
+def lockstep_range(policy: str, state: int, period: int, ahead: tuple[int, int] = (0, 0)) -> StampRange | None:
     """Return the stamps of answers to a state in lockstep, None where any will do.
 
     With ROS time the clock leads: it reads the time of the next state as soon as this one has been acknowledged.
@@ -48,10 +48,15 @@ def lockstep_range(policy: str, state: int, period: int) -> StampRange | None:
         policy: one of CommandStamps.
         state: its stamp, ns.
         period: from a state to the next one, ns.
+        ahead: by how much more than that the clock was ahead when the state was new, and is now, ns.
     """
     if policy == CommandStamps.ANY:
         return None
-    return StampRange(state + 1, state + period) if policy == CommandStamps.ROS else StampRange(state, state)
+    return (
+        StampRange(state + 1 + ahead[0], state + period + ahead[1])
+        if policy == CommandStamps.ROS
+        else StampRange(state, state)
+    )
 
 
 def realtime_range(policy: str, stamp: int, state: int, wall: int, timeouts: tuple[int, int]) -> StampRange | None:

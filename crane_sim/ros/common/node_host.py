@@ -19,6 +19,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
+from crane_sim.process_signals import ignore_signals
 from crane_sim.ros.common.lifecycle import MANAGED, ManagedNode
 from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
 
@@ -195,3 +196,4 @@ def main(
     finally:
         host.close()
         try_shutdown()
+        ignore_signals()

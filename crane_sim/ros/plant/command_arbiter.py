@@ -106,6 +106,11 @@ class CommandArbiter:
         return bool(self._with_sender)
 
     @property
+    def has_newcomer(self) -> bool:
+        """Whether the only publisher has not sent a valid command yet."""
+        return bool(self._sole_publisher) and not self._has_commanded
+
+    @property
     def topic_names(self) -> str:
         """The full names of the topics."""
         return " or ".join(subscription.topic_name for subscription in self._subscriptions.values())

@@ -5,7 +5,8 @@ time of state k + 1 less a lag, and the command with this time answers state k. 
 lockstep. A state that is sent again needs a later time: the message of the first one may have been lost.
 
 Before the run the clock stands one period earlier: ros2_control's loop waits for the first time that it is told, then
-for a whole period, and only then begins.
+for a whole period, and only then begins. For one that is started anew during the run the clock goes on by periods while
+the state stands, until a command comes, and is ahead by as much from then on.
 """
 
 import time
@@ -56,6 +57,9 @@ class Lockstep:
         self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended)
         self._lag = clock_lag(simulation.scene.period_ns)
         self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
+        self._ahead = self._ahead_before = (
+            0  # ns, by which the clock is ahead of its usual time; when the state was new
+        )
         by_state = settings.command_stamps == CommandStamps.STATE
         self._accepted = None if by_state else AcceptedCommands(host.node, self._wire)
         self._acknowledgements = AcknowledgementMonitor(lease)
@@ -114,7 +118,7 @@ class Lockstep:
 
     def reset(self) -> None:
         """See `StepScheduler`."""
-        self._effort = None
+        self._effort, self._ahead = None, 0
         self._restart_clock()
 
     def figures(self) -> dict[str, Any]:
@@ -127,7 +131,8 @@ class Lockstep:
         if not simulation.stamp or not simulation.running:
             return False  # the answer to the final state moves nothing
         validator = simulation.validator
-        possible = lockstep_range(self._settings.command_stamps, simulation.stamp, simulation.scene.period_ns)
+        ahead = self._ahead_before, self._ahead
+        possible = lockstep_range(self._settings.command_stamps, simulation.stamp, simulation.scene.period_ns, ahead)
         command = validator.decode(self._wire.decode, data)
         effort = command and validator.validate(command.stamp, command.names, self._wire.values(command), possible)
         if effort is None:
@@ -194,10 +199,13 @@ class Lockstep:
         self._simulation.publish_state()
         self._last_sent, self._clock_due = time.monotonic(), self._clock_leads
         self._lag = max(self._lag - 1, 0)
+        if self._simulation.waiting and self._commands.has_newcomer:
+            self._ahead += self._simulation.scene.period_ns
 
     def _restart_clock(self) -> None:
         """Begin to wait for the answer to a state that has just been published."""
         self._first_sent = self._last_sent = time.monotonic()
+        self._ahead_before = self._ahead
         self._clock_due = self._clock_leads and self._simulation.running
 
     def _announce_clock(self) -> None:
@@ -211,7 +219,8 @@ class Lockstep:
         """Publish the time of the next state, if every subscriber has acknowledged this one."""
         if self._clock_due and self._simulation.all_acknowledged(_ACKNOWLEDGEMENT):
             self._clock_due = False
-            self._simulation.advance_clock(self._simulation.stamp + self._simulation.scene.period_ns - self._lag)
+            ahead = self._simulation.scene.period_ns - self._lag + self._ahead
+            self._simulation.advance_clock(self._simulation.stamp + ahead)
 
     def _is_lease_expiry_suspended(self) -> bool:
         """Return whether the owner has nothing to answer, or may be alive and at work on its answer."""

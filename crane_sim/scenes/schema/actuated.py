@@ -31,7 +31,7 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         joints: of the support, each (name, unit of its position, unit of its effort).
 
     Raises:
-        SceneError: a joint is locked or stands on a mast that bends, or its friction or motor is given twice.
+        SceneError: a joint is locked, its motor stands on a mast that bends, or its friction or motor is given twice.
     """
     names = [name for name, _, _ in joints]
     contacts = None
@@ -44,9 +44,12 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         motors = (0.0,) * len(names)
     if contacts is None and not any(motors):
         return support
-    if isinstance(support, SwayingTower):
-        key = next(key for key in ("friction", "lugre", "actuators") if getattr(file, key))
-        raise SceneError(f"flexibility.mast: stands beside {key} of a joint's friction or motor; leave out one of both")
+    if isinstance(support, SwayingTower) and any(motors):
+        name = names[next(i for i, inertia in enumerate(motors) if inertia)]
+        raise SceneError(
+            f"flexibility.mast: stands beside actuators.{name}.motor.inertia, which would turn with the mast, too; "
+            "leave out one of both"
+        )
     motors += (0.0,) * (coordinate_count(support) - len(names))  # what bends has none
     return ActuatedSupport(support, motors if any(motors) else None, contacts)
 

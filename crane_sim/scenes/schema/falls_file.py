@@ -13,6 +13,7 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.exchange import exchange_of, windages_of
@@ -154,7 +155,9 @@ class FallsFile(LoadFile):
     def _contact(self, load: RigidLoad) -> Any:
         return contact_of(self.contact, self.events, load, self._load_q)
 
-    def falls_crane(self, support: Any, hoist: ForceHoist | RateHoist | None, limits: Any, joints: Any) -> FallsCrane:
+    def falls_crane(
+        self, support: Any, hoist: ForceHoist | RateHoist | ReevedHoist | None, limits: Any, joints: Any
+    ) -> FallsCrane:
         """Return the parameters of the crane.
 
         Args:

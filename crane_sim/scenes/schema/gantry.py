@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from crane_sim.files.types import Positive, Real
+from crane_sim.files.types import Positive, Range, Real
 from crane_sim.scenes.schema.bridge import BridgeGroups
 from crane_sim.scenes.schema.falls_file import LoadStart
 from crane_sim.scenes.schema.groups import Channel, Group
@@ -43,6 +43,8 @@ class GantryFile(BridgeGroups, HoistedFile):
     """A scene with a gantry or ship-to-shore crane: a trolley on a travelling portal, a spreader on elastic falls."""
 
     crane: Literal["gantry"]  # which form the file has
+    legs: Range | None = None  # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
+    # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore crane
     initial: Initial  # the state at t = 0
     reference: GantryReference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

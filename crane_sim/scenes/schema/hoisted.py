@@ -1,55 +1,17 @@
 """Base class of scene files of cranes with driven joints whose load hangs on elastic falls, wound up by one winch."""
 
-from typing import Any, Literal
+from typing import Any
 
-from crane_sim.files.errors import SceneError
-from crane_sim.files.types import LengthRange, Positive
 from crane_sim.models.falls.crane import FallsCrane
-from crane_sim.models.supports.hoist import ForceHoist, RateHoist
 from crane_sim.scenes.schema.backlash import drive_names, drive_units, shaft_frequency
 from crane_sim.scenes.schema.falls_file import PLACE, FallsFile, LoadStart
+from crane_sim.scenes.schema.falls_winch import Hoist, Ropes
 from crane_sim.scenes.schema.flexibility import structure_frequency
-from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.scenes.schema.supported import SupportedFile
 from crane_sim.trajectories.inputs import Constant, Inputs
-
-
-class Hoist(Group):
-    """The winch, which drives the length of all falls."""
-
-    drive: Literal["force", "rate"] = "rate"  # what its input is: an effort on the falls' common length [N], positive
-    # pays out; or the length's acceleration [m/s²]
-    mass: Positive | None = None  # kg, of a `force` drive: inertia of drum and motor over the square of the drum's
-    # radius, times the square of rope paid out per length of the falls
-    time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
-    # lag; left out: the input is an acceleration
-    limits: LengthRange | None = None  # m, of the falls' unstretched length; a run ends where one is reached
-
-    @property
-    def effort_unit(self) -> str:
-        """Unit of the winch's command."""
-        if self.drive == "force":
-            return "N"
-        return "m/s²" if self.time_constant is None else "m/s"
-
-    def model(self) -> ForceHoist | RateHoist:
-        """Return the winch.
-
-        Raises:
-            SceneError: a key belongs to the other drive, or is missing.
-        """
-        if self.drive == "rate":
-            if self.mass is not None:
-                raise SceneError("hoist.mass: only a force drive has one, this drive is 'rate'")
-            return RateHoist(self.time_constant)
-        if self.time_constant is not None:
-            raise SceneError("hoist.time_constant: only a rate drive has one, this drive is 'force'")
-        if self.mass is None:
-            raise SceneError("hoist.mass: is missing; a force drive needs it")
-        return ForceHoist(self.mass)
 
 
 class HoistedFile(SupportedFile, FallsFile):
@@ -125,10 +87,11 @@ class HoistedFile(SupportedFile, FallsFile):
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
-        rates = [shaft_frequency(self.backlash), self._friction_rate()]
+        winch, rubs = self.hoist.inertia(self._ropes, self._length)
+        rates = [shaft_frequency(self.backlash), self._friction_rate(), rubs]
         if self._bending:
             rates.append(structure_frequency(self.support(), self._place(self._start.q)))
-        return self._requirements(self.hoist.mass, max(rates))
+        return self._requirements(winch, max(rates))
 
     def model(self) -> FallsCrane:
         """Return the parameters of the crane.
@@ -137,7 +100,12 @@ class HoistedFile(SupportedFile, FallsFile):
             SceneError: groups contradict each other.
         """
         names = tuple(name for name, _, _ in self.support_joints)
-        return self.falls_crane(self._driven_support(), self.hoist.model(), self.hoist.limits, names)
+        hoist = self.hoist.model(self._ropes, self._length)
+        return self.falls_crane(self._driven_support(), hoist, self.hoist.range, names)
+
+    @property
+    def _ropes(self) -> Ropes:
+        return Ropes(len(self.falls.top), self.falls.parts)
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
         """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""

@@ -1,7 +1,7 @@
 """The form of a scene file with an overhead crane."""
 
 from math import cos
-from typing import Any
+from typing import Any, ClassVar
 
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.integrator import MethodRequirements
@@ -17,6 +17,8 @@ from crane_sim.trajectories.trajectory import Trajectory
 
 class OverheadFile(OverheadCrane):
     """A scene with an overhead crane: a trolley, on a bridge in 3 dimensions, and a cable of one or many links."""
+
+    takes_columns: ClassVar[bool] = True
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from crane_sim.files.types import NonNegative, Positive, Real, Tilt
+from crane_sim.files.types import NonNegative, Positive, Real, Tilt, as_list
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
@@ -12,10 +12,6 @@ from crane_sim.scenes.schema.groups import Channel, Group, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant
-
-
-def _as_list(value: Any) -> Any:
-    return value if isinstance(value, list | tuple) else (value,)
 
 
 def _check_size(value: float) -> float:
@@ -35,7 +31,7 @@ Size = Annotated[Positive, AfterValidator(_check_size)]
 SizeOrZero = Annotated[NonNegative, AfterValidator(_check_size)]
 BoundedReal = Annotated[Real, AfterValidator(_check_bound)]
 MAX_LINKS = 500
-_Some = (BeforeValidator(_as_list), Field(min_length=1, max_length=MAX_LINKS))
+_Some = (BeforeValidator(as_list), Field(min_length=1, max_length=MAX_LINKS))
 Lengths = Annotated[tuple[Size, ...], *_Some]
 Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
 Vector = tuple[BoundedReal, BoundedReal, BoundedReal]
@@ -111,7 +107,7 @@ class Start(Group):
     vy: BoundedReal = 0.0  # m/s, of the bridge
     length: Size | None = None  # m, of a force-driven hoist; left out: its link's
     length_rate: BoundedReal = 0.0  # m/s, of a force-driven hoist
-    angles: Annotated[tuple[Tilt, ...], BeforeValidator(_as_list)] | None = None  # rad, of the links from the downward
+    angles: Annotated[tuple[Tilt, ...], BeforeValidator(as_list)] | None = None  # rad, of the links from the downward
     # vertical (2D); left out: they hang
     rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
     directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out: they hang

@@ -1,4 +1,4 @@
-"""The group `rope.reeving` of a scene file: a rope over sheaves and a drum."""
+"""The group `reeving` of a scene file, in `rope` or `hoist`: a rope over sheaves and a drum."""
 
 from math import exp, inf, pi
 from typing import Annotated, Any, NamedTuple
@@ -84,15 +84,17 @@ class DrumGroup(Group):
     layers: LayerCount = 1  # -, that the drum can take
     layer_height: Positive | None = None  # m, from one layer to the next: 0.87 to 1 times the rope's diameter
 
-    def check(self, length: float | None) -> None:
-        """Raise SceneError for keys that are missing, or have no effect."""
+    def check(self, length: float | None, group: str) -> None:
+        """Raise SceneError for keys that are missing, or have no effect; arguments of `ReevingGroup.check`."""
         if self.layers == 1:
             if self.layer_height is not None:
-                raise SceneError("rope.reeving.drum.layer_height: belongs to a drum with more than one of its `layers`")
+                raise SceneError(
+                    f"{group}.reeving.drum.layer_height: belongs to a drum with more than one of its `layers`"
+                )
             return
         given = {"drum.turns": self.turns, "drum.layer_height": self.layer_height, "length": length}
         for key in (key for key, value in given.items() if value is None):
-            raise SceneError(f"rope.reeving.{key}: is missing; a drum with {self.layers} layers needs it")
+            raise SceneError(f"{group}.reeving.{key}: is missing; a drum with {self.layers} layers needs it")
 
     def capacities(self) -> Any:
         """Return the rope [m] that each layer holds (layers,), infinite where `turns` is left out."""
@@ -122,9 +124,8 @@ class ReevingGroup(Group):
         """Longest falls [m] that the rope suffices for."""
         return inf if self.length is None else self.length / self.falls
 
-    @property
-    def loss(self) -> SheaveLoss | None:
-        """What the rope loses on a sheave, None for nothing.
+    def loss(self, group: str) -> SheaveLoss | None:
+        """Return what the rope loses on a sheave, None for nothing; `group`: of the scene that has the reeving.
 
         Raises:
             SceneError: a sheave cannot turn.
@@ -134,38 +135,59 @@ class ReevingGroup(Group):
         ratio = self.sheaves.loss.ratio(self.sheaves.radius)
         if not ratio <= MAX_RATIO:
             raise SceneError(
-                f"rope.reeving.sheaves.loss: one sheave holds {ratio:.3g} times what pulls it; at most {MAX_RATIO:g}"
+                f"{group}.reeving.sheaves.loss: one sheave holds {ratio:.3g} times what pulls it; at most {MAX_RATIO:g}"
             )
         return SheaveLoss(ratio) if ratio > 1.0 else None
 
-    def check(self, shortest: float, longest: float) -> None:
-        """Raise SceneError unless rope and drum suffice for falls between these lengths [m]."""
+    def least_mass(self, ropes: int) -> float:
+        """Return the mass [kg] that sheaves and drum add to the length, on the drum's last layer; without the rope."""
+        n, mass = self.falls, 0.0
+        if self.drum is not None:
+            radius = self.drum.radius + (self.drum.layer_height or 0.0) * (self.drum.layers - 1)
+            mass += self.drum.inertia * (n / radius) ** 2
+        if self.sheaves is not None:
+            speeds = sum(k * k for k in range(1, n)) + self.lead_sheaves * n * n  # squares, over that of the length
+            mass += ropes * self.sheaves.inertia / self.sheaves.radius**2 * speeds
+        return mass
+
+    def check(self, shortest: float, longest: float, group: str) -> None:
+        """Raise SceneError unless rope and drum suffice for falls between these lengths [m].
+
+        Args:
+            shortest, longest: of the falls [m].
+            group: of the scene that has the reeving.
+        """
         drum, sheaves, length = self.drum, self.sheaves, self.length
         if sheaves is not None and sheaves.inertia > 0.0 and isinstance(sheaves.loss, RopeSlip):
             raise SceneError(
-                f"rope.reeving.sheaves.inertia = {sheaves.inertia:g}: sheaves with the loss 'capstan' stand still; "
+                f"{group}.reeving.sheaves.inertia = {sheaves.inertia:g}: sheaves with the loss 'capstan' stand still; "
                 "must be 0"
             )
         if drum is not None:
-            drum.check(length)
+            drum.check(length, group)
         if length is None:
             if self.mass_per_length is not None:
-                raise SceneError("rope.reeving.length: is missing; a rope with a mass_per_length needs it")
+                raise SceneError(f"{group}.reeving.length: is missing; a rope with a mass_per_length needs it")
             return
         if self.falls * longest > length:
             raise SceneError(
-                f"rope.reeving.length = {length:g}: too short, {self.falls} falls of {longest:g} m take "
+                f"{group}.reeving.length = {length:g}: too short, {self.falls} falls of {longest:g} m take "
                 f"{self.falls * longest:g} m"
             )
         held = inf if drum is None else float(sum(drum.capacities()))
         if length - self.falls * shortest > held:
             raise SceneError(
-                f"rope.reeving.drum: its layers hold {held:g} m of rope, and falls of {shortest:g} m leave "
+                f"{group}.reeving.drum: its layers hold {held:g} m of rope, and falls of {shortest:g} m leave "
                 f"{length - self.falls * shortest:g} m to it"
             )
 
-    def model(self, motor: float) -> Reeving:
-        """Return the reeving; motor: mass [kg] that the winch's motor adds to the length.
+    def model(self, motor: float, group: str, ropes: int = 1) -> Reeving:
+        """Return the reeving.
+
+        Args:
+            motor: mass [kg] that the winch's motor adds to the length.
+            group: of the scene that has the reeving.
+            ropes: that run alike over sheaves of their own.
 
         Raises:
             SceneError: a sheave cannot turn, or a motor has no drum of one radius.
@@ -178,5 +200,6 @@ class ReevingGroup(Group):
         drum, sheaves = None, self.sheaves
         if self.drum is not None:
             drum = self.drum.model(motor * (self.drum.radius / self.falls) ** 2)
-        mass = 0.0 if sheaves is None else sheaves.inertia / sheaves.radius**2
-        return Reeving(self.falls, self.lead_sheaves, mass, self.loss, drum, self.mass_per_length, self.length or inf)
+        mass = 0.0 if sheaves is None else ropes * sheaves.inertia / sheaves.radius**2
+        loss, length = self.loss(group), self.length or inf
+        return Reeving(self.falls, self.lead_sheaves, mass, loss, drum, self.mass_per_length, length)

@@ -1,7 +1,7 @@
 """Base class of scene files: groups of any crane, and the interface between forms and `scenes/scene.py`."""
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from crane_sim.files.types import Name, Positive, Seed
 from crane_sim.integrators.dop853 import DOP853
@@ -25,6 +25,9 @@ class SceneFile(HardwareGroups, ABC):
     A form also has `crane: Literal["NAME"]`, its name in `scenes.forms.FORMS`. Joints, and the
     actuated ones among them, are in the order of `joint_names`; nq is their number, nu that of the actuated ones.
     """
+
+    takes_columns: ClassVar[bool] = False
+    """Whether the form's code takes a `Column` for any of its numbers, or raises TypeError."""
 
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue

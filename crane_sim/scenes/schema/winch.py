@@ -97,7 +97,7 @@ class ReevedRope(Winch):
         if self.slack != "stop":
             raise SceneError(f"rope.slack = {self.slack!r}: falls of a reeving cannot push; take 'stop'")
         low, high = self.limits or (MIN_LENGTH, start)
-        reeving.check(low, high)
+        reeving.check(low, high, "rope")
 
     def check_surroundings(self, file: Any) -> None:
         """Raise SceneError for motors, base motions and exchanges of the load that do not fit drive and rope."""
@@ -126,7 +126,7 @@ class ReevedRope(Winch):
         """
         friction = checked("rope.friction", self.friction)
         motor = reflected_inertia(file, "rope") if self.takes_motor else 0.0
-        reeving = self.reeving.model(motor) if self.reeving is not None else None
+        reeving = self.reeving.model(motor, "rope") if self.reeving is not None else None
         if self.drive == "rate":
             return RateHoist(self.time_constant, reeving)
         if self.drive == "locked" or (reeving is None and friction is None):

@@ -1,0 +1,98 @@
+"""The winch of falls whose rope runs over sheaves: its stick and slip, and the tensions of lead line and parts.
+
+What a fall pulls and its strain are the pull of all parts of its rope; the falls together have `falls` times the
+number of ropes parts. Lead lines of several ropes are one here, of their sum.
+"""
+
+from crane_sim import system
+from crane_sim.models.falls.crane import (
+    FallsCrane,
+    common_length,
+    falls_layout,
+    kinematics_of,
+    solve_dynamics,
+    sum_falls,
+    winch_index,
+)
+from crane_sim.models.guards import friction_event
+from crane_sim.models.stops import WINCH
+from crane_sim.models.supports import coordinate_count
+from crane_sim.models.supports.actuated_support import mode_after_guard, place_of_contact
+from crane_sim.models.supports.hoist import hoist_modes
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, mode_of_stopped_winch, winch_guard, winch_mode
+from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
+from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
+
+
+@lean_generic
+def falls_winch_guard(hoist, best, p, t, x, u):
+    """Return ((the smallest guard, its number), evaluations), the winch's stick and slip counted in; best: others'."""
+    return best, 0
+
+
+@falls_winch_guard.register(ReevedHoist)
+def _(hoist, best, p, t, x, u):
+    return reeved_guard(hoist, best, p, t, x, u)
+
+
+@lean_routine
+def reeved_guard(hoist, best, p, t, x, u):
+    """Return the result of `falls_winch_guard` for a rope over sheaves."""
+    if hoist_modes(hoist) == 0:
+        return best, 0
+    pose, turn, tip, load, motion = kinematics_of(p, x)
+    paid = sum_falls(p, x, pose, turn, tip, load).paid
+    mode = winch_mode(hoist, x, winch_index(p))
+    return winch_guard(hoist, best, system.effort(u, p, t, x), mode, (*motion, p.gravity), paid), 0
+
+
+@generic
+def after_friction_guard(hoist, p, t, x, tau, joint):
+    """Return (state, number of the event) after the guard of the friction of a joint or of the winch has failed."""
+    return after_joint_guard(p, t, x, tau, joint)
+
+
+@after_friction_guard.register(ReevedHoist)
+def _(hoist, p, t, x, tau, joint):
+    return after_winch_guard(p, t, x, tau) if joint == WINCH else after_joint_guard(p, t, x, tau, joint)
+
+
+@routine
+def after_winch_guard(p, t, x, tau):
+    """Return (state, number of the event) after the guard of the winch's friction has failed."""
+    (nq, _, _), k = falls_layout(p), winch_index(p)
+    x, rate, failed = x.copy(), nq + coordinate_count(p.support), x[k]
+    x[rate], x[k] = (0.0 if failed != 0.0 else x[rate]), 0.0
+    pull = solve_dynamics(p, t, x, tau).pull.paid
+    length, _ = common_length(p.hoist, p, x, nq)
+    x[k] = mode_of_stopped_winch(p.hoist, failed, tau, pull, length, p.gravity)
+    return x, friction_event(WINCH, x[k])
+
+
+@routine
+def after_joint_guard(p, t, x, tau, joint):
+    """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
+    nq, _, _ = falls_layout(p)
+    x, k = x.copy(), len(x) - place_of_contact(p.support, joint)
+    failed = x[k]
+    x[nq + joint], x[k] = (0.0 if failed != 0.0 else x[nq + joint]), 0.0
+    solved = solve_dynamics(p, t, x, tau)
+    x[k] = mode_after_guard(p.support, joint, failed, (solved.pose, solved.tau), p.gravity, solved.tip_force)
+    return x, friction_event(joint, x[k])
+
+
+@system.fall_count.register(FallsCrane)
+def _(p):
+    return hoist_falls(p.hoist)
+
+
+@system.fall_tensions.register(FallsCrane)
+def _(p, t, x, u, rows, i):
+    write_hoist_falls(p.hoist, p, t, x, u, rows, i)
+
+
+@pull_on_winch.register(FallsCrane)
+def _(p, t, x, tau):
+    (nq, _, _), solved = falls_layout(p), solve_dynamics(p, t, x, tau)
+    motion = (*common_length(p.hoist, p, x, nq), solved.length)
+    return solved.pull.paid, winch_mode(p.hoist, x, winch_index(p)), motion

@@ -1,0 +1,141 @@
+"""A number of many cranes in place of a float: Python code that makes one crane makes all of them.
+
+Arithmetic is that of floats, entry by entry and in the same order, so every crane has the bits that it has alone. A
+comparison has one answer, that of the first crane; cranes that would have answered otherwise are marked, and are to be
+made one by one. What takes no columns, such as `float`, raises TypeError.
+"""
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+
+class Column:
+    """A number, or an array of numbers, of each of n cranes."""
+
+    __slots__ = ("alike", "values")
+    __hash__: Any = None
+
+    def __init__(self, values: Array, alike: npt.NDArray[np.bool_]) -> None:
+        """Take the values (n, ...), and the marks (n,) that all columns of these cranes share: which are alike."""
+        self.values, self.alike = values, alike
+
+    def _with(self, values: Array) -> "Column":
+        return Column(values, self.alike)
+
+    def _combine(self, function: Callable[..., Array], *numbers: Any) -> Any:
+        parts = [number.values if isinstance(number, Column) else number for number in numbers]
+        if not all(isinstance(part, np.ndarray | float | int) for part in parts):
+            return NotImplemented
+        with np.errstate(all="ignore"):
+            return self._with(function(*parts))
+
+    def _answer(self, function: Callable[..., Array], other: Any) -> bool:
+        """Return the answer of the first crane that is alike, and mark those that answer otherwise."""
+        other = other.values if isinstance(other, Column) else other
+        answers = np.broadcast_to(function(self.values, other), self.alike.shape)
+        answer = bool(answers[np.argmax(self.alike)])
+        self.alike &= answers == answer
+        return answer
+
+    def __add__(self, other: Any) -> Any:
+        return self._combine(operator.add, self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return self._combine(operator.add, other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._combine(operator.sub, self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._combine(operator.sub, other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self._combine(operator.mul, self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self._combine(operator.mul, other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        """Return the quotient; where floats would raise ZeroDivisionError, cranes are marked."""
+        divisor = other.values if isinstance(other, Column) else other
+        self.alike &= divisor != 0.0
+        return self._combine(operator.truediv, self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        self.alike &= self.values != 0.0
+        return self._combine(operator.truediv, other, self)
+
+    def __neg__(self) -> "Column":
+        return self._with(-self.values)
+
+    def __abs__(self) -> "Column":
+        return self._with(np.abs(self.values))
+
+    def sqrt(self) -> "Column":
+        """Return the square roots: what `numpy.sqrt` calls."""
+        self.alike &= self.values >= 0.0
+        with np.errstate(all="ignore"):
+            return self._with(np.sqrt(self.values))
+
+    def __bool__(self) -> bool:
+        return self._answer(operator.ne, 0.0)
+
+    def __eq__(self, other: object) -> Any:
+        return self._answer(operator.eq, other)
+
+    def __ne__(self, other: object) -> Any:
+        return self._answer(operator.ne, other)
+
+    def __lt__(self, other: Any) -> bool:
+        return self._answer(operator.lt, other)
+
+    def __le__(self, other: Any) -> bool:
+        return self._answer(operator.le, other)
+
+    def __gt__(self, other: Any) -> bool:
+        return self._answer(operator.gt, other)
+
+    def __ge__(self, other: Any) -> bool:
+        return self._answer(operator.ge, other)
+
+
+def as_float(number: Any) -> Any:
+    """Return a number as a float, a column as it is."""
+    return number if isinstance(number, Column) else float(number)
+
+
+def arrays_of(tree: Any, n: int) -> Any:
+    """Return a tree of NamedTuples with an array (n, ...) in place of each number, column and array."""
+    if tree is None:
+        return None
+    if isinstance(tree, Column):
+        return np.ascontiguousarray(tree.values)
+    if isinstance(tree, tuple):
+        return _rebuilt(tree, [arrays_of(part, n) for part in tree])
+    if isinstance(tree, np.ndarray) and tree.dtype == object:
+        entries = [arrays_of(entry, n) for entry in tree.flat]
+        return np.stack(entries, axis=1).reshape(n, *tree.shape).astype(np.float64)
+    array = np.asanyarray(tree)
+    return np.repeat(array[None], n, axis=0).view(type(array))
+
+
+def entry_of(tree: Any, i: int) -> Any:
+    """Return a tree with what crane i has in place of each column; all else is as it is."""
+    if isinstance(tree, Column):
+        entry = tree.values[i]
+        return entry.item() if entry.ndim == 0 else entry
+    if isinstance(tree, tuple):
+        return _rebuilt(tree, [entry_of(part, i) for part in tree])
+    if isinstance(tree, np.ndarray) and tree.dtype == object:
+        return np.array([entry_of(entry, i) for entry in tree.flat], np.float64).reshape(tree.shape)
+    return tree
+
+
+def _rebuilt(like: Any, parts: list[Any]) -> Any:
+    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)

@@ -1,0 +1,228 @@
+"""A winch whose ropes run over sheaves to elastic falls: what it turns, what it loses, and slack falls."""
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim import SceneError, load_scene, system
+from crane_sim.models.falls.crane import Falls, FallsCrane
+from crane_sim.models.loads import RigidLoad
+from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.supports.reeving import Drum, Reeving, SheaveLoss
+
+pytestmark = pytest.mark.interpreted
+
+G, MASS, STIFFNESS = 9.81, 8000.0, 2e6
+ENDS = [[x, y, 0.0] for x in (0.5, -0.5) for y in (0.4, -0.4)]
+LOSSY = Reeving(4, 1, 12.0, SheaveLoss(1.03), Drum(0.4, 35.0))
+SHEAVES = {"radius": 0.2, "inertia": 0.4, "loss": {"kind": "efficiency", "efficiency": 0.98}}
+REEVED: dict[str, Any] = {"falls": 4, "sheaves": SHEAVES, "drum": {"radius": 0.25, "inertia": 30.0}}
+SCENE: dict[str, Any] = {
+    "crane": "gantry",
+    "duration": 1.0,
+    "trolley": {"mass": 1200.0},
+    "bridge": {"mass": 1e4},
+    "hoist": {"drive": "force", "reeving": REEVED},
+    "falls": {"top": ENDS, "bottom": ENDS, "axial_stiffness": STIFFNESS, "parts": 4},
+    "payload": {"mass": MASS, "inertia": [4e3, 4e3, 6e3], "attachment": [0.0, 0.0, 1.0]},
+    "initial": {"length": 4.0},
+    "integrator": {"method": "dop853", "rtol": 1e-12, "atol": 1e-13},
+}
+WEIGHT = MASS * G
+
+
+def table(*points: tuple[float, float]) -> dict[str, Any]:
+    """Return an input of a scene, (time [s], value) by corners."""
+    return {"kind": "table", "times": [t for t, _ in points], "values": [value for _, value in points]}
+
+
+def crane(hoist: Any) -> FallsCrane:
+    """Return a gantry whose load hangs on four falls that are not parallel, under this hoist."""
+    inertia = ((4e3, 0.0, 0.0), (0.0, 4e3, 0.0), (0.0, 0.0, 6e3))
+    inverse = tuple(tuple(1.0 / v if v else 0.0 for v in row) for row in inertia)
+    top = np.array(ENDS)
+    falls = Falls(top, 0.8 * top + [0.0, 0.0, 1.0], 4.0, np.zeros(4), np.full(4, 8e6), np.full(4, 0.02))
+    return FallsCrane(
+        Bridge(DrivenAxis(100.0), DrivenAxis(200.0)), falls, RigidLoad(MASS, inertia, inverse, (0.0, 0.0, 1.0)), hoist
+    )
+
+
+def state(p: FallsCrane, rate: float, depth: float = 5.02) -> Any:
+    """Return a state in which the load swings and turns, its centre this deep [m], the falls lengthening at a rate."""
+    q = [0.1, 0.2, 4.0, 0.15, 0.22, -depth, 1.0, 0.0, 0.0, 0.0]
+    return system.state(p, 0.0, q, [0.1, 0.2, rate, 0.05, -0.1, -0.2, 0.0, 0.01, 0.02, 0.03])
+
+
+def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
+    """Return joint accelerations, tensions of the falls and power of `crane` under this hoist."""
+    p = crane(hoist)
+    x, tensions = state(p, rate), np.empty((1, 4))
+    system.tensions(p, 0.0, x, u, tensions, 0, 0)
+    return np.array([*system.acceleration(p, 0.0, x, u), *tensions[0], system.power(p, 0.0, x, u)])
+
+
+def test_inertia_of_sheaves_and_drum_is_a_reflected_mass() -> None:
+    """Without loss, the crane is the one whose winch has the mass of all sheaves and the drum."""
+    mass = 12.0 * (1 + 4 + 9 + 16) + 35.0 * (4 / 0.4) ** 2
+    u = (10.0, -20.0, -7e4)
+    reeved = answers(ReevedHoist(LOSSY._replace(loss=None)), 0.3, u)
+    np.testing.assert_allclose(reeved, answers(ForceHoist(mass), 0.3, u), rtol=1e-12)  # rounding
+
+
+def test_a_reeving_without_strength_is_none() -> None:
+    """A winch by rate moves as without its reeving, and one of a mass as with a friction of zero: bit for bit."""
+    rates = [answers(RateHoist(0.4, reeving), 0.3, (10.0, -20.0, 0.1)) for reeving in (None, LOSSY)]
+    assert rates[0].tobytes() == rates[1].tobytes()
+    plain = SCENE | {"hoist": {"drive": "force", "mass": 5e3}, "inputs": {"hoist": table((0, -WEIGHT), (1, -9e4))}}
+    none = {"hoist.friction": {"coulomb": 0.0, "static": 0.0}}
+    hashes = {crane_sim.simulate(plain, overrides=o).summary["state_sha256"] for o in (None, none)}
+    assert len(hashes) == 1
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
+    """Acceleration, tensions and torque solve moment balances of all sheaves and the drum under what the falls pull."""
+    n, share, force, rate = 4, 0.03 / 2.03, -7e4, 0.3 * direction
+    p, u = crane(ReevedHoist(LOSSY)), (10.0, -20.0, force)
+    x, tensions, rows = state(p, rate), np.empty((1, 4)), np.empty((1, 6))
+    system.tensions(p, 0.0, x, u, tensions, 0, 0)
+    pull = float(np.sum(tensions + (spring := springs(p, x)) ** 2 / (2.0 * 8e6)))
+    assert np.all(spring > 0.0)
+    speeds, size = [n, *range(n - 1, 0, -1)], n + 2
+    a, b = np.zeros((size, size)), np.zeros(size)  # unknown: tensions from the drum on, acceleration
+    for i, speed in enumerate(speeds):
+        a[i, i], a[i, i + 1], a[i, -1] = -1 - direction * share, 1 - direction * share, -12.0 * speed
+    a[-2, 0], a[-2, -1], b[-2] = 1.0, -35.0 / 0.4**2 * n, -force / n
+    a[-1, 1:-1], b[-1] = 1.0, pull
+    solved = np.linalg.solve(a, b)
+    assert system.acceleration(p, 0.0, x, u)[2] == pytest.approx(solved[-1], rel=1e-9)
+    system.fall_tensions(p, 0.0, x, u, rows, 0)
+    assert rows[0, :5] == pytest.approx(solved[:-1], rel=1e-9)
+    assert rows[0, 5] == pytest.approx(force / n * 0.4, rel=1e-9)
+
+
+def springs(p: FallsCrane, x: Any) -> np.ndarray:
+    """Return EA e / L [N] of each fall, from its end points."""
+    top, bottom = p.falls.top + [x[0], x[1], 0.0], p.falls.bottom + [x[3], x[4], x[5]]
+    return 8e6 / x[2] * (np.linalg.norm(top - bottom, axis=1) - x[2])
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> None:
+    """Energy changes at the rate of the power, with losses of sheaves, winch and falls counted in."""
+    hoist = ReevedHoist(LOSSY, Friction(80.0, 120.0, 30.0, 0.2))
+    p, u, h = crane(hoist), (10.0, -20.0, -7e4), 1e-5
+    x = state(p, 0.3 * direction)
+    derivative = system.rhs(p, 0.0, x, u)
+    ends = [x + s * h * derivative for s in (-2.0, -1.0, 1.0, 2.0)]
+    low, before, after, high = (system.kinetic(p, y) + system.potential(p, y) for y in ends)
+    change = (8.0 * (after - before) - (high - low)) / (12.0 * h)
+    assert change == pytest.approx(system.power(p, 0.0, x, u), rel=1e-7)  # rounding of energies of 4e5 J over h
+
+
+def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
+    """Hauling in begins where the drive exceeds what sheaves and winch hold; until then nothing moves."""
+    high, static, rise = 0.98 * (1 - 0.98**4) / (4 * 0.02), 900.0, 1e4
+    hoist = SCENE["hoist"] | {"friction": {"coulomb": 500.0, "static": static}}
+    run = crane_sim.simulate(SCENE | {"hoist": hoist, "inputs": {"hoist": table((0, -WEIGHT), (1, -WEIGHT - rise))}})
+    (instant, what), *_ = run.events
+    pull = 4 * (tension := WEIGHT / 4) + 4 * tension**2 / (2 * 4 * STIFFNESS)  # with the strain that goes with the rope
+    assert what == "the winch slips backwards"
+    assert WEIGHT + rise * instant == pytest.approx(pull / high + static, rel=1e-9)
+    assert np.all(run.q[run.t < instant, 2] == 4.0)
+
+
+def test_a_slack_rope_leaves_winch_and_load_to_themselves() -> None:
+    """While the falls are slack the load falls freely and the drum turns by its drive alone, until they are taut."""
+    slack, force = 0.3, 2e4
+    inertia = 0.4 / 0.2**2 * (1 + 4 + 9 + 16) * 4 + 30.0 * (4 / 0.25) ** 2  # of four ropes' sheaves and one drum
+    sheaves = {"radius": 0.2, "inertia": 0.4}
+    changes = {
+        "hoist": {"drive": "force", "reeving": REEVED | {"sheaves": sheaves}},
+        "initial": {"length": 4.0, "position": [0.0, 0.0, -5.0 + slack], "orientation": [1, 0, 0, 0]},
+        "inputs": {"hoist": {"kind": "constant", "value": force}},
+        "duration": 0.3,
+    }
+    run = crane_sim.simulate(SCENE | changes)
+    instants = [t for t, what in run.events if what.endswith("pulls")]
+    taut = sqrt(2.0 * slack / (G - force / inertia))
+    assert instants == pytest.approx([taut] * 4, rel=1e-9)
+    before = run.t < taut
+    fallen = -5.0 + slack - 0.5 * G * run.t[before] ** 2
+    assert run.q[before, 5] == pytest.approx(fallen, abs=1e-11)  # the method's tolerance over the fall
+    assert run.q[before, 2] == pytest.approx(4.0 + 0.5 * force / inertia * run.t[before] ** 2, abs=1e-11)
+    assert np.all(run.tensions[before] == 0.0) and run.tensions.min() >= 0.0
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+def test_a_load_is_set_down_and_picked_up_by_the_torque_of_a_drum() -> None:
+    """Falls slack on the ground and pull again, the winch sticks and slips, and no energy appears from nowhere."""
+    corners = [[x, y, -2.0] for x in (0.6, -0.6) for y in (0.5, -0.5)]
+    down, up = (-0.25 * share * WEIGHT / 4 for share in (0.25, 1.3))  # N m, on the drum
+    changes = {
+        "duration": 4.0,
+        "falls": SCENE["falls"] | {"relaxation": 0.02},
+        "hoist": {
+            "drive": "torque",
+            "reeving": REEVED,
+            "friction": {"coulomb": 2e3, "static": 3e3, "viscous": 2e5, "stribeck": 0.01},
+        },
+        "contact": {"points": corners, "height": -6.2, "friction": 0.3},
+        "inputs": {"hoist": table((0, down), (1.5, down), (1.7, 500.0), (2.0, up), (4.0, up))},
+        "integrator": {"method": "dop853", "rtol": 1e-10, "atol": 1e-12},
+    }
+    run = crane_sim.simulate(SCENE | changes)
+    what = [text for _, text in run.events]
+    assert "the winch slips forwards" in what and "the winch slips backwards" in what
+    assert any(text.endswith("touches the surface") for text in what) and "fall 1 went slack" in what
+    assert what.index("fall 1 went slack") < len(what) - 1 - what[::-1].index("fall 1 pulls")
+    assert run.tensions.min() >= 0.0 and run.q[-1, 5] > -5.2  # lifted off again
+    assert run.summary["energy_audit_max"] < 1e-9
+
+
+def test_lqr_believes_in_sheaves_without_loss() -> None:
+    """The law is designed for the crane without dry friction, whose load it holds by the lead line's share."""
+    changes = {"reference": {"q": [0.5, 0.0, 3.8]}, "control": {"law": "lqr", "period": 0.05}}
+    offset = {"payload.attachment": [0.05, 0.02, 1.0]}  # else no effort would turn the load
+    hoist = SCENE["hoist"] | {"friction": {"coulomb": 500, "static": 900}}
+    scene = load_scene(SCENE | {"hoist": hoist} | changes, offset)
+    law: Any = scene.law
+    p, tensions = scene.model, np.empty((1, 4))
+    x = system.state(p, 0.0, law.target, np.zeros_like(law.target))
+    system.tensions(p, 0.0, x, (0.0, 0.0, 0.0), tensions, 0, 0)
+    pull = float(np.sum(tensions + tensions**2 / (2 * 4 * STIFFNESS)))
+    assert law.rows.tail.tail.effort == pytest.approx(-pull, rel=1e-9)
+    assert abs(law.poles).max() < 1.0
+
+
+BAD = [
+    ({"hoist.reeving.falls": 2}, "hoist.reeving.falls = 2: each fall has falls.parts = 4 parts of rope; make them"),
+    ({"hoist.mass": 3.0}, "hoist.mass: is what hoist.reeving says of sheaves and drum; leave out one of the two"),
+    ({"hoist.reeving": None}, "hoist.mass: is missing; a force drive needs it, or a hoist.reeving with a drum"),
+    ({"hoist.drive": "torque", "hoist.reeving.drum": None}, "hoist.drive = 'torque': is that of a drum; give hoist."),
+    (
+        {"hoist.drive": "rate", "hoist.friction": {"coulomb": 1, "static": 1}},
+        "hoist.friction: belongs to a winch driven",
+    ),
+    ({"hoist.reeving.mass_per_length": 1.0}, "hoist.reeving.mass_per_length: the rope of elastic falls weighs nothing"),
+    ({"hoist.reeving.length": 12.0}, "hoist.reeving.length = 12: too short, 4 falls of 4 m take 16 m"),
+    (
+        {"hoist.reeving.drum": None, "hoist.reeving.sheaves.inertia": 0.0},
+        "hoist.reeving.drum.inertia: is missing; elastic falls would turn a winch driven by 'force' without inertia",
+    ),
+    ({"hoist.friction": {"coulomb": 2, "static": 1}}, "hoist.friction.static = 1.0: must be at least coulomb = 2.0"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), BAD, ids=lambda case: str(case)[:60])
+def test_a_bad_winch_is_a_single_line_error(changes: Any, message: str) -> None:
+    """What contradicts itself or cannot be is refused in one line with its keys and values."""
+    with pytest.raises(SceneError) as error:
+        load_scene(SCENE, changes)
+    assert message in str(error.value) and "\n" not in str(error.value)

@@ -1,0 +1,60 @@
+"""Numbers of many cranes in place of one: the bits of floats, and marks where cranes answer otherwise."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crane_sim.numerics.column import Column, arrays_of, as_float, entry_of
+
+A, B = np.array([0.1, 0.7, -3.3]), np.array([0.3, 0.0, 1e-9])
+
+
+def columns() -> tuple[Column, Column]:
+    """Return two numbers of three cranes."""
+    alike = np.ones(3, bool)
+    return Column(A, alike), Column(B, alike)
+
+
+def test_arithmetic_is_that_of_floats() -> None:
+    """Sums, products and differences of columns, floats and arrays of them have the bits of each crane's floats."""
+    a, b = columns()
+    found = (2.0 - a) * b + np.cumsum(np.array([a, b]))[1] / 3.0 - abs(-b) + 1
+    expected = [(2.0 - x) * y + (x + y) / 3.0 - abs(-y) + 1 for x, y in zip(A.tolist(), B.tolist(), strict=True)]
+    assert found.values.tolist() == expected
+    assert a.alike.all()
+
+
+def test_a_comparison_answers_for_the_first_crane_and_marks_the_others() -> None:
+    """Cranes that answer otherwise are marked, and never decide; a division by zero marks, as floats would raise."""
+    a, b = columns()
+    assert a > 0.0
+    assert a.alike.tolist() == [True, True, False]
+    assert max(a, 0.5) == 0.5
+    assert a.alike.tolist() == [True, False, False]
+    a, b = columns()
+    assert (a / b).values[0] == A[0] / B[0]
+    assert a.alike.tolist() == [True, False, True]
+
+
+def test_what_takes_one_number_takes_no_column() -> None:
+    """A column that would be taken for one float raises TypeError: nothing is made from one crane's value for all."""
+    a, _ = columns()
+    takes: tuple[Any, ...] = (float, hash, "{:g}".format, lambda x: x**2.0, lambda x: np.array(0.0).fill(x))
+    for take in takes:
+        with pytest.raises((TypeError, ValueError)):
+            take(a)
+    assert as_float(a) is a
+    assert as_float(2) == 2.0
+
+
+def test_trees_have_arrays_or_entries_in_place_of_columns() -> None:
+    """A tree becomes one of arrays, with a column's values in its place, or that of one crane."""
+    a, b = columns()
+    tree = (a, None, 2.0, np.array([[a, 1.0]]), np.array([4.0, 5.0]), b)
+    first, nothing, two, square, row, last = arrays_of(tree, 3)
+    assert (first.tolist(), nothing, two.tolist(), last.tolist()) == (A.tolist(), None, [2.0] * 3, B.tolist())
+    assert square.tolist() == [[[x, 1.0]] for x in A]
+    assert row.tolist() == [[4.0, 5.0]] * 3
+    one = entry_of(tree, 1)
+    assert (one[0], one[2], one[3].tolist(), one[5]) == (0.7, 2.0, [[0.7, 1.0]], 0.0)

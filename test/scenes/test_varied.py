@@ -1,0 +1,109 @@
+"""Scenes that differ in numbers only, made at once: each equals the scene that is made alone, bit for bit."""
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crane_sim.files.catalogue import scene_files
+from crane_sim.files.document import get_value
+from crane_sim.files.errors import SceneError
+from crane_sim.scenes.many import load_scenes
+from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.scenes.varied import load_columns
+
+KEYS = ("trolley.mass", "cable.lengths.0", "cable.node_masses.0", "payload.mass", "gravity", "initial.angles.0")
+KEYS = (*KEYS, "initial.x", "initial.v", "friction.trolley.viscous", "hoist.inertia", "cable.stiffness.0")
+FACTORS = (0.97, 1.0, 1.1, 1.3)
+DIFFERENT = ("document", "file")
+"""Fields that scenes made at once have in common."""
+
+
+def is_same(a: Any, b: Any) -> bool:
+    """Return whether two parts of scenes are of the same types and bits."""
+    if isinstance(a, tuple):
+        return type(a) is type(b) and len(a) == len(b) and all(map(is_same, a, b))
+    if isinstance(a, np.ndarray):
+        return (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
+    return type(a) is type(b) and a == b
+
+
+def differences(made: Scene, alone: Scene | SceneError) -> list[str]:
+    """Return the fields in which a scene differs from the one that is made alone."""
+    names = [each.name for each in fields(Scene) if each.name not in DIFFERENT]
+    return [name for name in names if not is_same(getattr(made, name), getattr(alone, name))]
+
+
+def values_of(document: dict[str, Any], key: str) -> list[float] | None:
+    """Return values about a document's own of a key, None where it is no number."""
+    _, own = get_value(document, key)
+    return [factor * own for factor in FACTORS] if isinstance(own, int | float) else None
+
+
+def test_overhead_cranes_of_the_catalogue_are_made_at_once_as_alone() -> None:
+    """Models and initial states of every overhead scene without its law, one key after the other; most are made."""
+    made = asked = 0
+    for name in (name for name in scene_files() if name.startswith("overhead_")):
+        document = load_scene(name).to_dict() | {"control": None, "integrator": {"method": "dop853"}}
+        for key in KEYS:
+            if (values := values_of(document, key)) is None:
+                continue
+            found = load_columns(document, {}, {key: values, "seed": [*range(len(values))]})
+            changes = [{key: value, "seed": i} for i, value in enumerate(values)]
+            alone = load_scenes(document, changes)
+            asked, made = asked + 1, made + (found is not None)
+            chosen = np.flatnonzero(found.alike) if found is not None else ()
+            for i in chosen:
+                assert found is not None
+                assert differences(found.at(int(i)), alone[i]) == [], (name, key, i)
+    assert made > 0.6 * asked  # prescribed motions, text and elastic cables that need an automatic method are not
+
+
+@pytest.mark.parametrize("nodes", [[10.0], [2.0, 10.0]])
+def test_regulators_are_designed_at_once_as_alone(nodes: list[float]) -> None:
+    """LQR laws of cranes made at once have the gains, targets and poles of those made alone."""
+    document = load_scene("overhead_energy").to_dict() | {"control": {"law": "lqr"}}
+    document["cable"] = {"lengths": [1.2] * len(nodes), "node_masses": nodes}
+    document["initial"] = {"angles": [0.1] * len(nodes)}
+    varied = {"trolley.mass": [18.0, 20.0, 30.0], "cable.lengths.0": [1.0, 2.0, 3.0]}
+    found = load_columns(document, {}, varied)
+    assert found is not None
+    assert found.alike.all()
+    for i in range(3):
+        alone = load_scene(document, {key: values[i] for key, values in varied.items()})
+        assert differences(found.at(i), alone) == []
+
+
+def test_what_is_not_alike_is_left_out() -> None:
+    """Values that are not possible, and cranes of another kind, are marked; the others are as they are alone."""
+    document = load_scene("overhead_energy").to_dict() | {"control": None}
+    document["cable"] = {"lengths": [1.0, 1.0], "node_masses": [1.0, 9.0]}
+    masses = [-1.0, 2.0, 0.0, 3.0, "heavy", 1e99]  # without mass the two links are one
+    found = load_columns(document, {}, {"cable.node_masses.0": masses})
+    assert found is not None
+    assert found.alike.tolist() == [False, True, False, True, False, False]
+    for i in (1, 3):
+        assert differences(found.at(i), load_scene(document, {"cable.node_masses.0": masses[i]})) == []
+
+
+@pytest.mark.parametrize(
+    ("always", "varied"),
+    [
+        ({}, {"control.kp": [[1.0], [2.0]]}),  # a setting of the law
+        ({"control.law": "lqr"}, {"duration": [3.0, 4.0]}),  # which is rounded to periods
+        ({}, {"trolley.mass": [20.0, 30.0]}),  # a law that is designed for one scene
+        ({"control": None}, {"reference.q.0": [2.0, 3.0]}),  # a group that is validated as a whole
+        ({"control": None, "integrator.method": "auto"}, {"trolley.mass": [20.0, 30.0]}),
+        ({"control.law": "lqr", "control.nominal": {"gravity": 9.8}}, {"trolley.mass": [20.0, 30.0]}),
+        ({"control.law": "lqr", "sensors": {"all": {"noise": 0.1}}}, {"trolley.mass": [20.0, 30.0]}),
+        (
+            {"control": None, "uncertain": {"gravity": {"distribution": "uniform", "low": 9.0, "high": 9.9}}},
+            {"seed": [1]},
+        ),
+        ({"control": None}, {"trolley.mas": [20.0, 30.0]}),
+    ],
+)
+def test_what_is_made_one_by_one(always: dict[str, Any], varied: dict[str, Any]) -> None:
+    """Scenes that do not differ in plain numbers of a form are not made at once, and nothing is raised."""
+    assert load_columns("overhead_energy", always, varied) is None
