@@ -102,7 +102,16 @@ def _line(cell: Cell) -> CellLine:
 def _efforts(figures: Figures) -> str:
     """Return the largest effort of each joint, with its unit."""
     peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in figures.effort.items()}
-    return ", ".join(f"{joint} {format_value(peak)} {figures.effort_units[joint]}" for joint, peak in peaks.items())
+    return ", ".join(f"{joint} {_with_unit(peak, figures.effort_units[joint])}" for joint, peak in peaks.items())
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """Return a value with its unit; of forces and torques in kN and MN where they are large."""
+    if unit.startswith("N"):
+        for size, prefix in ((1e6, "M"), (1e3, "k")):
+            if value >= size:
+                return f"{format_value(value / size)} {prefix}{unit}"
+    return f"{format_value(value)} {unit}"
 
 
 def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:

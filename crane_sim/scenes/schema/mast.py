@@ -27,10 +27,14 @@ def swaying_tower(rigid: TowerCrane, flexibility: Any, ballast: tuple[float, flo
     jib, mast, slew = flexibility.jib, flexibility.mast, rigid.slew
     for key in ("lateral", "vertical"):
         if getattr(flexibility, key) is not None:
-            raise SceneError(f"flexibility.mast: stands beside flexibility.{key}; leave out one of both")
+            raise SceneError(
+                f"flexibility.mast: stands beside flexibility.{key}, of a jib on an upright mast; leave out one of both"
+            )
     for key in ("jib_windage", "counter_jib_windage"):
         if getattr(slew, key) is not None:
-            raise SceneError(f"flexibility.mast: stands beside slew.{key}; leave out one of both")
+            raise SceneError(
+                f"flexibility.mast: stands beside slew.{key}, of a jib on an upright mast; leave out one of both"
+            )
     half = sqrt(jib.inertia / jib.mass)
     masses = (*(0.5 * jib.mass for _ in HALVES), ballast[0], mast.mass)
     places = (*(jib.centre + side * half for side in HALVES), ballast[1], 0.0)
