@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from math import inf, sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from hardware_scenes import PERIOD
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from crane_sim import orchestration
+from crane_sim import orchestration, read_recording
 from crane_sim.files.errors import SceneError
 from crane_sim.hardware.reference_profiles import PHASES, Bounds, plan_position, plan_velocity
 from crane_sim.scenes.scene import Scene, load_scene
@@ -329,3 +330,14 @@ def test_lockstep_is_simulate() -> None:
     same = ("state_sha256", "saturated_steps", "energy_audit_error", "rhs_evaluations")
     assert {key: there.get(key) for key in same} == {key: here.get(key) for key in same}
     assert here["energy_audit_error"] < 1e-12
+
+
+@pytest.mark.long
+def test_a_torque_limit_shows_in_applied_effort(domain_id: int, tmp_path: Path) -> None:
+    """Over DDS recorded efforts, which are those of `applied_effort`, equal those of `simulate`: the limit at first."""
+    limit = 150.0  # N; the ramp of 0.16 m/s² wants 192 N for the trolley alone
+    scene = load_scene("bridge_speed_drive", {"duration": 4.0, "actuators.trolley.limit": limit})
+    orchestration.run(scene, record=tmp_path / "run.rrd", domain_id=domain_id)
+    there, here = read_recording(tmp_path / "run.rrd").u, simulate(scene).u
+    assert np.array_equal(there, here[:-1])  # the last row is the state at the end
+    assert np.max(np.abs(there[:, 0])) == limit and np.count_nonzero(there[:, 0] == limit) > 10
