@@ -61,6 +61,19 @@ def scale_floats(typing_context, a, x):
 
 
 @intrinsic
+def smaller_floats(typing_context, x, y):
+    """Return the smaller ones of the floats of x and y, those of x where they are equal."""
+
+    def generate(context, builder, signature, args):
+        def operation(a, b):
+            return builder.select(builder.fcmp_ordered("<", b, a), b, a)
+
+        return _each(context, builder, x, operation, *args)
+
+    return x(x, y), generate
+
+
+@intrinsic
 def add_scaled_floats(typing_context, x, a, y):
     """Return x + a y, each float rounded once."""
 
@@ -125,6 +138,16 @@ def add(x: State, y: State) -> State:
 def scale(a: float, x: State) -> State:
     """Return a x."""
     return tuple([scale(a, b) for b in x]) if isinstance(x, tuple) else a * x
+
+
+def smaller(x: State, y: State) -> State:
+    """Return the smaller ones of the floats of two tuples, those of x where they are equal."""
+    return tuple(smaller(a, b) for a, b in zip(x, y, strict=True)) if isinstance(x, tuple) else min(x, y)
+
+
+@overload(smaller, jit_options=OPTIONS)
+def _compiled_smaller(x, y):
+    return lambda x, y: smaller_floats(x, y)
 
 
 def add_scaled(x: State, a: float, y: State) -> State:

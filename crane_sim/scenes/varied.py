@@ -11,7 +11,6 @@ from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
 import numpy.typing as npt
-from annotated_types import MaxLen, MinLen
 from pydantic import BaseModel, BeforeValidator, ValidationError
 
 from crane_sim.files.document import with_values
@@ -156,7 +155,7 @@ def _number_type(kind: Any, names: Sequence[str]) -> Any:
         if kind not in (float, int):
             raise TypeError("no number")
         return Annotated[kind, *metadata] if metadata else kind
-    if any(not isinstance(each, MinLen | MaxLen) and each != BeforeValidator(as_list) for each in metadata):
+    if not all(each == BeforeValidator(as_list) or _limits_length(each) for each in metadata):
         raise TypeError("validated as a whole")
     name, *others = names
     if get_origin(kind) is tuple and name.isdecimal():
@@ -166,6 +165,10 @@ def _number_type(kind: Any, names: Sequence[str]) -> Any:
         raise TypeError("validated as a whole")
     field = kind.model_fields[name]
     return _number_type(Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation, others)
+
+
+def _limits_length(constraint: Any) -> bool:
+    return hasattr(constraint, "min_length") or hasattr(constraint, "max_length")
 
 
 def _checks_whole(kind: type[BaseModel]) -> bool:

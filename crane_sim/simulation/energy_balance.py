@@ -44,15 +44,21 @@ def work_up_to(work, held, q):
 
 
 @lean_kernel
-def balance_instant(balance, metered, q, u, supplied, kinetic, potential):
-    """Take one instant into the sums; arguments of `balance_instants`."""
-    start, extremes = balance.start, balance.extremes
+def work_instant(balance, metered, q, u, supplied):
+    """Take the work of one instant into the sums; return what was supplied up to it [J]."""
     if not metered and balance.count[0] > 0:
         balance.work[0], balance.work[1] = work_up_to(balance.work, balance.held, q)
-    done = supplied if metered else balance.work[0] + balance.work[1]
     for j in range(len(q)):
         balance.held[0, j], balance.held[1, j] = q[j], u[j]
     balance.count[0] += 1
+    return supplied if metered else balance.work[0] + balance.work[1]
+
+
+@lean_kernel
+def balance_instant(balance, metered, q, u, supplied, kinetic, potential):
+    """Take one instant into the sums; arguments of `balance_instants`."""
+    done = work_instant(balance, metered, q, u, supplied)
+    start, extremes = balance.start, balance.extremes
     error = kinetic + potential - start[0] - (start[1] + done)
     extremes[0] = max(extremes[0], abs(error))
     extremes[1] = max(extremes[1], kinetic)

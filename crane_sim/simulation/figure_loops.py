@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point, generic, lean_kernel, lean_routine, lean_routine_generic, routine
-from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
-from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instant, balance_instants
-from crane_sim.simulation.extremes import note_range, note_range_at
+from crane_sim.numerics.jit import entry_point, generic, lean_routine_generic, routine
+from crane_sim.numerics.lanes import tree_column
+from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants
+from crane_sim.simulation.extremes import note_range
 from crane_sim.simulation.metrics import read_meters
-from crane_sim.simulation.peaks import Peaks, fill_watched, watch_efforts, watch_instants, watch_swing, watch_tension
-from crane_sim.simulation.settling import note_outside, note_outside_at
+from crane_sim.simulation.peaks import Peaks, fill_watched, watch_instants
+from crane_sim.simulation.settling import note_outside
 from crane_sim.stepping.batch import Sampled
-from crane_sim.stepping.periods import BriefOutput, Output, begin, continuous_rollout, zero_order_hold_rollout
+from crane_sim.stepping.periods import Output, begin, continuous_rollout, zero_order_hold_rollout
 
 AT_ONCE = 16
 """Runs whose states are kept until they are hashed: they fit the second cache."""
@@ -60,14 +60,7 @@ class RunScratch(NamedTuple):
     ends: Any  # (steps + 1, 6) m
     driven_q: Any  # (steps + 1, nu)
     states: Any  # (AT_ONCE, steps + 1, 1 + 2 nq), time and joints of the runs
-    lanes: Any  # `LaneBuffers` for models with `system.observe`, whose rows have no tensions; None for others
-
-
-class LaneBuffers(NamedTuple):
-    """Instants side by side."""
-
-    joints: Any  # (2 nq + nu, LANES), positions, velocities and efforts
-    observed: Any  # (9, LANES), see `system.observe`
+    lanes: Any  # `figure_lanes.LaneBuffers` where rows have no tensions; None for others
 
 
 @generic
@@ -91,13 +84,8 @@ def _(source, method, p, integration, period, out):
 
 @generic
 def output_of(lanes, scratch):
-    """Return the output of a rollout whose rows have tensions unless there are `LaneBuffers`."""
+    """Return the output of a rollout whose rows have tensions by default."""
     return Output(scratch.rows, scratch.commands, np.empty(0), np.empty((0, scratch.rows.shape[1])))
-
-
-@output_of.register(LaneBuffers)
-def _(lanes, scratch):
-    return BriefOutput(scratch.rows, scratch.commands, np.empty(0), np.empty((0, scratch.rows.shape[1])))
 
 
 @entry_point
@@ -136,54 +124,6 @@ def watch_run(lanes, p, clock, run, scratch, states):
     watch_instants(run.peaks, t[:k], clock.late, u[:k], tensions, scratch.ends)
     note_range(q, run.ranges[0], run.ranges[1])
     note_outside(run.target, run.near, t[:k], driven_q, run.outside)
-
-
-@watch_run.register(LaneBuffers)
-def _(lanes, p, clock, run, scratch, states):
-    k, nq = run.counts[1], len(run.q)
-    q, v = system.joints(p, system.state(p, 0.0, run.q, run.v))
-    u = system.efforts_from_row(p, scratch.rows[0, 2 * nq :])
-    for first in range(0, k + 1, LANES):
-        observe_instants(p, (q, v, u), scratch, first, k)
-        for i in range(first, min(first + LANES, k + 1)):
-            watch_instant(clock, run, scratch, i, i - first, states[i])
-    for j in range(6):
-        scratch.ends[k, j] = lanes.observed[3 + j, k % LANES]
-
-
-@lean_routine
-def observe_instants(p, like, scratch, first, last):
-    """Observe the instants from number `first` on, none beyond `last`, in lanes; `like`: joints and efforts of one."""
-    use_wide_vectors()
-    joints, observed = scratch.lanes
-    for j in range(LANES):
-        row = scratch.rows[min(first + j, last)]
-        for c in range(len(joints)):
-            joints[c, j] = row[c]
-    for j in range(LANES):
-        q, v, u = lane(like, joints, j)
-        put_lane(observed, j, system.observe(p, scratch.times[min(first + j, last)], q, v, u))
-
-
-@lean_kernel
-def watch_instant(clock, run, scratch, i, j, state):
-    """Gather the figures of instant i, which is in lane j, and copy its state."""
-    row, driven_q, (_, seen) = scratch.rows[i], scratch.driven_q[i], scratch.lanes
-    t, nq, nu = scratch.times[i], len(run.q), len(run.target)
-    state[0] = t
-    for c in range(2 * nq):
-        state[1 + c] = row[c]
-    for c in range(nu):
-        driven_q[c] = row[scratch.driven[c]]
-    note_range_at(row[:nq], run.ranges[0], run.ranges[1])
-    if i < run.counts[1]:
-        u, supplied = row[2 * nq : 2 * nq + nu], row[2 * nq + nu]
-        balance_instant(run.balance, clock.metered, driven_q, u, supplied, seen[0, j], seen[1, j])
-        watch_tension(run.peaks, seen[2, j], seen[2, j])
-        rope = seen[6, j] - seen[3, j], seen[7, j] - seen[4, j], seen[8, j] - seen[5, j]
-        watch_swing(run.peaks, t, clock.late, rope)
-        watch_efforts(run.peaks, u)
-        note_outside_at(run.target, run.near, t, driven_q, run.outside)
 
 
 @routine

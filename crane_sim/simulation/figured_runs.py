@@ -15,16 +15,15 @@ from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
 from crane_sim.numerics.hashing import hexdigests
-from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns
 from crane_sim.simulation.columns import columns, extract_drive, group_indices, kind_of
 from crane_sim.simulation.energy_balance import empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins
+from crane_sim.simulation.figure_lanes import lane_buffers
 from crane_sim.simulation.figure_loops import (
     AT_ONCE,
     Clock,
-    LaneBuffers,
     RunColumns,
     RunScratch,
     run_cranes_with_figures,
@@ -200,7 +199,7 @@ def _allocate_scratch(scene: Scene) -> RunScratch:
     driven = np.array([scene.joint_names.index(name) for name in scene.actuated], np.int64)
     width, lanes = row_width(scene.model, nq, nu), None
     if system.observe.has_implementation(type(scene.model)) and system.link_count(scene.model) == 1:
-        width, lanes = width - 1, LaneBuffers(np.empty((2 * nq + nu, LANES)), np.empty((9, LANES)))
+        width, lanes = width - 1, lane_buffers(nq, nu)
     rows, commands = np.empty((k, width)), np.empty((k - 1, nu))
     watched = np.empty((k, 2)), np.empty((k, 6)), np.empty((k, nu))
     states = np.empty((AT_ONCE, k, 1 + 2 * nq))

@@ -20,11 +20,9 @@ def nearness(target: Array, initial: Array) -> Array:
 
 
 @lean_kernel
-def note_outside_at(target, near, t, q, outside):
-    """Note one instant as `note_outside` does: t [s], positions q (nu,)."""
-    for j in range(len(target)):
-        if not abs(target[j] - q[j]) <= near[j]:
-            outside[j] = max(outside[j], t)
+def is_outside(target, near, q):
+    """Return whether a joint at q is not near its target."""
+    return not abs(target - q) <= near
 
 
 @entry_point
@@ -38,7 +36,9 @@ def note_outside(target, near, t, q, outside):
         outside: to update.
     """
     for i in range(len(t)):
-        note_outside_at(target, near, t[i], q[i], outside)
+        for j in range(len(target)):
+            if is_outside(target[j], near[j], q[i, j]):
+                outside[j] = max(outside[j], t[i])
 
 
 def settling_times(target: Array, near: Array, outside: Array, t: Array, q: Array, period: float) -> Array:

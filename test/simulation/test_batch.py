@@ -16,6 +16,7 @@ FIXED = {"integrator": {"method": "rk4", "step": 0.004}}  # does not divide the 
 SPANS = {"integrator": {"method": "rk8", "step": 0.035}}  # three periods each, and one at the end
 MASSES = {"payload.mass": np.linspace(5.0, 20.0, N)}
 
+MASS = "cable.node_masses.0"
 KINDS: dict[str, tuple[str, dict[str, Any], dict[str, Any], int]] = {
     "rod in lanes": ("overhead_swing", FIXED, MASSES | {"initial.angles": [[k / N] for k in range(N)]}, 16),
     "law in lanes": ("overhead_energy", FIXED, MASSES | {"control.kp": np.linspace(1.0, 9.0, N)[:, None].tolist()}, 16),
@@ -85,6 +86,15 @@ def test_compiled_figures_of_a_failed_run_are_its_own() -> None:
     """A run that overflows has the figures up to there and the error of `simulate`; the one beside it continues."""
     document = load_scene("overhead_swing", FIXED | {"duration": 0.3}).to_dict()
     check_figures([load_scene(document, {"inputs.trolley": {"kind": "constant", "value": x}}) for x in (0.0, 1e200)])
+
+
+@pytest.mark.parametrize("duration", [0.05, 0.16, 0.37])  # periods of a part of the lanes, of all, of both
+def test_figures_in_lanes_are_those_of_single_runs(duration: float) -> None:
+    """A rod that swings above its trolley and pushes it has, gathered in lanes, the figures of `simulate`."""
+    start = {"angles": [2.2], "rates": [1.5]}
+    scenes = [load_scene("overhead_energy", {"duration": duration, "initial": start, MASS: m}) for m in (5.0, 10.0)]
+    check_figures(scenes)
+    assert all(end.figures["negative_tension_steps"] > 0 for end in run_all(scenes))
 
 
 def check_figures(scenes: list[Scene]) -> None:
