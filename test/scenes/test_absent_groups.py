@@ -127,13 +127,13 @@ def types_and_values(part: Any) -> Any:
 
 
 def outcome(document: dict[str, Any]) -> Any:
-    """Return the result of a document, model, law, initial state and method to the last bit, or its error."""
+    """Return the result of a document, model, law, initial state, method and legs to the last bit, or its error."""
     try:
         scene = load_scene(document)
     except SceneError as error:
         return str(error)
     parts = (scene.model, scene.law, scene.method, scene.source, scene.initial_q, scene.initial_v, scene.reference)
-    parts = (*parts, scene.hardware, scene.instruments)
+    parts = (*parts, scene.hardware, scene.instruments, getattr(scene.file, "legs", None))
     return types_and_values(parts), scene.joint_names, scene.actuated, scene.sampled, scene.law_name, scene.period
 
 
