@@ -15,7 +15,7 @@ from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
 from crane_sim.cli.viewing import output_of, recording_of
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.figure_units import figure_unit, shown_unit
+from crane_sim.recording.figure_units import figure_row, shown_unit
 
 if TYPE_CHECKING:
     from crane_sim.recording.comparison import Comparison
@@ -119,13 +119,12 @@ def _print_figures(comparison: Comparison, console: Console) -> None:
     first, *others = comparison.names
     heads = ("figure", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
     table = Table(*heads, title="figures", title_justify="left")
-    away = [comparison.metric_differences(i) for i in range(1, len(comparison.names))]
+    cranes = [run.crane for run in comparison.runs]
     for key, values in comparison.metrics.items():
-        label, unit, factor = figure_unit(key, comparison.runs[0].crane)
-        shown = [_format(value, factor) for value in (*values, *(each.get(key) for each in away))]
+        label, unit, shown = figure_row(key, cranes, values)
         table.add_row(label, *shown, unit)
     console.print(table)
 
 
-def _format(value: float | None, factor: float = 1.0) -> str:
-    return "" if value is None else f"{factor * value:.5g}"
+def _format(value: float) -> str:
+    return f"{value:.5g}"

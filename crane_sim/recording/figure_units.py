@@ -6,6 +6,8 @@ from math import degrees
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from crane_sim.recording.run import Crane
 
 UNITS = {
@@ -21,13 +23,18 @@ UNITS = {
     "tracking_mae": "m",
     "tracking_peak": "m",
     "peak_tip_acceleration": "m/s²",
+    "peak_base_acceleration": "m/s²",
+    "peak_base_angular_acceleration": "rad/s²",
+    "max_fall_tensions": "N",
+    "braked_time": "s",
 }
-"""Units of plain figures; those whose names end in `_deg` are angles."""
-_OF_POSITIONS, _OF_EFFORTS = ("final_error", "limit_margin"), ("peak_effort",)
+"""Units of plain figures; names that end in `_deg` and `_us` say theirs."""
+_OF_POSITIONS, _OF_EFFORTS = ("final_error", "limit_margin", "overtravel"), ("peak_effort",)
+_ENDINGS = {"_deg": "deg", "_us": "µs"}
 
 
 class FigureUnit(NamedTuple):
-    """How a figure is shown: what it is called, its unit, and the factor from the summary's number to it."""
+    """What a figure is called where it is shown, its unit, and the factor from the summary's number to it."""
 
     label: str
     unit: str
@@ -35,16 +42,39 @@ class FigureUnit(NamedTuple):
 
 
 def figure_unit(name: str, crane: Crane) -> FigureUnit:
-    """Return how a figure NAME, or NAME.JOINT, of a crane's summary is shown."""
-    key, _, joint = name.partition(".")
-    label = " ".join([key.removesuffix("_deg").replace("_", " "), *[joint] * bool(joint)])
-    if key.endswith("_deg"):
-        return FigureUnit(label, "deg", 1.0)
+    """Return how a figure of a crane's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
+    key, _, part = name.partition(".")
+    ending = next((each for each in _ENDINGS if key.endswith(each)), "")
+    label = " ".join([key.removesuffix(ending).replace("_", " "), *[part] * bool(part)])
     if key in _OF_POSITIONS:
-        return FigureUnit(label, *shown_unit(dict(zip(crane.joint_names, crane.joint_units, strict=True))[joint]))
+        units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
+        return FigureUnit(label, *shown_unit(units.get(part, "")))
     if key in _OF_EFFORTS:
-        return FigureUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True))[joint], 1.0)
-    return FigureUnit(label, UNITS.get(key, ""), 1.0)
+        return FigureUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0)
+    return FigureUnit(label, _ENDINGS[ending] if ending else UNITS.get(key, ""), 1.0)
+
+
+def figure_row(name: str, cranes: Sequence[Crane], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
+    """Return (label, unit, texts) of a figure of several runs: its values, and differences from the first run.
+
+    A value in another unit than the row's has it beside it, and no difference.
+    """
+    units = [figure_unit(name, crane) for crane in cranes]
+    label, unit, _ = next(each for each, value in zip(units, values, strict=True) if value is not None)
+    texts = [
+        _format(value, own.factor) + (f" {own.unit}" if value is not None and own.unit != unit else "")
+        for own, value in zip(units, values, strict=True)
+    ]
+    for own, value in zip(units[1:], values[1:], strict=True):
+        if value is None or values[0] is None or own != units[0]:
+            texts.append("")
+        else:
+            texts.append(_format(value - values[0], own.factor))
+    return label, unit, texts
+
+
+def _format(value: float | None, factor: float) -> str:
+    return "" if value is None else f"{factor * value:.5g}"
 
 
 def shown_unit(unit: str) -> tuple[str, float]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point, generic, lean_routine_generic, routine
+from crane_sim.numerics.jit import entry_point, generic, routine, routine_generic
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants
 from crane_sim.simulation.extremes import note_range
@@ -105,7 +105,7 @@ def run_cranes_with_figures(cranes, clock, runs, scratch, first, last):
         finish_run(p, clock, tree_column(runs, i), scratch, integration.x)
 
 
-@lean_routine_generic
+@routine_generic
 def watch_run(lanes, p, clock, run, scratch, states):
     """Gather the figures of one run from its rows, and copy its states."""
     k, nq, nu = run.counts[1], len(run.q), len(run.target)

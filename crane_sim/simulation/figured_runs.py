@@ -142,8 +142,7 @@ def run_with_figures(scenes: Sequence[Scene]) -> list[RunEnd]:
 def run_columns(scenes: SceneColumns) -> EndColumns | None:
     """Run the scenes of columns that are alike; None where compiled code cannot gather all their figures."""
     scene, numbers = scenes.scene, np.flatnonzero(scenes.alike)
-    first = scenes.at(int(numbers[0]))
-    if not has_compiled_figures(first):
+    if not len(numbers) or not has_compiled_figures(first := scenes.at(int(numbers[0]))):
         return None
     cranes = scenes.arrays(extract_drive(scene))
     q, v = (np.stack(scenes.arrays(part), axis=1) for part in (scene.initial_q, scene.initial_v))

@@ -11,7 +11,7 @@ from crane_sim.files.errors import SceneError, shorten, unknown_key
 from crane_sim.integrators.status import OK
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
-from crane_sim.simulation.initial_state import as_tuple, make_initial, resume, with_initial
+from crane_sim.simulation.initial_state import as_tuple, make_initial, restart_within_step, resume, with_initial
 from crane_sim.simulation.metrics import Metrics, world_points
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.periods import continuous_step, zero_order_hold_step
@@ -174,11 +174,16 @@ class Plant:
             step_args = (self._integration, self.k, scene.steps, scene.period, self._rows, self._filled)
             integration, q, v, applied = continuous_step(scene.method, self.model, scene.source, *step_args)
         else:
-            integration, q, v, applied = zero_order_hold_step(
-                scene.method, self.model, u, self._integration, end, self._rows, self._filled
-            )
+            step_args = (self._restart_at_period(), end, self._rows, self._filled)
+            integration, q, v, applied = zero_order_hold_step(scene.method, self.model, u, *step_args)
             self._saturated += applied != u
         return integration, q, v, None, applied
+
+    def _restart_at_period(self) -> Any:
+        """Return the integration at the start of the period, which a step of the scene's own source may have passed."""
+        if self._integration.t <= self.t:
+            return self._integration
+        return restart_within_step(self.scene.method, self.model, self.scene.source, self._integration, self.t)
 
     def _advance_with_hardware(
         self, hardware: HardwareRun, u: tuple[float, ...] | None

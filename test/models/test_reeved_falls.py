@@ -202,6 +202,12 @@ def test_lqr_believes_in_sheaves_without_loss() -> None:
 
 
 BAD = [
+    (
+        {"falls.parts": 1}
+        | {f"hoist.reeving.{key}": 0 for key in ("drum.inertia", "lead_sheaves")}
+        | {"hoist.reeving.falls": 1},
+        "hoist.reeving.drum.inertia: is missing",
+    ),
     ({"hoist.reeving.falls": 2}, "hoist.reeving.falls = 2: each fall has falls.parts = 4 parts of rope; make them"),
     ({"hoist.mass": 3.0}, "hoist.mass: is what hoist.reeving says of sheaves and drum; leave out one of the two"),
     ({"hoist.reeving": None}, "hoist.mass: is missing; a force drive needs it, or a hoist.reeving with a drum"),

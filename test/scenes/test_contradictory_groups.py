@@ -57,7 +57,7 @@ CONTRADICTIONS: list[tuple[str, dict[str, Any], str, str]] = [
     ("spreader_skew", {"contact": DECK | {"stiffness": 1e5}}, "contact.stiffness", "contact.kind: compliant"),
     ("tower_flexible_jib", {"flexibility.lateral": None, "flexibility.vertical": None}, "flexibility", "lateral"),
     ("tower_sway", {"flexibility.lateral": {"stiffness": 1e8}}, "flexibility.mast", "flexibility.lateral"),
-    ("tower_sway", {"friction": {"slew": DRY}}, "flexibility.mast", "friction"),
+    ("tower_sway", {"actuators.slew": MOTOR}, "flexibility.mast", "actuators.slew.motor.inertia"),
     # drives that cannot have the group
     ("tower_flexible_jib", LOCKED, "flexibility", "slew.drive"),
     ("tower_gust", LOCKED | {"friction": {"slew": DRY}}, "friction.slew", "slew.drive"),
@@ -66,7 +66,7 @@ CONTRADICTIONS: list[tuple[str, dict[str, Any], str, str]] = [
     ("reeved_twelve_falls", {"rope.drive": "locked"}, "rope.", "'locked'"),
     ("reeved_twelve_falls", {"base_motion": HEAVE}, "rope.reeving.mass_per_length", "base_motion"),
     ("spreader_skew", {"hoist": {"drive": "force"}}, "hoist.mass", "force"),
-    ("spreader_skew", {"hoist": {"drive": "rate", "reeving": REEVING}}, "hoist.reeving", "rope.reeving"),
+    ("spreader_skew", {"hoist": {"drive": "rate", "reeving": REEVING}}, "hoist.reeving.falls", "falls.parts"),
     (PENDULUM, {"rope.reeving": REEVING}, "rope.reeving", "crane: knuckle, tower, mobile, bridge"),
     ("overhead_swing", {"hoist": {"drive": "force", "inertia": 5.0, "reeving": REEVING}}, "hoist.reeving", "tower"),
     ("overhead_swing", {"cable.damping": 1.0}, "cable.damping", "cable.model"),

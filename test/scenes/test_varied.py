@@ -13,8 +13,10 @@ from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.scenes.varied import load_columns
 
-KEYS = ("trolley.mass", "cable.lengths.0", "cable.node_masses.0", "payload.mass", "gravity", "initial.angles.0")
-KEYS = (*KEYS, "initial.x", "initial.v", "friction.trolley.viscous", "hoist.inertia", "cable.stiffness.0")
+KEYS = (
+    "trolley.mass", "cable.lengths.0", "cable.node_masses.0", "payload.mass", "gravity", "initial.angles.0",
+    "initial.x", "initial.v", "friction.trolley.viscous", "hoist.inertia", "cable.stiffness.0",
+)  # fmt: skip
 FACTORS = (0.97, 1.0, 1.1, 1.3)
 DIFFERENT = ("document", "file")
 """Fields that scenes made at once have in common."""

@@ -7,7 +7,8 @@ import pytest
 
 from crane_sim import SceneError, SimulationError, load_scene, simulate, simulate_batch
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.figured_runs import has_compiled_figures, run_all
+from crane_sim.scenes.varied import load_columns
+from crane_sim.simulation.figured_runs import has_compiled_figures, run_all, run_columns
 from crane_sim.simulation.figures import flatten
 
 N = 19  # one whole block of lanes and a part of one
@@ -95,6 +96,17 @@ def test_figures_in_lanes_are_those_of_single_runs(duration: float) -> None:
     scenes = [load_scene("overhead_energy", {"duration": duration, "initial": start, MASS: m}) for m in (5.0, 10.0)]
     check_figures(scenes)
     assert all(end.figures["negative_tension_steps"] > 0 for end in run_all(scenes))
+
+
+def test_figures_of_other_cranes_compile() -> None:
+    """Figures of a crane that is not watched in lanes are gathered by compiled code, too, and are those of its run."""
+    check_figures([load_scene("pendulum_free", {"duration": 0.1})])
+
+
+def test_columns_of_which_no_scene_is_possible_do_not_run() -> None:
+    """Where every scene of columns has to be made alone, nothing runs."""
+    found = load_columns("overhead_swing", {}, {"payload.mass": [1.0, 2.0]})
+    assert found is not None and run_columns(found._replace(alike=np.zeros(2, bool))) is None
 
 
 def check_figures(scenes: list[Scene]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.evaluation.report.panels import RUN_COLORS
 from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
-from crane_sim.recording.figure_units import figure_unit
+from crane_sim.recording.figure_units import figure_row
 from crane_sim.recording.quantities import common_quantities
 
 if TYPE_CHECKING:
@@ -89,13 +89,11 @@ def _panels(comparison: Comparison, colors: list[str]) -> list[dict[str, Any]]:
 def _metrics(comparison: Comparison) -> list[list[str]]:
     """Return the table of metrics: values of every run, and differences from the first."""
     names = comparison.names
-    away = [comparison.metric_differences(i) for i in range(1, len(names))]
     head = ["figure", *names, *(f"{name} − {names[0]}" for name in names[1:])]
-    rows = []
+    rows, cranes = [], [run.crane for run in comparison.runs]
     for key, values in comparison.metrics.items():
-        label, unit, factor = figure_unit(key, comparison.runs[0].crane)
-        shown = [_format(x, factor) for x in (*values, *(each.get(key) for each in away))]
-        rows.append([f"{label} [{unit.replace('deg', '°')}]" if unit else label, *shown])
+        label, unit, shown = figure_row(key, cranes, values)
+        rows.append([f"{label} [{unit.replace('deg', '°')}]" if unit else label, *(text or "–" for text in shown)])
     return [head, *rows]
 
 
@@ -118,7 +116,3 @@ def _angle(value: float, unit: str) -> str:
     if unit.startswith("rad"):
         value, unit = degrees(value), unit.replace("rad", "°")
     return f"{value:.4g} {unit}"
-
-
-def _format(value: float | None, factor: float = 1.0) -> str:
-    return "–" if value is None else f"{factor * value:.4g}"

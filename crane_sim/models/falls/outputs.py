@@ -258,9 +258,9 @@ def _(p):
 def _(p, t, x, u, work):
     best = exchange_guard(p.exchange, falls_guard(p, x), t, x, exchange_index(p))
     best, n = held_joints_guard(p, t, x, u, best)
-    best, wound = falls_winch_guard(p.hoist, best, p, t, x, u)
+    best = falls_winch_guard(p.hoist, best, p, t, x, u)
     value, number, more = contact_guard(p.contact, p, t, x, best)
-    return value, number, n + wound + more
+    return value, number, n + more
 
 
 @lean_routine

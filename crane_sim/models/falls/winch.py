@@ -26,8 +26,8 @@ from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
 
 @lean_generic
 def falls_winch_guard(hoist, best, p, t, x, u):
-    """Return ((the smallest guard, its number), evaluations), the winch's stick and slip counted in; best: others'."""
-    return best, 0
+    """Return (the smallest guard, its number), the winch's stick and slip counted in; best: others'."""
+    return best
 
 
 @falls_winch_guard.register(ReevedHoist)
@@ -39,11 +39,11 @@ def _(hoist, best, p, t, x, u):
 def reeved_guard(hoist, best, p, t, x, u):
     """Return the result of `falls_winch_guard` for a rope over sheaves."""
     if hoist_modes(hoist) == 0:
-        return best, 0
+        return best
     pose, turn, tip, load, motion = kinematics_of(p, x)
     paid = sum_falls(p, x, pose, turn, tip, load).paid
     mode = winch_mode(hoist, x, winch_index(p))
-    return winch_guard(hoist, best, system.effort(u, p, t, x), mode, (*motion, p.gravity), paid), 0
+    return winch_guard(hoist, best, system.effort(u, p, t, x), mode, (*motion, p.gravity), paid)
 
 
 @generic

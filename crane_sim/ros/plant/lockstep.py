@@ -57,9 +57,8 @@ class Lockstep:
         self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended)
         self._lag = clock_lag(simulation.scene.period_ns)
         self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
-        self._ahead = self._ahead_before = (
-            0  # ns, by which the clock is ahead of its usual time; when the state was new
-        )
+        self._ahead = 0  # ns, by which the clock is ahead of its usual time
+        self._ahead_before = 0  # ns, the same when the state was new
         by_state = settings.command_stamps == CommandStamps.STATE
         self._accepted = None if by_state else AcceptedCommands(host.node, self._wire)
         self._acknowledgements = AcknowledgementMonitor(lease)

@@ -28,7 +28,7 @@ def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: st
     try:
         import_module(f"{_PACKAGE}.srv")
     except ImportError:
-        node.get_logger().info(f"{_PACKAGE} is not importable: no standard services (crane interfaces builds it)")
+        node.get_logger().info(f"{_PACKAGE} is not here: no standard services (docs/interfaces.md)")
         return None
     entities = Entities(simulation.plant, prefix)
     EntityServices(node, _PACKAGE, entities, lambda: simulation.stamp)

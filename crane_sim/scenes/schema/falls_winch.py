@@ -115,8 +115,7 @@ class Hoist(Group):
             raise SceneError("hoist.reeving.mass_per_length: the rope of elastic falls weighs nothing; leave it out")
         low, high = self.limits or (MIN_LENGTH, length)
         reeving.check(low, high, "hoist")
-        turns = [part.inertia for part in (reeving.drum, reeving.sheaves) if part is not None]
-        if self.drive != "rate" and not any(turns):
+        if self.drive != "rate" and not reeving.least_mass(ropes.number) > 0.0:
             raise SceneError(
                 f"hoist.reeving.drum.inertia: is missing; elastic falls would turn a winch driven by {self.drive!r} "
                 "without inertia at once"
