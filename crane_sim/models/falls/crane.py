@@ -343,8 +343,8 @@ def falls_power(p, t, x, solved):
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
     power += play_power(p.support, solved.pose, solved.command)
     mode = winch_mode(p.hoist, x, winch_index(p))
-    power += winch_power(p.hoist, solved.tau, mode, motion, pull.paid, p.gravity)
-    power += imposed_load_power(solved.base, body, load)
+    winch = winch_power(p.hoist, solved.tau, mode, motion, pull.paid, p.gravity)
+    power += winch + imposed_load_power(solved.base, body, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
     return add_contact_power(solved.pressures, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
 
