@@ -28,6 +28,7 @@ pytestmark = [
 SECOND = 10**9  # ns
 START, TIME, END = 1.0, 3.0, 0.6  # s by the stamp, s from there, m
 STOP = 2.0  # s
+RECORDER = "expected_recorders:=1"  # the client, which a paused run would not send its first state again
 
 
 class Answer(NamedTuple):
@@ -108,7 +109,7 @@ def running(scene: Scene, folder: Path, monkeypatch: pytest.MonkeyPatch, *argume
     mode = [argument for argument in arguments if argument.startswith("mode:=")]
     with graph(folder, monkeypatch) as (domain, env), remote(domain) as node:
         with (
-            NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}", *arguments) as plant,
+            NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}", RECORDER, *arguments) as plant,
             NodeProcess(
                 "crane_control.nodes.controller_node", env, f"scene:={file}", f"stop_time:={STOP}", *mode
             ) as controller,
