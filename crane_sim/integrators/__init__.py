@@ -4,23 +4,21 @@ A method is a NamedTuple of its settings; its type chooses the kernels. A method
 size) and, when it controls its error, `advance` (one accepted step of a size it chooses).
 """
 
-from crane_sim.integrators.array_steps import take_smooth_steps
+from crane_sim.integrators.array_steps import take_smooth_steps, take_switching_steps
 from crane_sim.integrators.events import EventLog, apply_pending_events, handle_events, make_event_log
 from crane_sim.integrators.integration import (
     Integration,
     advance,
     dense_output,
     latest_step_end,
-    max_steps,
     restart,
     scratch,
     stages,
     start,
     step,
 )
-from crane_sim.integrators.status import OK, TOO_MANY_STEPS, Status
+from crane_sim.integrators.status import OK, Status
 from crane_sim.numerics.jit import generic, kernel
-from crane_sim.numerics.states import replace_field
 from crane_sim.system import switching
 
 __all__ = [
@@ -52,12 +50,7 @@ def integrate_to(method, p, u, integration, t, end):
 @generic
 def take_steps(switches, method, p, u, integration, t, end):
     """Return the result of `integrate_to`; a step of a model that switches ends at its first event."""
-    limit = integration.steps + max_steps(method)
-    while integration.t < t and integration.status == OK:
-        integration = handle_events(switches, method, p, u, advance(method, p, u, integration, end))
-        if integration.steps >= limit and integration.t < t:
-            integration = replace_field(integration, "status", TOO_MANY_STEPS)
-    return integration
+    return take_switching_steps(integration.x, switches, method, p, u, integration, t, end)
 
 
 @take_steps.register(type(None))

@@ -13,6 +13,7 @@ from crane_sim.integrators.integration import (
     Scratch,
     advance,
     explicit_step,
+    last_stage,
     latest_step_end,
     max_steps,
     result_of,
@@ -158,3 +159,9 @@ def _(method, p, t, x, u, h, scratch, out):
 @stages.register(RK8)
 def _(method):
     return STAGES
+
+
+@last_stage.register(DOP853)
+@last_stage.register(RK8)
+def _(method):
+    return STAGES - 1

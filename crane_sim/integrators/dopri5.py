@@ -13,6 +13,7 @@ from crane_sim.integrators.integration import (
     Scratch,
     advance,
     explicit_step,
+    last_stage,
     latest_step_end,
     max_steps,
     result_of,
@@ -99,3 +100,8 @@ def _(method, p, t, x, u, h, scratch, out):
 @stages.register(DOPRI5)
 def _(method):
     return STAGES
+
+
+@last_stage.register(DOPRI5)
+def _(method):
+    return STAGES - 1

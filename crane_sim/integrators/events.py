@@ -6,17 +6,27 @@ of the step beyond the event is discarded, the model switches its state, and the
 
 Guards are sampled at equidistant instants of a step, at states interpolated between its ends.
 
-Where guards need positions and time alone, as the model specifies (`system.Switching`), their cubic Hermite
-interpolation needs only the velocities, which are in the states at both ends: the equations are not evaluated for it.
+The interpolation is Hermite's cubic. Where guards need positions and time alone, as the model specifies
+(`system.Switching`), it needs only the velocities, which are in the states at both ends. An array's derivatives there
+are those of the first and the last stage, of methods with a stage at the end: it is as accurate as the cubic. So the
+equations are evaluated for the interpolation only where the method has no such stage, and for states in registers.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.integrators.integration import MAX_STAGES, Scratch, add_evaluations, advance, dense_output, stages
+from crane_sim.integrators.integration import (
+    MAX_STAGES,
+    Scratch,
+    add_evaluations,
+    advance,
+    dense_output,
+    last_stage,
+    stages,
+)
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
+from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
 from crane_sim.system import Retake, Switching, apply_reset_map, guard, rhs, rhs_into, switching
 
@@ -27,34 +37,54 @@ GUARD_SAMPLES = 4
 """Instants of a step at which the guards are evaluated; the last one is its end."""
 
 
+class StepEnds(NamedTuple):
+    """A step from state x0 at time t0 [s] to state x at t."""
+
+    t0: float
+    x0: Any
+    t: float
+    x: Any
+
+
 @generic
-def hermite_slopes(scratch, p, u, integration, positions):
-    """Return the derivatives at both ends of the last step, all or only of the positions; of arrays as rows.
+def hermite_slopes(scratch, method, p, u, ends, positions):
+    """Return (derivatives at both ends of the last step, all or only of the positions, evaluations); of arrays as rows.
 
     These are the rows from `MAX_STAGES` + 1 on; the third one is to be filled with a state between.
     """
     if positions > 0:
-        return constant_velocity_rates(integration.x0, positions), constant_velocity_rates(integration.x, positions)
-    return rhs(p, integration.t0, integration.x0, u), rhs(p, integration.t, integration.x, u)
+        return (
+            constant_velocity_rates(ends.x0, positions),
+            constant_velocity_rates(ends.x, positions),
+        ), 0
+    return (rhs(p, ends.t0, ends.x0, u), rhs(p, ends.t, ends.x, u)), 2
 
 
 @hermite_slopes.register(Scratch)
-def _(scratch, p, u, integration, positions):
-    fill_ends(scratch.rows, p, u, integration, positions, scratch.work)
-    return scratch.rows
+def _(scratch, method, p, u, ends, positions):
+    return scratch.rows, fill_ends(last_stage(method), scratch, p, u, ends, positions)
 
 
-@lean_routine
-def fill_ends(rows, p, u, integration, positions, work):
-    """Write the two derivatives of `hermite_slopes` into their rows of a scratch."""
+@lean_kernel
+def fill_ends(stage, scratch, p, u, ends, positions):
+    """Write the two derivatives of `hermite_slopes` into their rows of a scratch; return the number of evaluations.
+
+    `stage` is the row of the stage at the end, 0 where there is none.
+    """
+    rows, work = scratch.rows, scratch.work
     if positions > 0:
-        for i in range(len(integration.x)):
+        for i in range(len(ends.x)):
             is_position = i < positions
-            rows[FIRST, i] = integration.x0[positions + i] if is_position else 0.0
-            rows[SECOND, i] = integration.x[positions + i] if is_position else 0.0
-    else:
-        rhs_into(p, integration.t0, integration.x0, u, rows[FIRST], work)
-        rhs_into(p, integration.t, integration.x, u, rows[SECOND], work)
+            rows[FIRST, i] = ends.x0[positions + i] if is_position else 0.0
+            rows[SECOND, i] = ends.x[positions + i] if is_position else 0.0
+        return 0
+    if stage > 0:
+        for i in range(len(ends.x)):
+            rows[FIRST, i], rows[SECOND, i] = rows[0, i], rows[stage, i]
+        return 0
+    rhs_into(p, ends.t0, ends.x0, u, rows[FIRST], work)
+    rhs_into(p, ends.t, ends.x, u, rows[SECOND], work)
+    return 2
 
 
 @kernel
@@ -86,41 +116,57 @@ def _(first, x, positions):
 
 
 @lean_generic
-def guard_between(x, p, u, integration, slopes, s, work):
+def guard_between(x, p, u, ends, slopes, s, work):
     """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
-    h, increment, (f0, f1) = integration.t - integration.t0, add_scaled(x, -1.0, integration.x0), slopes
+    h, increment, (f0, f1) = ends.t - ends.t0, add_scaled(x, -1.0, ends.x0), slopes
     correction = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
     correction = add_scaled(correction, 1.0 - 2.0 * s, increment)
     return guard(
         p,
-        integration.t0 + s * h,
-        add(add_scaled(integration.x0, s, increment), scale(s * (s - 1.0), correction)),
+        ends.t0 + s * h,
+        add(add_scaled(ends.x0, s, increment), scale(s * (s - 1.0), correction)),
         u,
         work,
     )
 
 
 @guard_between.register(np.ndarray)
-def _(x, p, u, integration, slopes, s, work):
-    h = integration.t - integration.t0
+def _(x, p, u, ends, slopes, s, work):
+    h = ends.t - ends.t0
     for i in range(len(x)):
-        increment = x[i] - integration.x0[i]
+        increment = x[i] - ends.x0[i]
         correction = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * increment
-        slopes[BETWEEN, i] = integration.x0[i] + s * increment + s * (s - 1.0) * correction
-    return guard(p, integration.t0 + s * h, slopes[BETWEEN], u, work)
+        slopes[BETWEEN, i] = ends.x0[i] + s * increment + s * (s - 1.0) * correction
+    return guard(p, ends.t0 + s * h, slopes[BETWEEN], u, work)
 
 
 @lean_routine
-def first_sign_change(p, u, integration, slopes, work, begin):
+def first_sign_change(p, u, ends, slopes, work, begin):
     """Return (first sample from `begin` on with a negative guard, GUARD_SAMPLES + 1 if there is none, evaluations)."""
     n = 0
     for j in range(begin, GUARD_SAMPLES):
-        value, _, more = guard_between(integration.x, p, u, integration, slopes, j / GUARD_SAMPLES, work)
+        value, _, more = guard_between(ends.x, p, u, ends, slopes, j / GUARD_SAMPLES, work)
         n += more
         if value < 0.0:
             return j, n
-    value, _, more = guard(p, integration.t, integration.x, u, work)
+    value, _, more = guard(p, ends.t, ends.x, u, work)
     return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
+
+
+@lean_generic
+def may_switch(switches, method, scratch, p, u, ends):
+    """Return (whether a guard of an array fails at a sample of the step, by interpolation before its end, evaluations).
+
+    Derivatives at the ends are written into the rows of `hermite_slopes`.
+    """
+    return False, 0
+
+
+@may_switch.register(Switching)
+def _(switches, method, scratch, p, u, ends):
+    n = fill_ends(last_stage(method), scratch, p, u, ends, switches.positions)
+    j, more = first_sign_change(p, u, ends, scratch.rows, scratch.work, 1)
+    return j <= GUARD_SAMPLES, n + more
 
 
 MAX_SWITCHES = 50  # at one instant; more of them are chattering
@@ -247,15 +293,16 @@ def bracket(method, p, u, integration):
     negative for 1 / GUARD_SAMPLES of the step.
     """
     work, positions = work_of(integration.scratch), switching(p).positions
-    slopes = hermite_slopes(integration.scratch, p, u, integration, positions)
-    j, n = first_sign_change(p, u, integration, slopes, work, 1)
-    n += 0 if positions > 0 else 2
+    ends = StepEnds(integration.t0, integration.x0, integration.t, integration.x)
+    slopes, n = hermite_slopes(integration.scratch, method, p, u, ends, positions)
+    j, more = first_sign_change(p, u, ends, slopes, work, 1)
+    n += more
     while j < GUARD_SAMPLES:
         value, more = guard_at(method, p, u, integration, sample_time(integration, j), work)
         n += more
         if value < 0.0:
             break
-        j, more = first_sign_change(p, u, integration, slopes, work, j + 1)
+        j, more = first_sign_change(p, u, ends, slopes, work, j + 1)
         n += more
     if j > GUARD_SAMPLES:
         return integration.t, integration.t, n

@@ -177,6 +177,12 @@ def stages(method):
 
 
 @lean_generic
+def last_stage(method):
+    """Return the row of the scratch with the stage at the end of a step, 0 for a method that has no such stage."""
+    return 0
+
+
+@lean_generic
 def max_steps(method):
     """Return the maximum number of steps to one instant; unlimited for fixed steps."""
     return 2**62

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import Positive
-from crane_sim.integrators.integration import Scratch, explicit_step, stages
+from crane_sim.integrators.integration import Scratch, explicit_step, last_stage, stages
 from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.numerics.jit import lean_generic
 from crane_sim.numerics.states import add_weighted
@@ -49,3 +49,8 @@ def _(method, p, t, x, u, h, scratch, out):
 @stages.register(RK4)
 def _(method):
     return 4
+
+
+@last_stage.register(RK4)
+def _(method):
+    return 3

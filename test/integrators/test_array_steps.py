@@ -7,11 +7,15 @@ import pytest
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import Integration, Status, advance, integrate_to, start
+from crane_sim.integrators import Integration, Status, advance, integrate_to, make_event_log, scratch, start
+from crane_sim.integrators.array_steps import take_single_steps_to_events
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
+from crane_sim.integrators.events import BETWEEN, StepEnds, guard_between, may_switch
+from crane_sim.integrators.integration import explicit_step
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rk4 import RK4
+from crane_sim.integrators.rodas import Rodas
 from crane_sim.scenes.scene import load_scene
 
 
@@ -58,6 +62,70 @@ def test_steps_in_one_piece_are_those_one_by_one(method: Any) -> None:
     assert np.array_equal(whole.x, single.x) and np.array_equal(whole.x0, single.x0)
     assert whole._replace(x=0, x0=0, scratch=0) == single._replace(x=0, x0=0, scratch=0)
     assert np.array_equal(START, [0.5, 0.0, 0.0])
+
+
+class SwitchingWhirl(NamedTuple):
+    """The same, whose velocity turns around where the position falls below a floor."""
+
+    floor: float = -0.2
+    rank: int = 0  # of what the guards depend on; 0: on all of the state
+
+
+@system.rhs_into.register(SwitchingWhirl)
+def _(p, t, x, u, out, work):
+    system.rhs_into(Whirl(), t, x, u, out, work)
+
+
+@system.workspace.register(SwitchingWhirl)
+def _(p):
+    return np.zeros(1)
+
+
+@system.switching.register(SwitchingWhirl)
+def _(p):
+    return system.Switching(10, p.rank)
+
+
+@system.guard.register(SwitchingWhirl)
+def _(p, t, x, u, work):
+    return (x[0] - p.floor if x[1] < 0.0 else 1.0), 0, 1 - p.rank
+
+
+@system.apply_reset_map.register(SwitchingWhirl)
+def _(p, t, x, u, which):
+    return np.array([x[0], -0.9 * x[1], x[2]]), which, True
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("rank", [0, 1])
+@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), Rodas(1e-4, 1e-6)], ids=repr)
+def test_steps_with_events_in_one_piece_are_those_one_by_one(method: Any, rank: int) -> None:
+    """Events, bits, counters and the last step are those of a loop that looks for an event after each step."""
+    p = SwitchingWhirl(rank=rank)
+    switches = system.switching(p)
+    single, whole = (start(p, 0.0, START, make_event_log(switches)) for _ in range(2))
+    for t in (0.7, 9.0):
+        single = take_single_steps_to_events(switches, method, p, (), single, t, 9.0)
+        whole = integrate_to(method, p, (), whole, t, 9.0)
+    assert whole.event_log.total > 2 and np.array_equal(whole.event_log.rows, single.event_log.rows)
+    assert np.array_equal(whole.x, single.x) and np.array_equal(whole.x0, single.x0)
+    nothing = {"x": 0, "x0": 0, "scratch": 0, "event_log": 0}
+    assert whole._replace(**nothing) == single._replace(**nothing)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("method", [RK4(1.0), RK8(1.0), DOP853(), DOPRI5()], ids=repr)
+def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) -> None:
+    """In the middle of a step the interpolation of guards errs by h⁴: halving the step divides its error by 16."""
+    p, errors = SwitchingWhirl(), list[float]()
+    for h in (0.1, 0.05):
+        x, space, middle = np.empty(3), scratch(START, p), np.empty(3)
+        explicit_step(method, p, 0.0, START, (), h, space, x)
+        may_switch(system.switching(p), method, space, p, (), StepEnds(0.0, START, h, x))
+        guard_between(x, p, (), StepEnds(0.0, START, h, x), space.rows, 0.5, space.work)
+        explicit_step(RK8(1.0), p, 0.0, START, (), 0.5 * h, scratch(START, p), middle)
+        errors.append(float(np.linalg.norm(space.rows[BETWEEN] - middle)))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)  # the next term is h times as large
 
 
 @pytest.mark.interpreted
