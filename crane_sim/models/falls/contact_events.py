@@ -41,7 +41,9 @@ from crane_sim.models.falls.crane import (
 )
 from crane_sim.models.guards import BOUNCES, LEAVES, TOUCHES, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_kinematics_at
+from crane_sim.models.suspended.crane import load_force
 from crane_sim.models.suspended.load_dynamics import coordinate_velocity, multiply, subtract
+from crane_sim.models.wind_load import airflow_at
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import replace_field
 
@@ -55,7 +57,9 @@ def load_alone(p, t, x):
     """Return the load's accelerations without contact, see `load_acceleration`."""
     pose, turn, tip, load, _ = kinematics_of(p, x)
     pull = sum_falls(p, x, pose, turn, tip, load)
-    return load_acceleration(p, body_of(p, x), t, base_kinematics_at(p.base, p.gravity, t), load, pull)
+    body, base = body_of(p, x), base_kinematics_at(p.base, p.gravity, t)
+    given = load_force(p, body, t, airflow_at(p.wind, p.base, t, 0.0), base, load)
+    return load_acceleration(p, body, base, load, pull, given)
 
 
 @generic

@@ -65,7 +65,7 @@ from crane_sim.models.suspended.load_dynamics import (
     multiply,
     subtract,
 )
-from crane_sim.models.wind_load import airflow_at
+from crane_sim.models.wind_load import airflow_at, turned_flow
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
 from crane_sim.trajectories.base_motion import AnyBase
@@ -133,6 +133,7 @@ class FallsSolution(NamedTuple):
     alpha: tuple[float, float, float]  # rad/s², of the load, in its own axes
     load: BodyState
     pull: Pull
+    given: Any  # by `load_force`
     tip_force: tuple[float, float, float]  # N, of all falls on the tip, in the support's frame
     tau: Any  # efforts on the joints, with those that base and falls add
     command: Any  # efforts of the drives
@@ -273,24 +274,28 @@ def solve_dynamics(p, t, x, tau):
     pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
     (s, c), load, body = sincos(angle), body_state(p, x), body_of(p, x)
     pull = sum_falls(p, x, pose, (s, c), tip_motion(pose, s, c), load)
-    turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
+    flow, turned = airflow_at(p.wind, p.base, t, 0.0), turned_about_z(base, angle)
+    given = load_force(p, body, t, flow, base, load)
     command, tau = tau, joint_efforts(p.support, tau, pose)
-    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
+    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), turned_flow(flow, angle), turned, pose)
     tau = add_yaw_moment(p.support, tau, pull.couple)
     fx, fy, fz = to_turned_axes(pull.force, s, c)
     tip_force = -fx, -fy, -fz
     qdd = support_acceleration(p.support, pose, p.gravity, tau, tip_force)
     motion, at = (*common_length(p.hoist, p, x, nq), p.gravity), (nq + coordinate_count(p.support), winch_index(p))
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
-    free, length = load_acceleration(p, body, t, base, load, pull), bias_acc + inv_mass * pull.paid
+    free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
     centre, alpha, pressures = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    return FallsSolution(pose, qdd, length, centre, alpha, load, pull, tip_force, tau, command, base, pressures)
+    return FallsSolution(pose, qdd, length, centre, alpha, load, pull, given, tip_force, tau, command, base, pressures)
 
 
 @lean_kernel
-def load_acceleration(p, body, t, base, load, pull):
-    """Return the load's accelerations without contact: (centre (3,) in the base's axes, α (3,) in its own)."""
-    given, moment = load_force(p, body, t, base, load)
+def load_acceleration(p, body, base, load, pull, given):
+    """Return the load's accelerations without contact: (centre (3,) in the base's axes, α (3,) in its own).
+
+    `given` is by `load_force`.
+    """
+    given, moment = given
     ax, ay, az = add(pull.force, given)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     centre = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
@@ -338,7 +343,7 @@ def falls_power(p, t, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     (nq, _, _), body = falls_layout(p), body_of(p, x)
     load, pull, motion = solved.load, solved.pull, (*common_length(p.hoist, p, x, nq), solved.length)
-    given, moment = load_force(p, body, t, solved.base, load)
+    given, moment = solved.given
     reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
     power = drive_power(p.support, solved.tau, solved.pose, reaction)
     power += play_power(p.support, solved.pose, solved.command)

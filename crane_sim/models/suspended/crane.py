@@ -86,7 +86,7 @@ from crane_sim.models.suspended.torsion import (
     twist_support,
     twist_tip,
 )
-from crane_sim.models.wind_load import airflow_at
+from crane_sim.models.wind_load import airflow_at, turned_flow
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.trajectories.base_motion import AnyBase
@@ -133,6 +133,7 @@ class SuspendedSolution(NamedTuple):
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
     base_power: float  # W, that the base supplies to nodes and load
+    given: Any  # by `load_force`
     moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
     twist: Any  # `Twist` of the rope, None without torsion
 
@@ -282,17 +283,17 @@ def fill_node_accelerations(p, base, links, rate, node, acc):
 
 
 @lean_kernel
-def load_force(p, body, t, base, load):
+def load_force(p, body, t, flow, base, load):
     """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load.
 
     Args:
         p: the crane.
         body: parameters of its load.
-        t, base, load: time [s], base and kinematics of the load.
+        t, flow, base, load: time [s], wind in the base's axes, base and kinematics of the load.
     """
     air = airspeed(base, load.position, load.velocity)
     force = add_given_force(p.force, add_drag(p.drag, (0.0, 0.0, 0.0), air), p.base, t)
-    wind, moment = wind_on_load(airflow_at(p.wind, p.base, t, 0.0), base, body, load)
+    wind, moment = wind_on_load(flow, base, body, load)
     return add(force, wind), moment
 
 
@@ -327,13 +328,14 @@ def solve_dynamics(p, t, x, tau, work):
     links.inv_masses[n - 1] = end_mobility(body, load, last)
     twist = twist_of(p.torsion, links, load, angle, pose.yaw_rate)
     push_nodes(twist, links, acc)
-    (fx, fy, fz), moment = twist_load(twist, links, body, load, *load_force(p, body, t, base, load))
+    flow, turned = airflow_at(p.wind, p.base, t, 0.0), turned_about_z(base, angle)
+    given = load_force(p, body, t, flow, base, load)
+    (fx, fy, fz), moment = twist_load(twist, links, body, load, *given)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
-    turned, flow = turned_about_z(base, angle), airflow_at(p.wind, p.base, t, angle)
     command, tau = tau, joint_efforts(p.support, tau, pose)
-    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), flow, turned, pose)
+    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), turned_flow(flow, angle), turned, pose)
     tau = twist_support(twist, p.support, tau)
     first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, twist_tip(twist, links, (s, c), (0.0, 0.0, 0.0)))
@@ -342,7 +344,7 @@ def solve_dynamics(p, t, x, tau, work):
     hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, (length, rate, p.gravity))
     top = SupportEnd(tip_mobility(p.support, pose, first), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
-    length_acceleration = hoisted_length_acceleration(links, top, acc, tension)
+    length_acc = hoisted_length_acceleration(links, top, acc, tension)
     pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
     pull = twist_tip(twist, links, (s, c), pull)
     qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
@@ -351,7 +353,7 @@ def solve_dynamics(p, t, x, tau, work):
     for i in range(3):
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
-    return SuspendedSolution(pose, qdd, length_acceleration, pull, tau, command, load, base, power, moment, twist)
+    return SuspendedSolution(pose, qdd, length_acc, pull, tau, command, load, base, power, given, moment, twist)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -394,7 +396,7 @@ def suspended_power(p, t, x, solved, work):
     nq, _, end = suspended_layout(p)
     body = current_load(p.exchange, p.load, x, end)
     motion, load = (*first_length(p.hoist, p, x, nq), solved.length), solved.load
-    force, moment = load_force(p, body, t, solved.base, load)
+    force, moment = solved.given
     power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
     power += winch_power(p.hoist, solved.tau, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
     power += play_power(p.support, solved.pose, solved.command)
