@@ -76,19 +76,23 @@ def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> N
         value = document.get(group)
         if not isinstance(value, Mapping) or value.get("reeving") is None or group == own:
             continue
+        if own:
+            raise SceneError(f"{group}.reeving: of crane: {crane}{' on falls' * on_falls} it is {own}.reeving")
         raise SceneError(
             f"{group}.reeving: belongs to rope.reeving of crane: {', '.join(REEVED)}, whose rope a winch moves, and to "
             f"hoist.reeving of falls below crane: {', '.join(HOISTED)}"
         )
 
 
-def cranes_with(path: Sequence[str]) -> str:
-    """Return the end of a line on an unknown key: which cranes have it there or elsewhere, empty where none does."""
-    if not path:
-        return ""
-    if found := _cranes(path):
-        return f"; {'.'.join(path)!r} belongs to crane: {found}"
-    if len(path) > 1:
+def key_of_other_cranes(path: Sequence[str], crane: str) -> str:
+    """Return a line on an unknown key that other cranes have there, empty where none does."""
+    found = _cranes(path) if path else ""
+    return f"{'.'.join(path)}: belongs to crane: {found}; here is crane: {crane}" if found else ""
+
+
+def places_of(path: Sequence[str]) -> str:
+    """Return the end of a line on an unknown key: where cranes have it in a group, empty where none does."""
+    if len(path) != 1:
         return ""
     groups = dict.fromkeys(group for form in ALL_FORMS.values() for group in form.model_fields)
     elsewhere = ((f"{group}.{path[-1]}", _cranes((group, path[-1]))) for group in groups)

@@ -14,7 +14,7 @@ from crane_sim.files.document import SHARED, nominal, read, set_value, switch_la
 from crane_sim.files.errors import SceneError, foreign_path, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
-from crane_sim.scenes.forms import FORMS, check_cable, cranes_with, form_of
+from crane_sim.scenes.forms import FORMS, check_cable, form_of, key_of_other_cranes, places_of
 from crane_sim.scenes.hardware_settings import CLOSE, acts, commands_of, equipment_of
 from crane_sim.scenes.instrument_settings import instruments_of
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
@@ -355,7 +355,9 @@ def _validate(document: dict[str, Any]) -> SceneFile:
     try:
         return form.model_validate(without_nulls(document))
     except ValidationError as error:
-        raise SceneError(one_line(error, form) + cranes_with(foreign_path(error))) from None
+        path = foreign_path(error)
+        line = key_of_other_cranes(path, document["crane"]) or one_line(error, form) + places_of(path)
+        raise SceneError(line) from None
 
 
 def law_parts(draft: Draft) -> tuple[Mapping[str, Any], Scene]:
