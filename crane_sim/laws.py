@@ -101,7 +101,7 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         SceneError: no such law, or it does not accept the settings or the scene.
     """
     with _errors_in_one_line(name):
-        return _make_own_law(name, settings, nominal) if ":" in name else _load(name)(settings, nominal)
+        return _make_own_law(name, settings, nominal) if ":" in name else _find_builder(name)(settings, nominal)
 
 
 def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]) -> list["Law | SceneError"]:
@@ -153,7 +153,7 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
 
 
-def _load(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
+def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
     """Return the function that builds an installed law; raises SceneError where there is none of this name."""
     entries = [entry for entry in _laws() if entry.name == name]
     if not entries:

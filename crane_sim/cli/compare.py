@@ -105,7 +105,7 @@ def _print(comparison: Comparison) -> None:
     for name, differences in zip(others, comparison.differences, strict=True):
         for quantity, each in differences.items():
             unit, factor = shown_unit(each.unit)
-            largest, rms = _format(factor * each.largest), _format(factor * each.rms)
+            largest, rms = _format_figure(factor * each.largest), _format_figure(factor * each.rms)
             table.add_row(name, quantity, largest, f"{each.at:g}", rms, unit)
     console.print(table)
     for name, left_out in zip(others, comparison.not_compared, strict=True):
@@ -126,5 +126,5 @@ def _print_figures(comparison: Comparison, console: Console) -> None:
     console.print(table)
 
 
-def _format(value: float) -> str:
+def _format_figure(value: float) -> str:
     return f"{value:.5g}"

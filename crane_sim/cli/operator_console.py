@@ -110,8 +110,8 @@ def make_lever_table(joints: Sequence[DrivenJoint], assignment: Assignment, devi
     for joint, levers in zip(joints, assignment.levers, strict=True):
         control = " / ".join(levers.keys) if device == "keyboard" else axis_name(levers)
         speed, ramp = (
-            _format_number(joint.bounds.speed, joint.unit, "/s"),
-            _format_number(joint.bounds.acceleration, joint.unit, "/s²"),
+            _format_quantity(joint.bounds.speed, joint.unit, "/s"),
+            _format_quantity(joint.bounds.acceleration, joint.unit, "/s²"),
         )
         table.add_row(joint.name, control, " / ".join(levers.directions), speed, ramp, _format_travel(joint))
     return table
@@ -155,8 +155,8 @@ def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, An
 def _format_joint(joint: DrivenJoint, i: int, state: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the cells of the i-th joint's row of the panel."""
     bar = format_bar(state["speeds"][i] / joint.bounds.speed)
-    velocity = _format_number(state["velocities"][i], joint.unit, "/s")
-    position = _format_number(state["positions"][i], joint.unit)
+    velocity = _format_quantity(state["velocities"][i], joint.unit, "/s")
+    position = _format_quantity(state["positions"][i], joint.unit)
     notes = {"at_soft_limit": "soft limit", "dragged": "dragged"}
     return joint.name, bar, velocity, position, ", ".join(notes[key] for key in notes if joint.name in state[key])
 
@@ -170,11 +170,11 @@ def format_bar(fraction: float) -> str:
 
 
 def _format_travel(joint: DrivenJoint) -> str:
-    low, high = (_format_number(end, joint.unit) if isfinite(end) else "-" for end in (joint.low, joint.high))
+    low, high = (_format_quantity(end, joint.unit) if isfinite(end) else "-" for end in (joint.low, joint.high))
     return "none" if joint.low == -inf and joint.high == inf else f"{low} .. {high}"
 
 
-def _format_number(value: float, unit: str, rate: str = "") -> str:
+def _format_quantity(value: float, unit: str, rate: str = "") -> str:
     """Return a number with its unit; angles in degrees."""
     number, name = (degrees(value), "°") if unit == "rad" else (value, " m")
     return f"{number + 0.0:.2f}{name}{rate}"

@@ -51,7 +51,7 @@ def frame_motions(
         base = base_state(scene, t)
         turn = base.rotation
         relative.append(RelativeMotion(base_transform(base), turn @ base.velocity, turn @ base.angular_velocity))
-    return _chain(relative, WORLD)
+    return _chain_motions(relative, WORLD)
 
 
 def frame_accelerations(
@@ -79,10 +79,10 @@ def frame_accelerations(
 
 def motions_aboard(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
     """Return the motions of all frames relative to the base, in its axes, at joint positions and rates (nq,)."""
-    return _chain(tree.motions(q, v), BASE)
+    return _chain_motions(tree.motions(q, v), BASE)
 
 
-def _chain(relative: Sequence[RelativeMotion], root: str) -> dict[str, FrameMotion]:
+def _chain_motions(relative: Sequence[RelativeMotion], root: str) -> dict[str, FrameMotion]:
     """Return the motions in a frame of all that are below it."""
     above = {motion.transform.child: motion for motion in relative if motion.transform.child != root}
     found = {root: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}

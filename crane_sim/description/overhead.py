@@ -28,10 +28,10 @@ def add_overhead_crane(robot: ElementTree.Element, scene: Scene) -> None:
     add_link(robot, "base_link", overhead_visuals.base(box))
     parent = "base_link"
     if box.spatial:
-        add_link(robot, "bridge_link", overhead_visuals.bridge(box), _body(file.bridge))
+        add_link(robot, "bridge_link", overhead_visuals.bridge(box), _axis_body(file.bridge))
         add_joint(robot, "prismatic", "bridge", (parent, "bridge_link"), axis=LEFT)
         parent = "bridge_link"
-    add_link(robot, "trolley_link", overhead_visuals.trolley(box), _body(file.trolley))
+    add_link(robot, "trolley_link", overhead_visuals.trolley(box), _axis_body(file.trolley))
     add_joint(robot, "prismatic", "trolley", (parent, "trolley_link"), axis=FORWARD)
     cable = SuspendedCable.of(scene)
     add_cable(robot, scene.joint_names, cable, box)
@@ -58,7 +58,7 @@ def _comment_drum(robot: ElementTree.Element, reflected_mass: float) -> None:
     )
 
 
-def _body(group: AxisGroup | None) -> Body | None:
+def _axis_body(group: AxisGroup | None) -> Body | None:
     """Return the body of trolley or bridge, None without a mass, which only a drive by force needs."""
     mass = group.mass if group is not None else None
     return point_mass(mass) if mass else None

@@ -135,11 +135,13 @@ class Shooting:
         """
         logarithms, deviations = point
         by_parameter = [
-            _difference(lambda h, i=i: self.predict(Point(_shift(logarithms, i, h), deviations)), STEP)
+            _central_difference(lambda h, i=i: self.predict(Point(_shift(logarithms, i, h), deviations)), STEP)
             for i in range(len(logarithms))
         ]
         by_state = [
-            _difference(lambda h, j=j: self.predict(Point(logarithms, _shift(deviations, (slice(None), j), h))), STEP)
+            _central_difference(
+                lambda h, j=j: self.predict(Point(logarithms, _shift(deviations, (slice(None), j), h))), STEP
+            )
             for j in range(deviations.shape[1])
         ]
         return np.stack(by_parameter, axis=2), np.stack(by_state, axis=2)
@@ -152,7 +154,7 @@ def _shift(values: Array, index: Any, h: float) -> Array:
     return shifted
 
 
-def _difference(function: Callable[[float], Array], h: float) -> Array:
+def _central_difference(function: Callable[[float], Array], h: float) -> Array:
     """Return the derivative of a function at 0 by differences of order 6 with step h."""
     return sum((weight * (function(k * h) - function(-k * h)) for k, weight in WEIGHTS.items()), np.zeros(())) / h
 

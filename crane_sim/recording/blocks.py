@@ -44,7 +44,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     step, braked = np.array([row.step for row in rows], dtype=np.int64), np.array([row.braked for row in rows])
     motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows), braked)
     t = ((step - 1) * scene.period).astype(np.float64)
-    return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(measured=_measured(rows))
+    return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(measured=_measured_array(rows))
 
 
 def block_of_rollout(rollout: Rollout) -> Block:
@@ -110,7 +110,7 @@ def _demands(rows: Sequence[Row], nu: int) -> Numbers:
     return _array((np.nan,) * nu if row.demanded is None else row.demanded for row in rows)
 
 
-def _measured(rows: Sequence[Row]) -> Numbers | None:
+def _measured_array(rows: Sequence[Row]) -> Numbers | None:
     shown = [row.measured for row in rows if row.measured is not None]
     return _array((*q, *v) for q, v in shown) if len(shown) == len(rows) else None
 

@@ -90,7 +90,7 @@ def compare(*runs: RecordedRun | Rollout | Path | str, names: Sequence[str] = ()
     for run, name in zip(read[1:], called[1:], strict=True):
         _check_alike(read[0], called[0], run, name)
     t = _common_time(read)
-    differences = tuple(_differences(read[0], run, t) for run in read[1:])
+    differences = tuple(_compare_columns(read[0], run, t) for run in read[1:])
     not_compared = tuple(_not_compared(read[0], *pair) for pair in zip(read[1:], differences, strict=True))
     return Comparison(read, called, t, _metrics(read), differences, not_compared)
 
@@ -127,7 +127,7 @@ def _common_time(runs: Sequence[RecordedRun]) -> Numbers:
     return t
 
 
-def _differences(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[str, Difference]:
+def _compare_columns(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[str, Difference]:
     """Return the differences of all quantities that both runs have as finite numbers, `payload` being a distance."""
     ours, others = first.columns(), run.columns()
     away = {}
@@ -156,12 +156,12 @@ def _hold(t: Numbers, steps: Numbers, values: Numbers) -> Numbers:
 
 
 def _metrics(runs: Sequence[RecordedRun]) -> dict[str, tuple[float | None, ...]]:
-    flat = [dict(_numbers(run.summary)) for run in runs]
+    flat = [dict(_numbers_of(run.summary)) for run in runs]
     names = dict.fromkeys(name for each in flat for name in each)
     return {name: tuple(each.get(name) for each in flat) for name in names}
 
 
-def _numbers(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
+def _numbers_of(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
     """Return (name, value) of all numbers of a summary, those of joints as NAME.JOINT."""
     found = []
     for key, value in summary.items():

@@ -62,18 +62,18 @@ def figure_row(name: str, cranes: Sequence[Crane], values: Sequence[float | None
     units = [figure_unit(name, crane) for crane in cranes]
     label, unit, _ = next(each for each, value in zip(units, values, strict=True) if value is not None)
     texts = [
-        _format(value, own.factor) + (f" {own.unit}" if value is not None and own.unit != unit else "")
+        _format_scaled(value, own.factor) + (f" {own.unit}" if value is not None and own.unit != unit else "")
         for own, value in zip(units, values, strict=True)
     ]
     for own, value in zip(units[1:], values[1:], strict=True):
         if value is None or values[0] is None or own != units[0]:
             texts.append("")
         else:
-            texts.append(_format(value - values[0], own.factor))
+            texts.append(_format_scaled(value - values[0], own.factor))
     return label, unit, texts
 
 
-def _format(value: float | None, factor: float) -> str:
+def _format_scaled(value: float | None, factor: float) -> str:
     return "" if value is None else f"{factor * value:.5g}"
 
 

@@ -17,7 +17,7 @@ _CPU = Path("/proc/cpuinfo")
 
 def of_this_process() -> dict[str, str]:
     """Return the versions by package, `python`, `system`, `cpu`, and `lock_sha256` of the file of locked packages."""
-    return {"python": platform.python_version()} | versions_of(PACKAGES) | _machine() | _lock()
+    return {"python": platform.python_version()} | versions_of(PACKAGES) | _machine() | _lock_hash()
 
 
 def versions_of(packages: Iterable[str]) -> dict[str, str]:
@@ -40,7 +40,7 @@ def _machine() -> dict[str, str]:
     return {"system": f"{platform.system()} {platform.machine()}", "cpu": processor()}
 
 
-def _lock() -> dict[str, str]:
+def _lock_hash() -> dict[str, str]:
     """Return the hash of the tree's lock file; an installed package has none."""
     file = config_folder().parent / Path("requirements", "run.lock")
     return {"lock_sha256": hashlib.sha256(file.read_bytes()).hexdigest()} if file.is_file() else {}

@@ -58,7 +58,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -
         host.wait(partial(subscriptions.missing, is_sensed(scene)))
         host.pipes.report("ready")
     if outputs:
-        _record(host, scene, subscriptions, outputs)
+        _record_run(host, scene, subscriptions, outputs)
 
 
 def check_settings(settings: SimpleNamespace) -> None:
@@ -100,7 +100,7 @@ def _open_outputs(
     return outputs
 
 
-def _record(host: NodeHost, scene: "Scene", subscriptions: RecorderSubscriptions, outputs: Outputs) -> None:
+def _record_run(host: NodeHost, scene: "Scene", subscriptions: RecorderSubscriptions, outputs: Outputs) -> None:
     _record_until_stopped(host, subscriptions, outputs)
     added = _finish_files(host, subscriptions, outputs, *_final_summary(scene, host.stop_reason))
     host.pipes.report("done", summary=added)

@@ -164,7 +164,7 @@ def _run(starts: RunStarts) -> EndColumns:
         run_cranes_with_figures(starts.cranes, clock, runs, scratch, start, end)
         done = runs.counts[start:end, 1].tolist()
         hashes += _hash(scratch.states[: end - start], done)
-    figures = dict(leaves(_figures(starts, runs, hashes)))
+    figures = dict(leaves(_figures_of_runs(starts, runs, hashes)))
     failed = np.flatnonzero(runs.counts[:, 1] != first.steps).tolist()
     errors: list[str | None] = [None] * len(runs.q)
     for i in failed:
@@ -202,7 +202,7 @@ def _allocate_scratch(scene: Scene) -> RunScratch:
     return RunScratch(np.arange(k, dtype=np.float64) * scene.period, driven, rows, commands, *watched, states, lanes)
 
 
-def _figures(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
+def _figures_of_runs(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
     ended = RunTotals(
         t=runs.counts[:, 1] * starts.first.period,
         q=runs.driven_end,

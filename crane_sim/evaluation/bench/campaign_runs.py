@@ -94,11 +94,11 @@ def run_scenes(scenes: Sequence[Scene]) -> dict[str, Array]:
     """Return the figures (n,) of scenes by name, computed on all cores."""
     chunks = [scenes[i : i + CHUNK] for i in range(0, len(scenes), CHUNK)]
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        parts = list(pool.map(_figures, chunks))
+        parts = list(pool.map(_campaign_figures, chunks))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _figures(scenes: Sequence[Scene]) -> dict[str, Array]:
+def _campaign_figures(scenes: Sequence[Scene]) -> dict[str, Array]:
     times, q, _, u = trajectories(scenes)
     return compute_figures(times, q, u)
 

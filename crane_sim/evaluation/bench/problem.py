@@ -84,13 +84,13 @@ def problem_of(scene: Scene, payload: Array) -> Problem | None:
     """
     model = scene.model
     if isinstance(model, PlanarCrane | RodCrane) and _is_plain(model) and _starts_at_rest(scene):
-        return _chain(scene)
+        return _chain_of(scene)
     if isinstance(model, SpringCrane) and _is_plain(model) and _starts_at_rest(scene) and not model.cable.damping:
         cable = model.cable
         values = cable.mass, cable.length, cable.stiffness
         return Spring(_mass(model), *values, payload[[0, 2]], model.gravity, scene.duration)
     if isinstance(model, Crane) and _has_all_springs(model) and _starts_at_rest(scene):
-        return _knuckle(scene, payload)
+        return _knuckle_of(scene, payload)
     return None
 
 
@@ -116,7 +116,7 @@ def _starts_at_rest(scene: Scene) -> bool:
     return not any(scene.initial_v) and "inputs" not in scene.document
 
 
-def _chain(scene: Scene) -> Chain:
+def _chain_of(scene: Scene) -> Chain:
     cable, payload = scene.document["cable"], scene.document.get("payload", {})
     n = cable.get("links") or len(cable["lengths"])
     masses = np.array(np.broadcast_to(cable["node_masses"], n), float)
@@ -126,7 +126,7 @@ def _chain(scene: Scene) -> Chain:
     return Chain(_mass(scene.model), masses, lengths, np.array(angles), scene.model.gravity, scene.duration)
 
 
-def _knuckle(scene: Scene, payload: Array) -> KnuckleCrane:
+def _knuckle_of(scene: Scene, payload: Array) -> KnuckleCrane:
     model = scene.model
     arm, rope = model.support, model.cable.spring
     springs = (arm.boom_spring, arm.jib_spring, rope)

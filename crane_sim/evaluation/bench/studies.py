@@ -53,7 +53,7 @@ def study_of(samples: int) -> Study:
     return load_study(STUDY | {"samples": samples})
 
 
-def _load(samples: int) -> list[Scene]:
+def _load_cranes(samples: int) -> list[Scene]:
     """Return the scenes of so many cranes."""
     study = study_of(samples)
     loaded = load_scenes(scene_document(study), [case.changes for case in cases(study)])
@@ -131,7 +131,7 @@ def _measure_study(samples: int, way: str, workers: int) -> dict[str, float]:
 
 def measure(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds: int = 3) -> dict[str, Any]:
     """Return times and memory of studies of `large`, `small` and `medium` cranes, and of the compiled loop."""
-    scenes, cores = _load(256), len(os.sched_getaffinity(0))
+    scenes, cores = _load_cranes(256), len(os.sched_getaffinity(0))
     _measure_study(64, "processes", 1)  # compiles
     kernel, ways = list[float](), {f"{way}_{workers}": list[dict[str, float]]() for way, workers in WAYS}
     for _ in range(rounds):

@@ -32,7 +32,7 @@ def api_page() -> str:
     """Return the page in Markdown: functions, then classes."""
     public = {name: getattr(crane_sim, name) for name in crane_sim.__all__}
     order = sorted(public.items(), key=lambda item: (inspect.isclass(item[1]), item[0].lower()))
-    return "\n".join([HEAD, *(line for name, value in order for line in _section(name, value))]).rstrip() + "\n"
+    return "\n".join([HEAD, *(line for name, value in order for line in _api_section(name, value))]).rstrip() + "\n"
 
 
 def save_api_page(folder: str | Path) -> None:
@@ -40,7 +40,7 @@ def save_api_page(folder: str | Path) -> None:
     Path(folder, "api.md").write_text(api_page())
 
 
-def _section(name: str, value: Any) -> Iterator[str]:
+def _api_section(name: str, value: Any) -> Iterator[str]:
     yield f"## {name}\n"
     if inspect.isclass(value):
         yield f"{docstring(value)}\n"

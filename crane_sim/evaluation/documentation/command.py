@@ -31,7 +31,7 @@ def docs(names: Sequence[str]) -> None:
     if not names:
         print_pages()
         return
-    tree = _tree()
+    tree = _source_tree()
     if {PICTURES, "all"} & {*names}:
         save_pictures(tree / "docs")
     for name in PAGES if "all" in names else (name for name in names if name != PICTURES):
@@ -46,13 +46,13 @@ def build(folder: Path | None, serve: bool) -> None:
     Raises:
         SceneError: this is no source tree, a page has a fault, or the folder is none of this command's making.
     """
-    site = build_site(_tree(), folder or Path("site"))
+    site = build_site(_source_tree(), folder or Path("site"))
     print(site / "index.html")
     if serve:
         serve_site(site)
 
 
-def _tree() -> Path:
+def _source_tree() -> Path:
     """Return the source tree."""
     tree = config_folder().parent
     if not (tree / "docs").is_dir():

@@ -217,10 +217,10 @@ def _laws() -> Iterator[str]:
         law = law_of(name)
         yield f"### `control` with `law: {name}`\n\n{law.about}\n"
         for where, kind in law.settings.items():
-            yield from _settings(name, where, kind, described)
+            yield from _law_settings(name, where, kind, described)
 
 
-def _settings(law: str, where: str, kind: Any, described: dict[Any, str]) -> Iterator[str]:
+def _law_settings(law: str, where: str, kind: Any, described: dict[Any, str]) -> Iterator[str]:
     if kind in described:
         yield f"**`{where}`**: as with `law: {described[kind]}`.\n"
         return
@@ -230,4 +230,4 @@ def _settings(law: str, where: str, kind: Any, described: dict[Any, str]) -> Ite
     for field in fields(kind):
         group = subgroup(field.annotation)
         if group is not None and not isinstance(group, Choice):
-            yield from _settings(law, f"{where}.{field.key}", group, described)
+            yield from _law_settings(law, f"{where}.{field.key}", group, described)

@@ -44,7 +44,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "events": _events(comparison)[:EVENTS],
         "event_count": sum(len(run.events) for run in runs),
         "joints": _metrics(comparison),
-        "figures": _differences(comparison),
+        "figures": _difference_rows(comparison),
     }
 
 
@@ -97,7 +97,7 @@ def _metrics(comparison: Comparison) -> list[list[str]]:
     return [head, *rows]
 
 
-def _differences(comparison: Comparison) -> list[list[str]]:
+def _difference_rows(comparison: Comparison) -> list[list[str]]:
     """Return the rows of the largest differences of every quantity; a single other run needs no name."""
     others = comparison.names[1:]
     return [

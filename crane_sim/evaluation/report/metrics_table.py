@@ -34,7 +34,7 @@ def headlines(run: RecordedRun) -> list[tuple[str, str]]:
 def plain_figures(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return (name, value with its unit) of all single figures of a summary."""
     single = {key: value for key, value in summary.items() if isinstance(value, str | int | float) or value is None}
-    return [(_name(key), _format(value, _unit(key))) for key, value in single.items() if key not in HIDDEN]
+    return [(_display_name(key), _format(value, _unit(key))) for key, value in single.items() if key not in HIDDEN]
 
 
 def joint_table(run: RecordedRun) -> list[list[str]]:
@@ -51,7 +51,7 @@ def joint_table(run: RecordedRun) -> list[list[str]]:
     return [["joint", *(JOINTS[key] for key in kinds)], *rows] if kinds else []
 
 
-def _name(key: str) -> str:
+def _display_name(key: str) -> str:
     return key.removesuffix("_deg").replace("_", " ")
 
 

@@ -25,7 +25,7 @@ def parse_robot(urdf: str, coordinates: Sequence[str]) -> dict[str, Any]:
     """
     robot = ElementTree.fromstring(urdf)
     links = {link.attrib["name"]: [_solid(visual) for visual in link.iter("visual")] for link in robot.iter("link")}
-    return {"links": links, "joints": [_joint(joint, list(coordinates)) for joint in robot.findall("joint")]}
+    return {"links": links, "joints": [_joint_record(joint, list(coordinates)) for joint in robot.findall("joint")]}
 
 
 def used_coordinates(robot: dict[str, Any]) -> list[int]:
@@ -34,14 +34,14 @@ def used_coordinates(robot: dict[str, Any]) -> list[int]:
     return sorted({i for source in used for i in (source if isinstance(source, list) else [source])})
 
 
-def _joint(joint: ElementTree.Element, coordinates: list[str]) -> dict[str, Any]:
+def _joint_record(joint: ElementTree.Element, coordinates: list[str]) -> dict[str, Any]:
     name, mimic = joint.attrib["name"], joint.find("mimic")
     description: dict[str, Any] = {
         "name": name,
         "parent": _child(joint, "parent").attrib["link"],
         "child": _child(joint, "child").attrib["link"],
-        "at": _numbers(_child(joint, "origin"), "xyz"),
-        "rpy": _numbers(_child(joint, "origin"), "rpy"),
+        "at": _floats_of(_child(joint, "origin"), "xyz"),
+        "rpy": _floats_of(_child(joint, "origin"), "rpy"),
     }
     if joint.attrib["type"] == "fixed":
         quaternion = [coordinates.index(part) for part in ATTITUDE if part in coordinates]
@@ -51,7 +51,7 @@ def _joint(joint: ElementTree.Element, coordinates: list[str]) -> dict[str, Any]
         "multiplier": 1.0 if mimic is None else float(mimic.attrib["multiplier"]),
         "offset": 0.0 if mimic is None else float(mimic.attrib.get("offset", "0")),
         "prismatic": joint.attrib["type"] == "prismatic",
-        "axis": _numbers(_child(joint, "axis"), "xyz"),
+        "axis": _floats_of(_child(joint, "axis"), "xyz"),
     }
 
 
@@ -59,10 +59,10 @@ def _solid(visual: ElementTree.Element) -> dict[str, Any]:
     shape = _child(visual, "geometry")[0]
     names = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}[shape.tag]
     return {
-        "size": [number for name in names for number in _numbers(shape, name)],
-        "at": _numbers(_child(visual, "origin"), "xyz"),
-        "rpy": _numbers(_child(visual, "origin"), "rpy"),
-        "color": _numbers(_child(_child(visual, "material"), "color"), "rgba"),
+        "size": [number for name in names for number in _floats_of(shape, name)],
+        "at": _floats_of(_child(visual, "origin"), "xyz"),
+        "rpy": _floats_of(_child(visual, "origin"), "rpy"),
+        "color": _floats_of(_child(_child(visual, "material"), "color"), "rgba"),
     }
 
 
@@ -72,5 +72,5 @@ def _child(element: ElementTree.Element, name: str) -> ElementTree.Element:
     return child
 
 
-def _numbers(element: ElementTree.Element, name: str) -> list[float]:
+def _floats_of(element: ElementTree.Element, name: str) -> list[float]:
     return [float(number) for number in element.attrib[name].split()]

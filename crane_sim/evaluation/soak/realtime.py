@@ -43,7 +43,7 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
             )
             states = received["s"]
             data["rates"].append((len(states) - 1) * 1e9 / (states[-1].sent - states[0].sent))
-    return _figures(**data), data
+    return _compute_figures(**data), data
 
 
 def completion_delays(states: list[Received], efforts: list[Received], period: int) -> np.ndarray:
@@ -56,7 +56,7 @@ def completion_delays(states: list[Received], efforts: list[Received], period: i
     return np.array([effort.sent - (effort.stamp + period) - begin for effort in efforts])
 
 
-def _figures(
+def _compute_figures(
     bare: list[dict[str, Any]],
     plant: list[dict[str, Any]],
     counted: list[int],

@@ -34,7 +34,7 @@ TRAIL_WINDOW = rrb.VisibleTimeRanges(
 def blueprint(layout: Layout, live: bool = False) -> rrb.Blueprint:
     """Lay out the views of a run; the time of one that is watched live follows the run."""
     view = crane_view(layout.framing, ("payload/trail",))
-    return arrange(view, _overview(layout), _details(layout), _states(), _summary(), live=live)
+    return arrange(view, _overview(layout), _details(layout), _states(), _summary_view(), live=live)
 
 
 def arrange(crane: rrb.View, *tabs: rrb.View | rrb.Container, live: bool = False) -> rrb.Blueprint:
@@ -137,7 +137,7 @@ def _unit_views(layout: Layout, plots: Iterable[UnitPlot]) -> list[rrb.TimeSerie
     return [_plot(layout, plot.title, plot.entity, f"{plot.entity}_measured") for plot in plots]
 
 
-def _summary() -> rrb.TextDocumentView:
+def _summary_view() -> rrb.TextDocumentView:
     return rrb.TextDocumentView(name="Summary", origin="summary/table")
 
 

@@ -126,13 +126,13 @@ def _figures(comparison: Comparison) -> str:
     away = [comparison.metric_differences(i) for i in range(1, len(names))]
     heads = ["figure", *names, *(f"{name} − {names[0]}" for name in names[1:])]
     rows = [
-        [key.replace("_", " "), *map(_format, (*values, *(each.get(key) for each in away)))]
+        [key.replace("_", " "), *map(_format_metric, (*values, *(each.get(key) for each in away)))]
         for key, values in comparison.metrics.items()
     ]
     return f"# {' and '.join(names)}\n\n{markdown_table(heads, rows)}\n"
 
 
-def _format(value: float | None) -> str:
+def _format_metric(value: float | None) -> str:
     return "–" if value is None else f"{value:.5g}"
 
 

@@ -167,8 +167,8 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/swing", (f"from the vertical [rad]{derived}",), (PLAIN,), lambda b: b.swing),
         Channel("plots/energy", (f"energy [J]{derived}",), (PALETTE[1],), lambda b: b.energy),
         Channel("plots/energy_parts", ("kinetic [J]", "potential [J]"), BLUE_GREEN, _energy_parts),
-        Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _column(b.lyapunov, 0)),
-        Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _column(b.lyapunov, 1)),
+        Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _entry_column(b.lyapunov, 0)),
+        Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _entry_column(b.lyapunov, 1)),
         *(_tensions(layout, derived), _reeved_tensions(layout, derived)),
         *_of_some_runs(layout, names, rates),
     ]
@@ -331,7 +331,7 @@ def _flat(nodes: Numbers) -> Numbers:
     return nodes.reshape(len(nodes), -1)
 
 
-def _column(values: Numbers | None, index: int) -> Numbers | None:
+def _entry_column(values: Numbers | None, index: int) -> Numbers | None:
     return None if values is None else values[:, index]
 
 

@@ -68,7 +68,7 @@ def read_run(path: Path) -> RecordedRun:
         crane=crane_of(run),
         properties={key: value for key, value in run.items() if key not in ("crane", "urdf")},
         frames=_frames(batches),
-        states=_states(batches),
+        states=_state_changes(batches),
         events=_events(batches) or [(event["t"], event["what"]) for event in summary.get("events", ())],
         summary=summary,
         **values,
@@ -121,7 +121,7 @@ def _events(batches: Batches) -> list[tuple[float, str]]:
     return sorted(rows)
 
 
-def _states(batches: Batches) -> dict[str, Changes]:
+def _state_changes(batches: Batches) -> dict[str, Changes]:
     """Return the changes of state of all tracks, by name."""
     tracks: dict[str, Changes] = {}
     for entity in sorted(name for name in batches if name.startswith("states/")):

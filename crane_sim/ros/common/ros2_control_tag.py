@@ -39,7 +39,9 @@ def check_tag(scene: Scene, path: Path, namespace: str = "") -> None:
         _check_commands(joint.findall("command_interface"), kinds.get(name, ""), f"{path}: joint {name!r}")
         for state in joint.findall("state_interface"):
             if state.get("name") not in _INTERFACES:
-                raise SceneError(f"{path}: joint {name!r}: state interface {_name(state)}: {_possible(_INTERFACES)}")
+                raise SceneError(
+                    f"{path}: joint {name!r}: state interface {_quoted_name(state)}: {_possible(_INTERFACES)}"
+                )
 
 
 def _find_tag(path: Path) -> Element:
@@ -73,11 +75,11 @@ def _check_parameters(tag: Element, path: Path, namespace: str) -> None:
 def _check_commands(interfaces: Sequence[Element], kind: str, where: str) -> None:
     """Check the command interfaces of a joint, whose drive takes `kind`; empty: it has none."""
     if unknown := [each for each in interfaces if each.get("name") not in _INTERFACES]:
-        raise SceneError(f"{where}: command interface {_name(unknown[0])}: {_possible(_INTERFACES)}")
+        raise SceneError(f"{where}: command interface {_quoted_name(unknown[0])}: {_possible(_INTERFACES)}")
     if not kind and interfaces:
-        raise SceneError(f"{where}: command interface {_name(interfaces[0])}: nothing drives it; possible: none")
+        raise SceneError(f"{where}: command interface {_quoted_name(interfaces[0])}: nothing drives it; possible: none")
     if kind and [each.get("name") for each in interfaces] != [kind]:
-        found = ", ".join(_name(each) for each in interfaces) or "none"
+        found = ", ".join(_quoted_name(each) for each in interfaces) or "none"
         raise SceneError(f"{where}: command interface {found}: its drive takes {kind!r} alone")
     for interface in interfaces:
         values = {each.get("name"): str(each.text) for each in interface.findall("param")}
@@ -86,7 +88,7 @@ def _check_commands(interfaces: Sequence[Element], kind: str, where: str) -> Non
             raise SceneError(f"{where}: initial_value {found!r} of its command: possible: a number, else NaN is sent")
 
 
-def _name(interface: Element) -> str:
+def _quoted_name(interface: Element) -> str:
     return repr(interface.get("name", ""))
 
 

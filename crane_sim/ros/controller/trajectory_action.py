@@ -192,7 +192,7 @@ class TrajectoryAction:
         messages.set_stamp(feedback.header.stamp, state.stamp)
         elapsed = round((state.t - followed.goal.waypoints.start) * messages.SECOND)
         for point, rows in ((feedback.desired, desired), (feedback.actual, actual), (feedback.error, desired - actual)):
-            _fill(point, rows, max(elapsed, 0))
+            _fill_point(point, rows, max(elapsed, 0))
         followed.handle.publish_feedback(feedback)
 
     def _preempt(self, handle: ServerGoalHandle) -> None:
@@ -216,7 +216,7 @@ class TrajectoryAction:
         self._server.complete(handle, self._action.Result(error_code=int(code), error_string=line))
 
 
-def _fill(point: JointTrajectoryPoint, rows: Array, elapsed: int) -> None:
+def _fill_point(point: JointTrajectoryPoint, rows: Array, elapsed: int) -> None:
     """Fill a point from positions and velocities (2, nu), at a time [ns] from the start."""
     point.positions, point.velocities = rows[0].tolist(), rows[1].tolist()
     point.time_from_start.sec, point.time_from_start.nanosec = divmod(elapsed, messages.SECOND)

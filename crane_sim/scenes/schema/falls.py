@@ -94,7 +94,7 @@ def _spread(falls: Falls, start: FallsStart) -> tuple[Any, Any, Any]:
     """Return (upper ends from the tip, lower ends from the load's centre, vectors from these to those), each (n, 3)."""
     s, c = sin(start.yaw), cos(start.yaw)
     over = falls.top @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    arms = falls.bottom @ _rotation(start.load[3:]).T
+    arms = falls.bottom @ _rotation_matrix(start.load[3:]).T
     return over, arms, over + start.tip - (start.load[:3] + arms)
 
 
@@ -122,7 +122,7 @@ def stiffest_frequency(
         contact: of the load, None without.
     """
     over, arms, apart = _spread(falls, start)
-    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation(start.load[3:])
+    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation_matrix(start.load[3:])
     yawing = np.cross(over, n)[:, 2:]
     rows = [np.hstack([n, np.cross(arms, n) @ rotation, n, yawing, np.ones((len(n), 1))])]
     springs = [falls.axial_stiffness / (falls.length + falls.offset)]
@@ -142,7 +142,7 @@ def stiffest_frequency(
 
 def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:
     """Return force [N] and moment [N m] (6,) on a load at (x, y, z) with rotation angles (roll, pitch, yaw)."""
-    rotation = _rotation(_quaternion(y[3:]))
+    rotation = _rotation_matrix(_quaternion(y[3:]))
     arms = falls.bottom @ rotation.T
     apart = falls.top - (y[:3] + arms)
     distance, rest = np.linalg.norm(apart, axis=1), falls.length + falls.offset
@@ -160,7 +160,7 @@ def _quaternion(angles: Any) -> Any:
     return np.array([cy * cp * cr + sy * sp * sr, *vector])
 
 
-def _rotation(q: Any) -> Any:
+def _rotation_matrix(q: Any) -> Any:
     """Return the rotation matrix (3, 3) of a unit quaternion."""
     w, x, y, z = q
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -184,7 +184,7 @@ def _angular_velocity(q: Any, v: Any) -> Array:
     return 2.0 * (w * rate - v[-4] * vector - np.cross(vector, rate))
 
 
-def _load(load: RigidLoad, com: Any, offset: Vector, motion: tuple[Array, Array], parent: int) -> list[Body]:
+def _load_bodies(load: RigidLoad, com: Any, offset: Vector, motion: tuple[Array, Array], parent: int) -> list[Body]:
     """Return the load's three revolute joints.
 
     Args:
@@ -211,7 +211,7 @@ def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism
     for axis in (0, 1, 2):
         bodies.append(Body(Joint(True, axis, q[3 + axis]), len(bodies) - 1 if axis else -1, v[3 + axis]))
     turn, omega, origin = attitude_of(q), _angular_velocity(q, v), (0.0, 0.0, 0.0)
-    bodies += _load(crane.load, origin, origin, (turn, omega), len(bodies) - 1)
+    bodies += _load_bodies(crane.load, origin, origin, (turn, omega), len(bodies) - 1)
     rows = zip(falls.top.tolist(), falls.bottom.tolist(), falls.offset, falls.axial_stiffness, falls.relaxation,
                strict=True)  # fmt: skip
     ropes = list[Fall]()
@@ -237,15 +237,15 @@ def _on_cable(scene: Scene, crane: SuspendedCrane, load: RigidLoad, inputs: list
     drives = [*_drives(crane.support, inputs), Drive(len(bodies) - 1, -heavy / lag, inputs[2])]
     turn, offset = turn @ rope, (0.0, 0.0, 0.0)
     for k in range(1, n):
-        link = _line(turn.T @ np.array(q[2 + 3 * k : 5 + 3 * k]))
+        link = _rotation_to(turn.T @ np.array(q[2 + 3 * k : 5 + 3 * k]))
         bodies += _turned_line(link, len(bodies), offset, masses[k], float(chain.lengths[k]))
         turn, offset = turn @ link, (0.0, 0.0, -float(chain.lengths[k]))
     motion = turn.T @ attitude_of(q), _angular_velocity(q, v)
-    bodies += _load(load, -np.array(load.attachment), offset, motion, len(bodies) - 1)
+    bodies += _load_bodies(load, -np.array(load.attachment), offset, motion, len(bodies) - 1)
     return Mechanism(bodies, (0.0, 0.0, 0.0), [], drives, crane.gravity, scene.duration)
 
 
-def _line(direction: Array) -> Array:
+def _rotation_to(direction: Array) -> Array:
     """Return the rotation Rx(a) Ry(b) that turns (0, 0, -1) to a unit vector (3,)."""
     x, y, z = direction
     return rotation(0, float(np.arctan2(y, -z))) @ rotation(1, float(-np.arctan2(x, np.hypot(y, z))))

@@ -55,12 +55,12 @@ def equations(problem: Problem) -> tuple[Rhs, Array, OutputFunction]:
         return _chain_slope(problem)
     c_input = c_loop_input(problem)
     if isinstance(problem, Chain):
-        return _single(problem), c_input.state, c_input.outputs
+        return _single_rhs(problem), c_input.state, c_input.outputs
     slope = _spring_slope(problem) if isinstance(problem, Spring) else _knuckle_slope(problem)
     return slope, c_input.state, c_input.outputs
 
 
-def _single(p: Chain) -> Rhs:
+def _single_rhs(p: Chain) -> Rhs:
     """Return the slope of (trolley, angle, rates)."""
     trolley, mass, length, g = p.trolley, float(p.masses[0]), float(p.lengths[0]), p.gravity
 
