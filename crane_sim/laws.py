@@ -24,6 +24,7 @@ from pydantic import ValidationError
 from crane_sim.files.errors import SceneError, foreign_path, no_group, one_line, shorten, unknown_key
 from crane_sim.files.functions import load_function
 from crane_sim.files.types import type_adapter
+from crane_sim.numerics.column import NotVectorisable
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"
@@ -128,11 +129,11 @@ def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, al
     alike, some of which it may take away).
 
     Raises:
-        TypeError: the law is designed for one scene after the other.
+        NotVectorisable: the law is designed for one scene after the other.
     """
     module = next((import_module(entry.module) for entry in _laws() if entry.name == name), None)
     if module is None or not hasattr(module, "build_columns"):
-        raise TypeError(f"law {name!r} takes no columns")
+        raise NotVectorisable(f"law {name!r} takes no columns")
     return module.build_columns(settings, nominal, alike)
 
 

@@ -77,7 +77,7 @@ def test_all_laws_see_the_same_samples(tmp_path: Path) -> None:
 
 @pytest.mark.interpreted
 def test_a_league_that_was_interrupted_goes_on(tmp_path: Path) -> None:
-    """Interrupted after its first rows, the same league runs what is missing; its cells are those of an undisturbed one.
+    """Interrupted after its first rows, the same league runs what is missing; its cells are those of a whole one.
 
     Rows that are there keep their files, and a finished league runs nothing.
     """
