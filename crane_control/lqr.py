@@ -29,7 +29,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import ForeignSetting, read_settings
-from crane_sim.numerics.column import Column
+from crane_sim.numerics.column import Column, NotVectorisable
 from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import (
@@ -178,7 +178,7 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArra
 
     Raises:
         SceneError: as of `build`.
-        TypeError: the laws are to be built one by one.
+        NotVectorisable: the laws are to be built one by one.
     """
     options = _options_of(settings, nominal)
     if isinstance(options, SceneError):
@@ -193,8 +193,11 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArra
     reduced = np.repeat(np.diag(weights[moving])[None], n, axis=0)
     periods = [nominal.period if nominal.sampled else None] * n
     plants = a[:, moving][:, :, moving], b[:, moving], reduced, np.broadcast_to(r, (n, nu))
-    with in_one_thread():
-        found = solve_regulators(*plants, periods)
+    try:
+        with in_one_thread():
+            found = solve_regulators(*plants, periods)
+    except np.linalg.LinAlgError as error:  # one scene's numbers are not finite
+        raise NotVectorisable(str(error)) from None
     alike &= ~found.stay
     gains, rows = np.zeros((n, nu, 2 * nq)), None
     gains[:, :, moving] = found.gains

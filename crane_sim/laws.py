@@ -15,17 +15,16 @@ from contextlib import contextmanager, suppress
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from importlib.util import module_from_spec, spec_from_file_location
 from inspect import cleandoc, signature
 from math import isfinite
-from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from pydantic import ValidationError
 
 from crane_sim.files.errors import SceneError, foreign_path, no_group, one_line, shorten, unknown_key
+from crane_sim.files.functions import load_function
 from crane_sim.files.types import type_adapter
+from crane_sim.numerics.column import NotVectorisable
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"
@@ -130,11 +129,11 @@ def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, al
     alike, some of which it may take away).
 
     Raises:
-        TypeError: the law is designed for one scene after the other.
+        NotVectorisable: the law is designed for one scene after the other.
     """
     module = next((import_module(entry.module) for entry in _laws() if entry.name == name), None)
     if module is None or not hasattr(module, "build_columns"):
-        raise TypeError(f"law {name!r} takes no columns")
+        raise NotVectorisable(f"law {name!r} takes no columns")
     return module.build_columns(settings, nominal, alike)
 
 
@@ -164,26 +163,12 @@ def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
 
 def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     """Return the law FILE.py:FUNCTION or MODULE:FUNCTION, a function of (t, q, v) or a `build` of (settings, scene)."""
-    place, _, function = name.rpartition(":")
-    module = _load_file(Path(place)) if place.endswith(".py") else import_module(place)
-    if not callable(getattr(module, function, None)):
-        raise SceneError(f"control.law = {name!r}: {place} has no function {function!r}")
-    found: Any = getattr(module, function)
+    found: Any = load_function("control.law", name)
     if len(signature(found).parameters) == len(("settings", "scene")):
         return found(settings, nominal)
     if settings:
         raise ForeignSetting(next(iter(settings)), (), name)
     return found
-
-
-def _load_file(path: Path) -> ModuleType:
-    """Return the module of a file, executed anew."""
-    spec = spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise SceneError(f"control.law: there is no file {path}")
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequence[str]) -> None:

@@ -1,16 +1,21 @@
 """The command `crane league`: evaluate every law, print the comparison, write page, figure and data."""
 
 import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
+from crane_sim.cli.report import json_value
+from crane_sim.cli.sweep import show_progress
 from crane_sim.evaluation.bench.store import round_floats
 from crane_sim.evaluation.league.cases import GROUPS, Group
 from crane_sim.evaluation.league.cells import Cell, evaluate_all
 from crane_sim.evaluation.league.figure import draw_league
+from crane_sim.evaluation.league.sampled_cells import SampledCell, evaluate_samples
+from crane_sim.evaluation.league.sampled_table import format_samples, sampled_tables
 from crane_sim.evaluation.league.table import format_comparison, tables_by_crane
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.reproduce.table import print_tables
@@ -34,6 +39,51 @@ def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) 
         print_tables(tables_by_crane(cells))
     if folder is not None:
         save_comparison(cells, Path(folder))
+
+
+def sampled_league(
+    as_json: bool, folder: str | None, samples: int, output: Path, groups: Sequence[Group] = GROUPS
+) -> None:
+    """Evaluate these groups over samples, whose rows are in `output`; print and write as `league`.
+
+    Raises:
+        SceneError: a folder cannot be written, or `output` holds another league.
+    """
+    with show_progress("runs", hidden=as_json or not sys.stderr.isatty()) as update:
+        cells = list(evaluate_samples(samples, output, groups, on_progress=update))
+    if as_json:
+        print(json.dumps(sampled_document(cells)))
+    else:
+        print_tables(sampled_tables(cells))
+    if folder is not None:
+        save_samples(cells, Path(folder))
+
+
+def sampled_document(cells: Sequence[SampledCell]) -> dict[str, Any]:
+    """Return the cells over samples as a document, with rounded digits, null in place of what is not finite."""
+    return json_value({"cells": round_floats([_nested(cell) for cell in cells])})
+
+
+def _nested(value: Any) -> Any:
+    """Return NamedTuples as objects, at any depth."""
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    return {key: _nested(part) for key, part in value.items()} if isinstance(value, dict) else value
+
+
+def save_samples(cells: Sequence[SampledCell], folder: Path) -> None:
+    """Write league_samples.md and league_samples.json into the folder.
+
+    Raises:
+        SceneError: the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        data = json.dumps(sampled_document(cells), indent=1, ensure_ascii=False)
+        (folder / "league_samples.json").write_text(data + "\n")
+        (folder / "league_samples.md").write_text(format_samples(cells))
+    except OSError as error:
+        raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 
 
 def document(cells: Sequence[Cell]) -> dict[str, Any]:

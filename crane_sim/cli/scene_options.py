@@ -7,7 +7,7 @@ from typing import Any
 import click
 import yaml
 
-from crane_sim.files.document import YAML_ERRORS, law_from
+from crane_sim.files.document import YAML_ERRORS, function_from
 from crane_sim.files.errors import SceneError, shorten
 
 DEFAULT_SCENE = "knuckle_setpoint"
@@ -43,7 +43,7 @@ def load_scene_with_options(
     """
     from crane_sim.scenes.scene import load_scene
 
-    own = None if law is None else law_from(law, Path.cwd())
+    own = None if law is None else function_from(law, Path.cwd())
     option_values = {"duration": duration, "control.law": own, "seed": seed}
     options = {key: value for key, value in option_values.items() if value is not None}
     changes = _parse_settings(settings)

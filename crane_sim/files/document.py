@@ -85,11 +85,11 @@ def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
             group["file"] = str(folder / group["file"])
     control = document.get("control")
     if isinstance(control, dict) and isinstance(control.get("law"), str):
-        control["law"] = law_from(control["law"], folder)
+        control["law"] = function_from(control["law"], folder)
 
 
-def law_from(name: str, folder: Path) -> str:
-    """Return a law's name; of FILE.py:FUNCTION with the file's path, relative to a folder, made absolute."""
+def function_from(name: str, folder: Path) -> str:
+    """Return the name of a law or function; of FILE.py:FUNCTION with the path, relative to a folder, made absolute."""
     file, colon, function = name.rpartition(":")
     return f"{folder / file}{colon}{function}" if file.endswith(".py") else name
 

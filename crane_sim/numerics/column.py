@@ -2,7 +2,7 @@
 
 Arithmetic is that of floats, entry by entry and in the same order, so every crane has the bits that it has alone. A
 comparison has one answer, that of the first crane; cranes that would have answered otherwise are marked, and are to be
-made one by one. What takes no columns, such as `float`, raises TypeError.
+made one by one. What takes no columns, such as `float` or a text, raises NotVectorisable.
 """
 
 import operator
@@ -15,11 +15,30 @@ import numpy.typing as npt
 Array = npt.NDArray[Any]
 
 
+class NotVectorisable(TypeError):
+    """Code takes one crane's number only, and met a column, or a scene is of a kind whose code takes none."""
+
+
+def _refuse(name: str) -> Callable[..., Any]:
+    """Return a method that no column has."""
+
+    def refused(self: "Column", *_: Any) -> Any:
+        raise NotVectorisable(f"{name} takes one number, not a column")
+
+    return refused
+
+
 class Column:
     """A number, or an array of numbers, of each of n cranes."""
 
     __slots__ = ("alike", "values")
-    __hash__: Any = None
+    __hash__: Any = _refuse("hash")
+    __float__, __int__, __index__, __round__ = map(_refuse, ("float", "int", "an index", "round"))
+    __str__, __format__ = _refuse("a text"), _refuse("a text")
+    __pow__, __rpow__, __mod__, __rmod__, __floordiv__, __rfloordiv__ = map(_refuse, ("**", "**", "%", "%", "//", "//"))
+    sin, cos, tan, arctan, arcsin, arccos, exp, log = map(
+        _refuse, ("sin", "cos", "tan", "arctan", "arcsin", "arccos", "exp", "log")
+    )  # what functions of numpy call: compiled code and numpy have other last digits, so that columns have none
 
     def __init__(self, values: Array, alike: npt.NDArray[np.bool_]) -> None:
         """Take the values (n, ...), and the marks (n,) that all columns of these cranes share: which are alike."""
@@ -29,14 +48,16 @@ class Column:
         return Column(values, self.alike)
 
     def _combine(self, function: Callable[..., Array], *numbers: Any) -> Any:
+        if not all(isinstance(number, Column | float | int) for number in numbers):
+            return NotImplemented  # an array takes the column entry by entry, each of them for all cranes
         parts = [number.values if isinstance(number, Column) else number for number in numbers]
-        if not all(isinstance(part, np.ndarray | float | int) for part in parts):
-            return NotImplemented
         with np.errstate(all="ignore"):
             return self._with(function(*parts))
 
     def _answer(self, function: Callable[..., Array], other: Any) -> bool:
         """Return the answer of the first crane that is alike, and mark those that answer otherwise."""
+        if not isinstance(other, Column | float | int):
+            raise NotVectorisable(f"a column is compared with {type(other).__name__}")
         other = other.values if isinstance(other, Column) else other
         answers = np.broadcast_to(function(self.values, other), self.alike.shape)
         answer = bool(answers[np.argmax(self.alike)])
@@ -63,12 +84,13 @@ class Column:
 
     def __truediv__(self, other: Any) -> Any:
         """Return the quotient; where floats would raise ZeroDivisionError, cranes are marked."""
-        divisor = other.values if isinstance(other, Column) else other
-        self.alike &= divisor != 0.0
+        if isinstance(other, Column | float | int):
+            self.alike &= (other.values if isinstance(other, Column) else np.float64(other)) != 0.0
         return self._combine(operator.truediv, self, other)
 
     def __rtruediv__(self, other: Any) -> Any:
-        self.alike &= self.values != 0.0
+        if isinstance(other, Column | float | int):
+            self.alike &= self.values != 0.0
         return self._combine(operator.truediv, other, self)
 
     def __neg__(self) -> "Column":

@@ -17,7 +17,7 @@ from crane_sim.files.document import with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import as_list, type_adapter
 from crane_sim.laws import make_law_of_columns
-from crane_sim.numerics.column import Column, arrays_of, entry_of
+from crane_sim.numerics.column import Column, NotVectorisable, arrays_of, entry_of
 from crane_sim.scenes.forms import form_of
 from crane_sim.scenes.many import DocumentsByLaw
 from crane_sim.scenes.scene import (
@@ -32,9 +32,6 @@ from crane_sim.scenes.scene import (
     read_file,
 )
 from crane_sim.scenes.schema.integrator import Auto
-
-UNFIT = (SceneError, TypeError, ValueError, AttributeError, LookupError, ArithmeticError)
-"""Errors of code that meets columns where it takes one crane only, or of the first crane."""
 
 
 class SceneColumns(NamedTuple):
@@ -79,7 +76,7 @@ def load_columns(
     try:
         with np.errstate(all="ignore"):
             found = _make_columns(document, always, varied)
-    except UNFIT:
+    except (NotVectorisable, SceneError):  # the latter of the first crane: one by one, each has its own
         return None
     return found._replace(scene=note_left_out(found.scene, ignored, switched.control))
 
@@ -90,23 +87,23 @@ def _make_columns(
     """Return the scenes of a document that is for their law."""
     form = form_of(document)
     if form is None or not form.takes_columns or document.get("uncertain") is not None:
-        raise TypeError("a document that takes no columns")
+        raise NotVectorisable("a document that takes no columns")
     columns, alike = _validate(form, varied)
     first = int(np.argmax(alike))
     changed = with_values(dict(document), {**always, **{key: values[first] for key, values in varied.items()}})
     file, _ = read_file(changed)
     if isinstance(file.integrator, Auto):
-        raise TypeError("a method that is chosen by numbers")
+        raise NotVectorisable("a method that is chosen by numbers")
     for key, column in columns.items():
         file = _replace_number(file, key.split("."), column)
     draft, law = draft_file(file, dict(file.notes), changed), None
     if file.control is not None:
         if has_own_nominal(draft):
-            raise TypeError("a nominal scene that is read from its document")
+            raise NotVectorisable("a nominal scene that is read from its document")
         law = make_law_of_columns(file.control.law, *law_parts(draft), alike)
     scene = finish_scene(draft, law)
     if any(isinstance(note, Column) for note in scene.notes.values()):
-        raise TypeError("a note that is another one for each scene")
+        raise NotVectorisable("a note that is another one for each scene")
     return SceneColumns(scene, alike)
 
 
@@ -114,7 +111,7 @@ def _validate(form: type[BaseModel], varied: Mapping[str, Sequence[Any]]) -> tup
     """Return (columns by key, which scenes have values that are all possible); the others have those of one that has.
 
     Raises:
-        TypeError: a key is not that of a number that stands alone.
+        NotVectorisable: a key is not that of a number that stands alone.
     """
     kinds = {key: _number_type(form, key.split(".")) for key in varied}
     values, sound = dict[str, Any](), np.ones(len(next(iter(varied.values()))), bool)
@@ -126,7 +123,7 @@ def _validate(form: type[BaseModel], varied: Mapping[str, Sequence[Any]]) -> tup
     for key, found in values.items():
         array = np.array([found[i] if ok else found[first] for i, ok in enumerate(sound)])
         if array.ndim != 1 or array.dtype not in (np.float64, np.int64):
-            raise TypeError(f"{key}: no numbers")
+            raise NotVectorisable(f"{key}: no numbers")
         columns[key] = Column(array, sound)
     return columns, sound
 
@@ -144,27 +141,34 @@ def _validate_values(kind: Any, given: Sequence[Any]) -> tuple[list[Any], list[i
 
 
 def _number_type(kind: Any, names: Sequence[str]) -> Any:
-    """Return the type of the number at the names of a key within a type; raises TypeError where there is none."""
+    """Return the type of the number at the names of a key within a type; raises NotVectorisable where there is none."""
     kind, metadata = (get_args(kind)[0], get_args(kind)[1:]) if get_origin(kind) is Annotated else (kind, ())
     if get_origin(kind) in (Union, UnionType):
         kinds = [each for each in get_args(kind) if each is not NoneType]
         if len(kinds) != 1 or metadata:
-            raise TypeError("one of several types")
+            raise NotVectorisable("one of several types")
         return _number_type(kinds[0], names)
     if not names:
         if kind not in (float, int):
-            raise TypeError("no number")
+            raise NotVectorisable("no number")
         return Annotated[kind, *metadata] if metadata else kind
     if not all(each == BeforeValidator(as_list) or _limits_length(each) for each in metadata):
-        raise TypeError("validated as a whole")
+        raise NotVectorisable("validated as a whole")
     name, *others = names
     if get_origin(kind) is tuple and name.isdecimal():
         parts = get_args(kind)
+        if parts[-1] is not Ellipsis and int(name) >= len(parts):
+            raise NotVectorisable("no such entry")
         return _number_type(parts[0] if parts[-1] is Ellipsis else parts[int(name)], others)
-    if not (isinstance(kind, type) and issubclass(kind, BaseModel)) or _checks_whole(kind):
-        raise TypeError("validated as a whole")
+    if not (isinstance(kind, type) and issubclass(kind, BaseModel)) or _checks_whole(kind) or _lacks(kind, name):
+        raise NotVectorisable("validated as a whole")
     field = kind.model_fields[name]
     return _number_type(Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation, others)
+
+
+def _lacks(kind: type[BaseModel], name: str) -> bool:
+    """Return whether a group has no field of this name: its keys are another one's to validate, or it is refused."""
+    return name not in kind.model_fields
 
 
 def _limits_length(constraint: Any) -> bool:

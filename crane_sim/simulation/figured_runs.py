@@ -38,6 +38,10 @@ from crane_sim.stepping.rows import row_width
 Array = npt.NDArray[np.float64]
 
 
+Measure = Callable[[Rollout], dict[str, float | None]]
+"""Returns figures of a run by name."""
+
+
 class RunEnd(NamedTuple):
     """How a run ended."""
 
@@ -53,7 +57,7 @@ def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
     found: dict[int, RunEnd] = {}
     for group in group_indices(keys):
         own = [scenes[i] for i in group]
-        ended = run_with_figures(own) if has_compiled_figures(own[0]) else [_run_alone(own[0])]
+        ended = run_with_figures(own) if has_compiled_figures(own[0]) else [run_alone(own[0])]
         found |= zip(group, ended, strict=True)
     return [found[i] for i in range(len(scenes))]
 
@@ -78,9 +82,13 @@ def attempt_run(scene: Scene) -> Attempt:
         return Attempt(None, str(error))
 
 
-def _run_alone(scene: Scene) -> RunEnd:
+def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
+    """Return how the run of a scene ends; `measure`: further figures of one that reaches its end."""
     run, error, refused = attempt_run(scene)
-    return RunEnd({}, error, (), refused) if run is None else RunEnd(flatten(run.summary), error, tuple(run.events))
+    if run is None:
+        return RunEnd({}, error, (), refused)
+    further = measure(run) if measure is not None and error is None else {}
+    return RunEnd(flatten(run.summary) | further, error, tuple(run.events))
 
 
 def has_compiled_figures(scene: Scene) -> bool:

@@ -14,7 +14,7 @@ from scipy.linalg import block_diag, null_space
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.numerics.column import arrays_of
+from crane_sim.numerics.column import NotVectorisable, arrays_of
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.averaging import average_scene
@@ -251,10 +251,10 @@ def linearise_columns(scene: Scene, alike: npt.NDArray[np.bool_]) -> RestingColu
         alike: marks (n,) of the scenes that are alike.
 
     Raises:
-        TypeError: the scenes have dry friction, or unit vectors among their joints.
+        NotVectorisable: the scenes have dry friction, or unit vectors among their joints.
     """
     if scene.document.keys() & DISSIPATIVE or _unit_vectors(scene) or scene.reference is None or not scene.actuated:
-        raise TypeError("scenes that are linearised one by one")
+        raise NotVectorisable("scenes that are linearised one by one")
     n, nq, nu = len(alike), len(scene.joint_names), len(scene.actuated)
     models, q = arrays_of((average_scene(scene).model, hanging_positions(scene, scene.reference)), n)
     at = np.concatenate([q, np.zeros((n, nq + nu))], axis=1)[:, None]

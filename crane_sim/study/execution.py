@@ -14,6 +14,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
+from crane_sim.study.own_figures import load_figures
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import Table, rows_of
@@ -82,6 +83,7 @@ def check_cases(study: Study) -> CaseList:
         SceneError: a key or value is not possible.
     """
     listed, document = cases(study), scene_document(study)
+    load_figures(study)
     for case in (listed[i] for i in range(len(listed.variants))):
         try:
             load_scene(document, case.changes)

@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from crane_sim.files.document import YAML_ERRORS, law_from, read
+from crane_sim.files.document import YAML_ERRORS, function_from, read
 from crane_sim.files.errors import SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
@@ -130,6 +130,7 @@ class Study(_Group):
     changes: dict[str, Any] = {}  # of the scene in every run, by dotted key
     parameters: Annotated[dict[str, Parameter], Field(min_length=1)]  # by dotted key of the scene
     variants: dict[str, dict[str, Any]] = {}  # name: changes by dotted key; all run on the same samples
+    figures: str = ""  # FILE.py:FUNCTION or MODULE:FUNCTION, a function of a run: its further figures, numbers by name
     recordings: Recordings = Recordings()
     tune: Tune | None = None  # what `crane tune` searches; other commands refuse it
 
@@ -169,20 +170,22 @@ def _read_file(path: Path) -> dict[str, Any]:
     if not isinstance(document, dict):
         raise SceneError(f"study file {path}: holds {type(document).__name__}, not groups of keys")
     document.setdefault("name", path.stem)
-    _resolve_laws(document, path.resolve().parent)
+    _resolve_functions(document, path.resolve().parent)
     with suppress(TypeError):
         if (beside := path.resolve().parent / document.get("scene", "")).is_file():
             document["scene"] = str(beside)
     return document
 
 
-def _resolve_laws(document: dict[str, Any], folder: Path) -> None:
-    """Make the files of laws absolute, relative to the study's folder."""
+def _resolve_functions(document: dict[str, Any], folder: Path) -> None:
+    """Make the files of laws and figures absolute, relative to the study's folder."""
+    if isinstance(document.get("figures"), str):
+        document["figures"] = function_from(document["figures"], folder)
     variants = document.get("variants")
     groups = [document.get("changes"), *(variants.values() if isinstance(variants, dict) else ())]
     for changes in groups:
         if isinstance(changes, dict) and isinstance(changes.get("control.law"), str):
-            changes["control.law"] = law_from(changes["control.law"], folder)
+            changes["control.law"] = function_from(changes["control.law"], folder)
 
 
 def _check_design(study: Study) -> None:

@@ -12,10 +12,11 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import load_columns
-from crane_sim.simulation.figured_runs import Attempt, RunEnd, attempt_run, run_all, run_columns
+from crane_sim.simulation.figured_runs import Attempt, Measure, RunEnd, attempt_run, run_all, run_alone, run_columns
 from crane_sim.simulation.figures import cell_of
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.cases import Case, CaseColumns, CaseList
+from crane_sim.study.own_figures import load_figures
 from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
@@ -34,10 +35,11 @@ def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any])
     in one compiled call; a case has the numbers of its single run, bit for bit.
     """
     began, parts, count = time.perf_counter(), list[tuple[list[int], Table]](), end - first
+    measure = load_figures(listed.study)
     for cases in listed.columns(first, end):
-        together, alone = _run_together(cases, document)
+        together, alone = _run_together(cases, document) if measure is None else ([], cases.numbers)
         parts += together
-        parts += _run_each([listed[number] for number in alone], document) if alone else []
+        parts += _run_each([listed[number] for number in alone], document, measure) if alone else []
     table = _join([([number - first for number in numbers], part) for numbers, part in parts], count)
     each = (time.perf_counter() - began) / count
     return table | {"versions": [_versions()] * count, "wall_time": [each] * count}
@@ -63,10 +65,13 @@ def _run_together(cases: CaseColumns, document: Mapping[str, Any]) -> tuple[list
     return [(numbers, table | {"events": [0] * len(chosen)} | ended.figures)], [cases.numbers[i] for i in others]
 
 
-def _run_each(cases: Sequence[Case], document: Mapping[str, Any]) -> list[tuple[list[int], Table]]:
-    """Return numbers and rows of cases whose scenes are made one by one."""
+def _run_each(
+    cases: Sequence[Case], document: Mapping[str, Any], measure: Measure | None
+) -> list[tuple[list[int], Table]]:
+    """Return numbers and rows of cases whose scenes are made one by one; `measure`: their further figures."""
     scenes = load_scenes(document, [case.changes for case in cases])
-    ends = iter(run_all([scene for scene in scenes if isinstance(scene, Scene)]))
+    possible = [scene for scene in scenes if isinstance(scene, Scene)]
+    ends = iter(run_all(possible) if measure is None else [run_alone(scene, measure) for scene in possible])
     each = (
         RunEnd({}, str(scene), (), refused=True) if isinstance(scene, SceneError) else next(ends) for scene in scenes
     )

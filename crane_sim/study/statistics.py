@@ -1,5 +1,6 @@
-"""Statistics of paired runs: two variants on the same samples."""
+"""Statistics of runs: intervals of one variant's figures, and paired runs: two variants on the same samples."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,54 @@ class FailureDifference(NamedTuple):
     p_value: float  # McNemar's exact test: both variants fail as often; 1 where no sample tells them apart
 
 
+class Estimate(NamedTuple):
+    """A number with the ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+def estimate_median(values: Array, seed: int = 0) -> Estimate:
+    """Return the median of values (n,), infinite ones included, with the percentiles of bootstrapped medians.
+
+    Args:
+        values: at least one; infinity stands for a run without the figure, which is worse than any other.
+        seed: of the bootstrap's random numbers.
+    """
+    n, tail = len(values), (1.0 - CONFIDENCE) / 2.0
+    ordered = np.sort(values)
+    chosen = np.sort(np.random.default_rng(seed).integers(0, n, (_RESAMPLES, n)), axis=1)
+    middle = ordered[chosen[:, (n - 1) // 2]] / 2.0 + ordered[chosen[:, n // 2]] / 2.0
+    medians = np.sort(middle)
+    k = round(tail * (_RESAMPLES + 1))
+    return Estimate(float(np.median(values)), float(medians[k - 1]), float(medians[-k]))
+
+
+def estimate_share(count: int, of: int) -> Estimate:
+    """Return the share `count` / `of` with Wilson's score interval (Wilson 1927)."""
+    found = stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="wilson")
+    return Estimate(count / of, float(found.low), float(found.high))
+
+
+def adjust_p_values(p_values: Sequence[float]) -> list[float]:
+    """Return p-values of m tests as Holm (1979) adjusts them: the chance of any false rejection stays at the level."""
+    adjusted, largest, m = [1.0] * len(p_values), 0.0, len(p_values)
+    for rank, i in enumerate(sorted(range(m), key=p_values.__getitem__)):
+        largest = max(largest, min(1.0, (m - rank) * p_values[i]))
+        adjusted[i] = largest
+    return adjusted
+
+
+def rank_pairs(difference: Array) -> tuple[float, float]:
+    """Return (p of Wilcoxon's signed-rank test, two-sided; share of negative ones, zeros count half) of (n,) pairs.
+
+    The p-value is 1 where no pair differs.
+    """
+    p = float(np.asarray(stats.wilcoxon(difference))[1]) if np.any(difference != 0.0) else 1.0
+    return p, float(np.mean(difference < 0.0) + 0.5 * np.mean(difference == 0.0))
+
+
 def compare_pairs(first: Array, second: Array, seed: int = 0) -> PairedDifference:
     """Return the difference of a figure (n,) of two variants; samples in which one has none (NaN) are left out.
 
@@ -50,9 +99,7 @@ def compare_pairs(first: Array, second: Array, seed: int = 0) -> PairedDifferenc
     mean, spread = float(np.mean(difference)), float(np.std(difference, ddof=1)) if n > 1 else np.nan
     low, high = _interval(difference, seed) if n > 1 and spread > 0.0 else (mean, mean) if n > 1 else (np.nan, np.nan)
     effect = mean / spread if spread > 0.0 else np.nan
-    p = float(np.asarray(stats.wilcoxon(difference))[1]) if np.any(difference != 0.0) else 1.0
-    share = float(np.mean(difference < 0.0) + 0.5 * np.mean(difference == 0.0))
-    return PairedDifference(n, mean, low, high, effect, p, share)
+    return PairedDifference(n, mean, low, high, effect, *rank_pairs(difference))
 
 
 def _interval(difference: Array, seed: int) -> tuple[float, float]:

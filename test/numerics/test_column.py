@@ -1,11 +1,12 @@
 """Numbers of many cranes in place of one: the bits of floats, and marks where cranes answer otherwise."""
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
-from crane_sim.numerics.column import Column, arrays_of, as_float, entry_of
+from crane_sim.numerics.column import Column, NotVectorisable, arrays_of, as_float, entry_of
 
 A, B = np.array([0.1, 0.7, -3.3]), np.array([0.3, 0.0, 1e-9])
 
@@ -38,14 +39,29 @@ def test_a_comparison_answers_for_the_first_crane_and_marks_the_others() -> None
 
 
 def test_what_takes_one_number_takes_no_column() -> None:
-    """A column that would be taken for one float raises TypeError: nothing is made from one crane's value for all."""
+    """What would take a column for one float, or print it, raises: nothing is made from one crane's value for all."""
     a, _ = columns()
-    takes: tuple[Any, ...] = (float, hash, "{:g}".format, lambda x: x**2.0, lambda x: np.array(0.0).fill(x))
+    takes: tuple[Any, ...] = (
+        float, int, hash, str, "{:g}".format, "{}".format, math.cos, math.sqrt, np.cos, np.exp, round,
+        lambda x: x**2.0, lambda x: 2.0**x, lambda x: x % 2.0, lambda x: np.array([x], dtype=float),
+        lambda x: np.array(0.0).fill(x), lambda x: [1.0, 2.0][x], lambda x: x < "2", lambda x: x == A,
+    )  # fmt: skip
     for take in takes:
-        with pytest.raises((TypeError, ValueError)):
+        with pytest.raises(NotVectorisable):
             take(a)
     assert as_float(a) is a
     assert as_float(2) == 2.0
+
+
+def test_an_array_takes_a_column_entry_by_entry() -> None:
+    """A column beside an array of as many entries as there are cranes is no sum by cranes: each entry has its own."""
+    a, _ = columns()
+    for found in (a * B, B * a):
+        assert [entry.values.tolist() for entry in found] == [(y * A).tolist() for y in B]
+    with pytest.raises(TypeError):
+        a * "text"
+    found = np.ones(3) / a
+    assert [entry.values.tolist() for entry in found] == [(1.0 / A).tolist()] * 3 and a.alike.all()
 
 
 def test_trees_have_arrays_or_entries_in_place_of_columns() -> None:

@@ -1,5 +1,6 @@
 """Scenes that differ in numbers only, made at once: each equals the scene that is made alone, bit for bit."""
 
+from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
@@ -104,8 +105,43 @@ def test_what_is_not_alike_is_left_out() -> None:
             {"seed": [1]},
         ),
         ({"control": None}, {"trolley.mas": [20.0, 30.0]}),
+        ({}, {"control.damping.factor": [1.0, 2.0]}),  # no key of the form's
     ],
 )
 def test_what_is_made_one_by_one(always: dict[str, Any], varied: dict[str, Any]) -> None:
     """Scenes that do not differ in plain numbers of a form are not made at once, and nothing is raised."""
     assert load_columns("overhead_energy", always, varied) is None
+
+
+def test_an_error_of_the_program_is_no_reason_for_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors other than those that say why columns do not fit are raised: they are not taken for a slow scene."""
+    for error in (AttributeError, KeyError, TypeError, ValueError):
+
+        def fail(*_: Any, error: type[Exception] = error) -> Any:
+            raise error
+
+        monkeypatch.setattr("crane_sim.scenes.varied.finish_scene", fail)
+        with pytest.raises(error):
+            load_columns("overhead_energy", {"control": None}, {"trolley.mass": [20.0, 30.0]})
+
+
+def numbers_in(group: Any, *names: str) -> Iterator[tuple[str, float]]:
+    """Yield (dotted key, value) of all numbers of a document."""
+    if isinstance(group, int | float) and not isinstance(group, bool):
+        yield ".".join(names), group
+    entries = group.items() if isinstance(group, dict) else enumerate(group) if isinstance(group, list) else ()
+    for name, value in entries:
+        yield from numbers_in(value, *names, str(name))
+
+
+@pytest.mark.long
+@pytest.mark.interpreted
+def test_every_number_of_the_catalogue_is_taken_or_refused() -> None:
+    """Whatever number of an overhead scene varies, by values that fit and values that do not, no error is raised."""
+    made = 0
+    for name in (name for name in scene_files() if name.startswith("overhead_")):
+        document = load_scene(name).to_dict()
+        for key, own in numbers_in(document):
+            for values in ([own, 1.01 * own, 0.97 * own], [own, 1e200 * (own or 1.0), -own, 0.0, "x", None, 10**400]):
+                made += load_columns(document, {"integrator": {"method": "dop853"}}, {key: values}) is not None
+    assert made > 200

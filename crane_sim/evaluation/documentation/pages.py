@@ -93,6 +93,9 @@ PAGES = {
     "offshore": _reproduction_page("offshore", 5.0),
     "observer": _reproduction_page("observer", 8.0, cells=2),
     "league": Page("league --save docs", 10.0, lambda: [", ".join(names) for names in trials()], trials_in),
+    "league_samples": Page(
+        "league --samples 16 --save docs", 20.0, lambda: [", ".join(names) for names in trials()], trials_in
+    ),
     "performance": Page(
         "bench page --save docs",
         0.1,

@@ -13,6 +13,8 @@ from crane_sim.evaluation.league.trials import (
     HIGHER_MASS,
     LONGER_ROPE,
     LOWER_MASS,
+    OF_LENGTH,
+    OF_MASS,
     SEA,
     SHORTER_ROPE,
     Entrant,
@@ -135,12 +137,14 @@ TROLLEY = (
 HOIST = set_point_trials(
     "overhead_hoist_energy", {"control.period": 0.01}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, ("cable.node_masses",)
 )
+WEIGHT, WEIGHTS = {"payload.mass": OF_MASS}, {"cable.node_masses": OF_MASS}
+"""What samples vary of a crane's payload."""
 GROUPS = (
-    Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK, TUNED_HARMONIC), PENDULUM),
-    Group("knuckle boom, tracking", "path", FEEDBACK, BOOM),
-    Group("knuckle boom", "target", OF_KNUCKLE, tuple(KNUCKLE)),
-    Group("overhead, trolley", "target", OF_TROLLEY, TROLLEY),
-    Group("overhead, trolley and hoist", "target", OF_HOIST, tuple(HOIST)),
+    Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK, TUNED_HARMONIC), PENDULUM, WEIGHT | {"rope.length": OF_LENGTH}),
+    Group("knuckle boom, tracking", "path", FEEDBACK, BOOM, WEIGHT),
+    Group("knuckle boom", "target", OF_KNUCKLE, tuple(KNUCKLE), WEIGHT),
+    Group("overhead, trolley", "target", OF_TROLLEY, TROLLEY, WEIGHTS | {"cable.lengths": OF_LENGTH}),
+    Group("overhead, trolley and hoist", "target", OF_HOIST, tuple(HOIST), WEIGHTS),
     *SITE_GROUPS,
 )
 

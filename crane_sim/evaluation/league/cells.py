@@ -74,16 +74,17 @@ def evaluate(group: Group, entrant: Entrant, trial: Trial) -> Cell:
     try:
         scenes = [load_scene(trial_scene(trial, entrant, seed)) for seed in seeds]
     except SceneError as error:
-        return Cell(*name, None, _reason(error), "")
+        return Cell(*name, None, reason_of(error), "")
     try:
         figures = median_figures([measure_figures(simulate(scene), group.goal == "path") for scene in scenes])
     except (SimulationError, LawError) as error:
-        return Cell(*name, None, "", _reason(error))
+        return Cell(*name, None, "", reason_of(error))
     out_of_control = figures.peak_swing >= LEVEL
     return Cell(*name, figures, "", "the rope swings past the horizontal" if out_of_control else "")
 
 
-def _reason(error: Exception) -> str:
+def reason_of(error: Exception) -> str:
+    """Return an error of a scene without the scene's name, another one as it is."""
     return str(error).removeprefix("scene ").partition(": ")[2] if isinstance(error, SceneError) else str(error)
 
 
@@ -113,6 +114,21 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
         effort_units=dict(zip(scene.actuated, scene.effort_units, strict=True)),
         saturated=run.summary["saturated_steps"] / scene.steps,
     )
+
+
+def figures_on_path(run: Rollout) -> dict[str, float | None]:
+    """Return the figures of a run whose payload follows a path, by their names in a study."""
+    return _study_figures(measure_figures(run, on_path=True))
+
+
+def figures_at_target(run: Rollout) -> dict[str, float | None]:
+    """Return the figures of a run whose payload is brought to a target, by their names in a study."""
+    return _study_figures(measure_figures(run, on_path=False))
+
+
+def _study_figures(figures: Figures) -> dict[str, float | None]:
+    names = ("mse", "mae", "peak_error", "residual_error", "settling", "tip_acceleration")
+    return {f"payload_{name}": getattr(figures, name) for name in names}
 
 
 def median_figures(runs: Sequence[Figures]) -> Figures:

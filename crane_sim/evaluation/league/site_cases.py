@@ -8,6 +8,8 @@ from typing import Any
 
 from crane_sim.evaluation.league.trials import (
     LONGER_ROPE,
+    OF_LENGTH,
+    OF_MASS,
     SHORTER_ROPE,
     Entrant,
     FromScene,
@@ -186,6 +188,8 @@ OF_SHIP = (
 TOWER = {"wind": None, "payload.windage": None}
 """The scene without its wind, which is the trial's."""
 TOWER_WIND = Trial("gust", "tower_gust", TOWER, dict.fromkeys(TOWER, FromScene("tower_gust")), seeded="wind.gusts.seed")
+BODY_AND_SLING = {**dict.fromkeys(BODY, OF_MASS), "links.0.length": OF_LENGTH}
+"""What samples vary of a crane with hook and sling."""
 SITE_GROUPS = (
     Group(
         "bridge crane, hook and sling",
@@ -194,19 +198,28 @@ SITE_GROUPS = (
         sling_trials(
             "bridge_hook_and_sling", BRIDGE, wind(0.0), Trial("gust", "bridge_hook_and_sling", BRIDGE, wind(4e3))
         ),
+        BODY_AND_SLING,
     ),
-    Group("tower crane, hook and sling", "target", OF_TOWER, sling_trials("tower_gust", TOWER, {}, TOWER_WIND)),
+    Group(
+        "tower crane, hook and sling",
+        "target",
+        OF_TOWER,
+        sling_trials("tower_gust", TOWER, {}, TOWER_WIND),
+        BODY_AND_SLING,
+    ),
     Group(
         "mobile crane, hook and sling",
         "target",
         OF_MOBILE,
         sling_trials("mobile_lift", {}, wind(0.0), Trial("gust", "mobile_lift", {}, wind(4e3))),
+        BODY_AND_SLING,
     ),
     Group(
         "ship-to-shore crane, container on falls",
         "target",
         OF_CONTAINER,
         tuple(set_point_trials("port_sts_container", CONTAINER, wind(0.0), {"gust": wind(20e3)}, BODY)),
+        dict.fromkeys(BODY, OF_MASS),
     ),
     Group(
         "ship's knuckle boom, frame on falls",
@@ -217,5 +230,6 @@ SITE_GROUPS = (
                 "knuckle_ship_falls", ON_SHIP, STILL_SHIP, {"irregular sea": SHIP_SEA, "gust": wind(1e3)}, BODY
             )
         ),
+        dict.fromkeys(BODY, OF_MASS),
     ),
 )

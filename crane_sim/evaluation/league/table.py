@@ -11,7 +11,8 @@ NONE = "-"
 NO_EFFORT = 1e-9  # m/s², m, N or N m: smaller ones are rounding, whose digits are the processor's
 HEAD = """# The league: every law on every scene that suits it
 
-Written by `crane league --save docs`, with [league.json](league.json).
+Written by `crane league --save docs`, with [league.json](league.json). [The same trials over
+samples](league_samples.md) have intervals, and say which differences between laws are significant.
 """
 FIGURE = """
 ![heat map of errors, swing and accelerations](league.png)
@@ -118,7 +119,7 @@ def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
     """Return the page in Markdown; `drawn`: its figure is of these cells."""
     sections = [HEAD + FIGURE * drawn + HOW]
     for crane, own in tables_by_crane(cells).items():
-        sections.append(f"## {crane.capitalize()}\n\n" + _markdown(own))
+        sections.append(f"## {crane.capitalize()}\n\n" + markdown_of(own))
     for title, reasons in (("Not controlled", "failed"), ("Does not apply", "refused")):
         rows = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
         sections.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
@@ -126,10 +127,9 @@ def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
     return "\n".join(sections)
 
 
-def _markdown(rows: Sequence[CellLine]) -> str:
-    head = [
-        name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in CellLine._fields
-    ]
+def markdown_of(rows: Sequence[Any]) -> str:
+    """Return lines, NamedTuples of one kind, as a table in Markdown; units end the names of their fields."""
+    head = [name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in rows[0]._fields]
     head = [name[:-2] + f", {name[-1]}" if name.endswith(("_m", "_s")) else name for name in head]
     text = [f"| {' | '.join(name.replace('_', ' ') for name in head)} |", "|" + "---|" * len(head)]
     return "\n".join(text + [f"| {' | '.join(map(format_value, row))} |" for row in rows]) + "\n"

@@ -7,6 +7,8 @@ SEEDS = tuple(range(100, 110))
 """Seeds of seas and camera noise that no catalogue scene uses: no law is tuned to them."""
 SEA = "base_motion.sea.seed"
 LOWER_MASS, HIGHER_MASS, SHORTER_ROPE, LONGER_ROPE = 0.8, 1.2, 0.95, 1.05
+OF_MASS, OF_LENGTH, OF_DISTURBANCE = 0.1, 0.02, 0.2
+"""By which part at most samples vary masses, ropes, and the size of a disturbance."""
 
 
 class FromScene(NamedTuple):
@@ -46,6 +48,7 @@ class Group(NamedTuple):
     goal: Literal["path", "target"]
     entrants: tuple[Entrant, ...]
     trials: tuple[Trial, ...]
+    uncertain: dict[str, float] = {}  # what samples vary, unknown to the laws: largest part of the number, by key
 
 
 def gust(force: float) -> dict[str, Any]:

@@ -27,7 +27,7 @@ class SceneFile(HardwareGroups, ABC):
     """
 
     takes_columns: ClassVar[bool] = False
-    """Whether the form's code takes a `Column` for any of its numbers, or raises TypeError."""
+    """Whether the form's code takes a `Column` for any of its numbers, or raises NotVectorisable."""
 
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue

@@ -1,0 +1,85 @@
+"""The league over samples as lines of tables, for a terminal and for a page of documentation."""
+
+from collections.abc import Iterable, Sequence
+from math import isfinite, isnan
+from typing import NamedTuple
+
+from crane_sim.evaluation.league.sampled_cells import FIGURES, SampledCell
+from crane_sim.evaluation.league.table import NONE, markdown_of
+from crane_sim.evaluation.reproduce.table import format_value
+from crane_sim.study.statistics import Estimate, PairedDifference
+
+HEAD = """# The league over samples
+
+Written by `crane league --samples {samples} --save docs`, with [league_samples.json](league_samples.json).
+
+The trials of [the league](league.md), each with {samples} samples in place of a single run: every sample has another
+mass (by 10 % at most), rope or sling (2 %), size of the disturbance (20 %) and sea or noise, evenly spread over their
+ranges (Latin hypercube), and the laws know of none of them. All laws see the same samples.
+
+- **Controlled**: the share of samples in which the run reached its end, the rope never swung to the horizontal, and the
+  payload stayed within 2 % of the way in the end; with Wilson's 95 % interval.
+- **Figures** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). A run that
+  failed, or did not settle, counts as worse than any that has the figure; `-`: half of the samples or more do not.
+  They are defined as in [the league](league.md).
+- **From the best**: the mean error less that of the law with the least median, mean of the pairs in which both have
+  one, with its 95 % interval (bootstrap).
+- **Better than**: the laws whose mean error on the same samples is significantly larger: Wilcoxon's signed-rank test
+  at 5 % for all pairs of laws in the trial together (Holm).
+"""
+
+
+class SampledLine(NamedTuple):
+    """A cell, as a line of a table."""
+
+    law: str
+    trial: str
+    controlled: str
+    MAE_m: str
+    residual_error_m: str
+    residual_swing_deg: str
+    settling_s: str
+    from_the_best_m: str
+    better_than: str
+
+
+def sampled_tables(cells: Iterable[SampledCell]) -> dict[str, list[SampledLine]]:
+    """Return the lines of each crane; cells of laws that do not apply have none."""
+    by_crane: dict[str, list[SampledLine]] = {}
+    for cell in cells:
+        if not cell.refused:
+            by_crane.setdefault(cell.crane, []).append(_line(cell))
+    return by_crane
+
+
+def _line(cell: SampledCell) -> SampledLine:
+    assert cell.controlled is not None, "a cell that is not refused has figures"
+    figures = (format_estimate(cell.figures[name]) for name in FIGURES)
+    better = "; ".join(cell.better_than) or NONE  # names of laws may have commas
+    share = format_estimate(Estimate(*(100.0 * part for part in cell.controlled)), " %")
+    return SampledLine(cell.law, cell.trial, share, *figures, _format_difference(cell.from_best), better)
+
+
+def format_estimate(estimate: Estimate, unit: str = "") -> str:
+    """Return a number with its interval; `-` in place of what is infinite."""
+    value, low, high = (format_value(part) if isfinite(part) else NONE for part in estimate)
+    return NONE if value == NONE and low == NONE else f"{value}{unit} ({low} … {high})"
+
+
+def _format_difference(difference: PairedDifference | None) -> str:
+    if difference is None:
+        return "best"
+    if isnan(difference.mean):
+        return NONE
+    return format_estimate(Estimate(difference.mean, difference.low, difference.high))
+
+
+def format_samples(cells: Sequence[SampledCell]) -> str:
+    """Return the page in Markdown."""
+    sections = [HEAD.format(samples=cells[0].samples)]
+    for crane, lines in sampled_tables(cells).items():
+        sections.append(f"## {crane.capitalize()}\n\n" + markdown_of(lines))
+    for title, reasons in (("Runs that failed", "failed"), ("Does not apply", "refused")):
+        rows = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
+        sections.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
+    return "\n".join(sections)

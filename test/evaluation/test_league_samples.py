@@ -1,0 +1,171 @@
+"""`crane league --samples`: trials as studies, their cells, and the page made of them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crane_sim.cli.league import sampled_document, save_samples
+from crane_sim.evaluation.documentation.pages import PAGES
+from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, node_gust
+from crane_sim.evaluation.league.cells import measure_figures
+from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
+from crane_sim.evaluation.league.samples import study_of
+from crane_sim.evaluation.league.trials import Entrant, Group, Trial
+from crane_sim.files.document import get_value
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.rollout import simulate
+from crane_sim.study import StudyResult, cases, read_result
+from crane_sim.study.form import scene_document
+
+MASSES = "cable.node_masses"
+SHORT = {"duration": 0.4, "control.period": 0.02}
+STILL = Trial("set-point", "overhead_energy", SHORT, FIXED_RAIL_BASE)
+GUST = Trial("gust", "overhead_energy", SHORT, FIXED_RAIL_BASE | node_gust(5.0))
+GROUP = Group("trolley", "target", (ENERGY, LQR, Entrant("twin", "lqr")), (STILL, GUST), {MASSES: 0.1})
+SAMPLES = 6
+
+
+class Interrupted(Exception):
+    """What stops a league in a test."""
+
+
+def league_in(folder: Path, **options: Any) -> list[SampledCell]:
+    """Return the cells of the small league whose rows are in a folder, by this process."""
+    return list(evaluate_samples(SAMPLES, folder, [GROUP], 1, **options))
+
+
+def rows_in(folder: Path) -> list[StudyResult]:
+    """Return the results of the small league's trials."""
+    return [read_result(folder / study_of(GROUP, trial, SAMPLES).folder) for trial in GROUP.trials]
+
+
+@pytest.mark.interpreted
+def test_cells_are_statistics_of_rows_and_rows_are_single_runs(tmp_path: Path) -> None:
+    """A cell's medians and shares are those of its rows; a row has the figures of the single run of its scene."""
+    cells = league_in(tmp_path)
+    assert [(cell.law, cell.trial) for cell in cells] == [
+        (entrant.name, trial.column) for trial in GROUP.trials for entrant in GROUP.entrants
+    ]
+    still, _ = rows_in(tmp_path)
+    energy = cells[0]
+    errors = np.array([row["payload_mae"] for row in still.table.to_pylist() if row["variant"] == "energy"])
+    assert len(errors) == SAMPLES and energy.figures["payload_mae"].value == np.median(errors)
+    assert energy.figures["payload_mae"].low >= errors.min() and energy.figures["payload_mae"].high <= errors.max()
+    assert energy.controlled is not None and energy.controlled.value == 0.0  # nothing settles within 0.4 s
+    assert energy.figures["payload_settling"].value == np.inf
+    row, case = still.table.to_pylist()[1], cases(still.study)[1]
+    run = simulate(load_scene(scene_document(still.study), case.changes))
+    assert row["variant"] == "lqr" and row["payload_mae"] == measure_figures(run, on_path=False).mae
+    assert row["state_sha256"] == run.summary["state_sha256"]
+
+
+@pytest.mark.interpreted
+def test_all_laws_see_the_same_samples(tmp_path: Path) -> None:
+    """A law under two names has the same rows bit for bit, no difference from itself, and is better than neither."""
+    cells = {(cell.law, cell.trial): cell for cell in league_in(tmp_path)}
+    for result in rows_in(tmp_path):
+        hashes = result.column("state_sha256").reshape(SAMPLES, len(GROUP.entrants))
+        assert (hashes[:, 1] == hashes[:, 2]).all() and len(set(hashes[:, 1])) == SAMPLES
+    for trial in GROUP.trials:
+        own, twin = cells["lqr", trial.column], cells["twin", trial.column]
+        assert own.figures == twin.figures and own.better_than == twin.better_than
+        assert "twin" not in own.better_than
+
+
+@pytest.mark.interpreted
+def test_a_league_that_was_interrupted_goes_on(tmp_path: Path) -> None:
+    """Interrupted after its first rows, the same league runs what is missing; its cells are those of a whole one.
+
+    Rows that are there keep their files, and a finished league runs nothing.
+    """
+    folder, whole = tmp_path / "interrupted", tmp_path / "whole"
+
+    def interrupt(done: int, _: int) -> None:
+        if done >= 4:
+            raise Interrupted
+
+    with pytest.raises(Interrupted):
+        league_in(folder, on_progress=interrupt)
+    kept = {file: file.stat().st_mtime_ns for file in folder.glob("*/rows/0*.parquet")}
+    assert 0 < len(kept) < SAMPLES * len(GROUP.entrants)
+    began: list[int] = []
+
+    def look(done: int, _: int) -> None:
+        if not began:
+            assert {file: file.stat().st_mtime_ns for file in kept} == kept
+        began.append(done)
+
+    assert league_in(folder, on_progress=look) == league_in(whole)
+    assert began[0] >= 4
+    again: list[tuple[int, int]] = []
+    assert league_in(folder, on_progress=lambda *count: again.append(count)) == league_in(whole)
+    count = SAMPLES * len(GROUP.entrants)
+    assert again == [(count, 2 * count), (2 * count, 2 * count)]
+
+
+def test_samples_are_hidden_from_the_laws() -> None:
+    """Masses, ropes and the disturbance vary around the trial's numbers; a law believes in the catalogue's own ones."""
+    group = next(group for group in GROUPS if group.name == "overhead, trolley")
+    heavy, gust = (next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "gust"))
+    study = study_of(group, heavy, 5).study
+    assert study is not None
+    masses = [case.changes[MASSES][0] for case in cases(study)][:: len(group.entrants)]
+    assert all(10.8 <= mass <= 13.2 for mass in masses) and len(set(masses)) == 5
+    case = cases(study)[0]
+    document = scene_document(study) | {key: value for key, value in case.changes.items() if key == "control"}
+    assert get_value(document, f"control.nominal.{MASSES}")[1] == [10.0]
+    study = study_of(group, gust, 5).study
+    assert study is not None
+    forces = {max(case.changes["forces.0.force.values"]) for case in cases(study)}
+    assert len(forces) == 5 and all(4.0 <= force <= 6.0 for force in forces)
+
+
+def test_each_sample_has_a_sea_of_its_own() -> None:
+    """A trial with a sea has another seed of it in every sample, the same ones for all laws."""
+    group = GROUPS[0]
+    trial = next(trial for trial in group.trials if trial.column == "irregular sea")
+    study = study_of(group, trial, 7).study
+    assert study is not None
+    listed = list(cases(study))
+    for law in study.variant_changes:
+        seeds = [case.changes["base_motion.sea.seed"] for case in listed if case.variant == law]
+        assert sorted(seeds) == list(range(100, 107))
+    assert study_of(group, next(t for t in group.trials if "vision" in t.column), 2).refused.keys() >= {"angular"}
+
+
+def test_every_trial_is_a_study() -> None:
+    """Every trial of every crane has a study of all of its laws that has parameters which its scene has."""
+    for group in GROUPS:
+        for trial in group.trials:
+            made = study_of(group, trial, 2)
+            assert made.study is not None and len(cases(made.study)) == 2 * len(made.study.variants)
+            assert len(made.study.variants) + len(made.refused) == len(group.entrants)
+
+
+def test_better_is_significant_for_all_pairs_together() -> None:
+    """Of eight pairs of one sign p is 2/256 each: significant among three pairs, not among ten; a failure is worse."""
+    small = np.linspace(1.0, 1.7, 8)
+    three = {"a": small, "b": small + np.linspace(0.5, 0.9, 8), "c": small + np.linspace(1.5, 1.9, 8)}
+    assert better_laws(three) == {"a": ("b", "c"), "b": ("c",), "c": ()}
+    many = {str(i): small + i * np.linspace(0.5, 0.9, 8) for i in range(5)}
+    assert better_laws(many) == dict.fromkeys(many, ())
+    failed = {"a": small, "b": np.full(8, np.inf)}
+    assert better_laws(failed) == {"a": ("b",), "b": ()}
+
+
+@pytest.mark.interpreted
+def test_page_and_data_are_written(tmp_path: Path) -> None:
+    """The page has a row for each cell, the data its numbers; what is not finite is null."""
+    cells = league_in(tmp_path / "rows")
+    cells.append(SampledCell("trolley", "other", "gust", SAMPLES, "it has no camera"))
+    save_samples(cells, tmp_path)
+    page = (tmp_path / "league_samples.md").read_text()
+    assert "| energy | set-point | 0 % (0 … 39) |" in page and "- trolley, other, gust: it has no camera" in page
+    assert PAGES["league_samples"].read_rows(page) == [f"{cell.crane}, {cell.law}, {cell.trial}" for cell in cells]
+    kept = json.loads((tmp_path / "league_samples.json").read_text())
+    assert kept == json.loads(json.dumps(sampled_document(cells)))
+    assert kept["cells"][0]["figures"]["payload_settling"]["value"] is None
+    assert kept["cells"][0]["figures"]["payload_mae"]["value"] > 0.0
