@@ -86,7 +86,8 @@ def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
         wait_until(lambda: client.modes[-1] == 1 and client.states[-1] > reached + 10 * PERIOD)  # noqa: B023 called here
     assert client.pause(True) == "ok"
     assert change_state(client, "plant", DEACTIVATE) and change_state(client, "plant", ACTIVATE)
-    assert (client.modes[-1], client.pause(False)) == (2, "ok")  # the user's pause outlasted the manager's
+    client.take_steps(1)  # of a paused run: the user's pause outlasted the manager's
+    assert client.pause(False) == "ok"
     assert change_state(client, "plant", SHUTDOWN)
     assert plant.await_event("done")["summary"]["steps"] > 20
     assert plant.process.wait(60.0) == 0

@@ -103,7 +103,8 @@ def simulator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simul
     file = tmp_path / "scene.yaml"
     SCENE.dump(file)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
-        with NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}") as plant:
+        matched = "expected_recorders:=1"  # the client: states of a run that is paused come once
+        with NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}", matched) as plant:
             plant.await_event("ready")
             yield Simulator(plant, client)
 
