@@ -134,42 +134,23 @@ def running(scene: Scene, folder: Path, monkeypatch: pytest.MonkeyPatch, *argume
             yield Client(plant, node)
 
 
-@pytest.fixture
-def client(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
-    """Yield a client of a run in lockstep that is paused at its first state."""
-    with running(load_scene(DOCUMENT), tmp_path, monkeypatch, "paused:=true") as client:
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """Yield a client of a run in lockstep that is paused."""
+    folder = tmp_path_factory.mktemp("run")
+    with (
+        pytest.MonkeyPatch.context() as monkeypatch,
+        running(load_scene(DOCUMENT), folder, monkeypatch, "paused:=true") as client,
+    ):
         yield client
 
 
-def test_a_goal_is_followed_as_the_path_of_a_scene(client: Client) -> None:
-    """The run with a goal is that of `simulate` with the goal as the scene's path, bit for bit.
-
-    Wrong goals that come in between end with their codes, and change nothing.
-    """
-    client.advance(0.5)
-    handle = client.send(TIME, END, start=START, path_tolerance=[tolerance(position=0.2)])
-    wrong: list[tuple[GoalCode, dict[str, Any]]] = [
-        (GoalCode.INVALID_JOINTS, {"joint_names": ["hook"]}),
-        (GoalCode.INVALID_JOINTS, {"joint_names": []}),
-        (GoalCode.INVALID_GOAL, {"velocity": 0.1}),
-        (GoalCode.INVALID_GOAL, {"position": float("nan")}),
-        (GoalCode.INVALID_GOAL, {"goal_tolerance": [tolerance(position=-0.5)]}),
-        (GoalCode.INVALID_JOINTS, {"goal_tolerance": [tolerance("hook", 0.5)]}),
-        (GoalCode.OLD_HEADER_TIMESTAMP, {"start": 0.1, "time": 0.2}),
-    ]
-    for code, fields in wrong:
-        request = {"time": 1.0, "position": 1.0} | fields
-        answer = client.answer(client.send(request.pop("time"), request.pop("position"), **request))
-        assert answer[:2] == (GoalStatus.STATUS_ABORTED, code) and answer.line, (code, fields, answer)
-    client.wait_executing(handle)
-    assert client.node.pause(False) == "ok"
-    answer = client.answer(handle)
-    assert answer[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
-    points = [{"positions": [x], "velocities": [0.0], "time_from_start": t} for x, t in ((0.0, 0.0), (END, TIME))]
-    path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"], "start": START - 0.01, "points": points}
-    expected = simulate(load_scene(DOCUMENT | {"reference": {"path": path}})).summary["state_sha256"]
-    assert client.plant.await_event("done")["summary"]["state_sha256"] == expected
-    client.check_feedback()
+@pytest.fixture
+def client(shared: Client) -> Client:
+    """Return a client of a run that is paused at its first state."""
+    shared.reset()
+    shared.feedback.clear()
+    return shared
 
 
 def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
@@ -299,3 +280,34 @@ def test_a_reset_ends_a_goal_and_the_law_begins_anew(client: Client) -> None:
     assert client.answer(handle)[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_GOAL)
     client.advance(0.5)
     assert client.motion() == (0.0, 0.0)
+
+
+def test_a_goal_is_followed_as_the_path_of_a_scene(client: Client) -> None:
+    """The run with a goal is that of `simulate` with the goal as the scene's path, bit for bit.
+
+    Wrong goals that come in between end with their codes, and change nothing. The last test of the shared run: it ends.
+    """
+    client.advance(0.5)
+    handle = client.send(TIME, END, start=START, path_tolerance=[tolerance(position=0.2)])
+    wrong: list[tuple[GoalCode, dict[str, Any]]] = [
+        (GoalCode.INVALID_JOINTS, {"joint_names": ["hook"]}),
+        (GoalCode.INVALID_JOINTS, {"joint_names": []}),
+        (GoalCode.INVALID_GOAL, {"velocity": 0.1}),
+        (GoalCode.INVALID_GOAL, {"position": float("nan")}),
+        (GoalCode.INVALID_GOAL, {"goal_tolerance": [tolerance(position=-0.5)]}),
+        (GoalCode.INVALID_JOINTS, {"goal_tolerance": [tolerance("hook", 0.5)]}),
+        (GoalCode.OLD_HEADER_TIMESTAMP, {"start": 0.1, "time": 0.2}),
+    ]
+    for code, fields in wrong:
+        request = {"time": 1.0, "position": 1.0} | fields
+        answer = client.answer(client.send(request.pop("time"), request.pop("position"), **request))
+        assert answer[:2] == (GoalStatus.STATUS_ABORTED, code) and answer.line, (code, fields, answer)
+    client.wait_executing(handle)
+    assert client.node.pause(False) == "ok"
+    answer = client.answer(handle)
+    assert answer[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
+    points = [{"positions": [x], "velocities": [0.0], "time_from_start": t} for x, t in ((0.0, 0.0), (END, TIME))]
+    path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"], "start": START - 0.01, "points": points}
+    expected = simulate(load_scene(DOCUMENT | {"reference": {"path": path}})).summary["state_sha256"]
+    assert client.plant.await_event("done")["summary"]["state_sha256"] == expected
+    client.check_feedback()
