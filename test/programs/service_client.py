@@ -51,8 +51,11 @@ class ServiceClient(Node):
         return self._call(self._pause, SetBool.Request(data=paused))
 
     def step(self) -> str:
-        """Take one step."""
-        return self._call(self._step, Trigger.Request())
+        """Take one step, as soon as the controller, which a busy machine may hold up, has answered."""
+        deadline = time.monotonic() + LIMIT
+        while (answer := self._call(self._step, Trigger.Request())).endswith("has not come yet"):
+            assert time.monotonic() < deadline, answer
+        return answer
 
     def reset(self) -> str:
         """Return to the initial state."""

@@ -144,7 +144,7 @@ def test_a_killed_operator_node_stops_the_crane(tmp_path: Path, monkeypatch: pyt
         wait_for(lambda: rests(stick), "rest after the operator's node was killed")
 
     with graph(tmp_path, monkeypatch) as (domain, _), Joystick(domain, "bridge") as stick:
-        operator = ScriptedOperator(script)
+        operator = ScriptedOperator(script, device_timeout=60.0)  # s: a joystick that is held up is not lost
         summary = run(scene, operator, domain, on_activated=nodes.__setitem__)
         operator.check()
     assert summary["error"].startswith("operator: it was killed by SIGKILL") and "\n" not in summary["error"]
