@@ -11,11 +11,10 @@ import time
 from pathlib import Path
 
 import pytest
-from command_line import CRANE
+from command_line import CRANE, crane_here
 from process_helpers import started_program
 from rich.console import Console
 
-from crane_sim import cli
 from crane_sim.cli.operator_console import (
     OperatorConsole,
     format_bar,
@@ -194,8 +193,6 @@ def test_mistakes_are_one_line(
     arguments: list[str], line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What cannot be driven, or with what, is one line with exit code 2; the input of a test is no terminal."""
-    monkeypatch.setattr("sys.argv", ["crane", "drive", "knuckle_setpoint", *arguments])
-    monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)  # pytest has its own handlers
-    assert cli.main() == 2
-    error = capsys.readouterr().err
-    assert error.startswith(f"crane: {line}") and error.count("\n") == 1, error
+    result = crane_here(monkeypatch, capsys, "drive", "knuckle_setpoint", *arguments)
+    assert result.returncode == 2
+    assert result.stderr.startswith(f"crane: {line}") and result.stderr.count("\n") == 1, result.stderr
