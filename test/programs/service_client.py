@@ -80,7 +80,8 @@ def main() -> None:
     """Call all services in one run."""
     rclpy.init(args=sys.argv)
     client, results = ServiceClient(), {}
-    client.wait_for_mode(1)
+    client.wait_for_mode(2)  # the run begins paused: however late this program is, it has not ended
+    client.pause(False)
     results["step while playing"] = client.step()
     results["pause"], results["paused at"] = client.pause(True), client.wait_standing()
     results["mode"] = client.mode

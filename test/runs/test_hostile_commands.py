@@ -104,7 +104,7 @@ def check_over_dds(duration: float, each: int, domain: int, environment: dict[st
 def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
     """Over DDS, too, invalid commands are counted to the last one, change no bit and no recording."""
     check_over_dds(
-        10.0, 8, domain_id, ros_environment, tmp_path
+        4.0, 8, domain_id, ros_environment, tmp_path
     )  # with the valid one 9: the queue of a subscription holds 10
 
 

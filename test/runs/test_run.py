@@ -84,7 +84,7 @@ def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: 
     """
     command = [sys.executable, Path(__file__).parents[1] / "programs" / "service_client.py"]
     with started_program(command, env=ros_environment, stdout=subprocess.PIPE) as client:
-        summary = run({"duration": 100.0}, domain_id=domain_id, record=tmp_path / "run.rrd")
+        summary = run({"duration": 50.0}, domain_id=domain_id, record=tmp_path / "run.rrd", paused=True)
         results = json.loads(client.communicate(timeout=60.0)[0])
     assert results["step while playing"] == "the simulation is not paused"
     assert (results["pause"], results["mode"], results["steps"], results["reset"], results["go on"]) == (
@@ -97,7 +97,7 @@ def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: 
     assert results["stepped to"] - results["paused at"] == 3 * PERIOD
     assert results["reset to"] == PERIOD
     assert summary["before_reset"] == [str(tmp_path / "run.before_reset_1.rrd")]
-    assert summary["state_sha256"] == simulate("knuckle_setpoint", duration=100.0).summary["state_sha256"]
+    assert summary["state_sha256"] == simulate("knuckle_setpoint", duration=50.0).summary["state_sha256"]
 
 
 def test_open_loop_needs_no_controller() -> None:
@@ -117,6 +117,7 @@ def test_realtime_takes_every_step() -> None:
     assert summary["real_time_factor"] < 4.01  # steps wait for their deadlines; a late end only lowers the factor
 
 
+@pytest.mark.long(cases=["controller"])  # a killed controller ends a run in test_node_failures.py
 @pytest.mark.parametrize("victim", ["plant", "controller"])
 def test_a_killed_node_ends_the_run(victim: str, tmp_path: Path) -> None:
     """When a node is killed the others exit, the error names it, and the summary has the number of steps."""
