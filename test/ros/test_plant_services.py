@@ -84,6 +84,21 @@ def test_a_paused_plant_does_not_report_waiting() -> None:
     assert "waiting" in events and time.monotonic() - resumed[0] >= TIMEOUT
 
 
+@pytest.mark.usefixtures("stepped_clock")
+def test_a_paused_run_sends_its_state_to_a_new_subscriber() -> None:
+    """A subscriber that comes in a pause gets the present state; in a run that plays it gets the next one."""
+    topics: Any = FakeTopics()
+    simulation = start_run(topics)
+    counts: list[int] = []
+    for paused, newcomer in ((False, True), (True, False), (True, True)):
+        simulation.pause(paused, "user")
+        topics.newcomer = newcomer
+        time.sleep(1.0)
+        simulation.heartbeat()
+        counts.append(topics.states)
+    assert counts == [1, 1, 2]
+
+
 class UnacknowledgedPublisher:
     """A publisher with a subscriber that acknowledges nothing."""
 

@@ -112,6 +112,14 @@ def test_reset_to_a_state(paused: Remote) -> None:
     assert client.states[-1] == PERIOD
 
 
+def test_a_newcomer_in_a_pause_gets_the_state(paused: Remote) -> None:
+    """A node that joins while the run is paused, its state answered, gets that state without a step."""
+    paused.answers = ZERO
+    paused.take_steps(1)
+    with remote(paused.context.get_domain_id(), "late") as late:
+        wait_until(lambda: late.states[-1:] == [2 * PERIOD], "the state where the run stands")
+
+
 def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A node on simulation time that starts before the run has a clock, and its timer follows the simulation."""
     sim_time = {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
