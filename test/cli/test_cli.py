@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from command_line import CRANE, crane
+from command_line import CRANE, crane, crane_here
 from process_helpers import run_to_completion
 
-from crane_sim import cli
 from crane_sim.cli.bench import SUITE_NAMES
 from crane_sim.cli.commands import app
 from crane_sim.files.catalogue import scene_files
@@ -52,12 +51,10 @@ def test_bad_input_is_one_line_and_exit_2(
     arguments: list[str], line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Bad input ends with exit code 2 and one line on stderr that names it, without a traceback."""
-    monkeypatch.setattr("sys.argv", ["crane", *arguments])
-    monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)  # pytest has its own handlers
-    assert cli.main() == 2
-    error = capsys.readouterr().err
-    assert line in error
-    assert len(error.strip().splitlines()) == 1
+    result = crane_here(monkeypatch, capsys, *arguments)
+    assert result.returncode == 2
+    assert line in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
 
 
 def test_a_group_without_a_command_shows_its_usage() -> None:
@@ -100,10 +97,12 @@ def test_the_version_is_printed() -> None:
     assert crane("--version").stdout == f"crane_sim {version('crane_sim')}\n"
 
 
-def test_an_unknown_scene_is_rejected_without_listing_the_catalogue() -> None:
+def test_an_unknown_scene_is_rejected_without_listing_the_catalogue(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The error about an unknown scene fits a terminal, and names the command that lists the names."""
     for name in ("nowhere", "nowhere/mine.yaml"):
-        line = crane("run", name).stderr
+        line = crane_here(monkeypatch, capsys, "run", name).stderr
         assert len(line) < 120 and "crane scenes" in line
 
 
@@ -129,9 +128,9 @@ def test_a_full_disk_behind_stdout_is_one_line() -> None:
     assert len(result.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in result.stderr
 
 
-def test_json_carries_the_error_too() -> None:
+def test_json_carries_the_error_too(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """With --json, a failure is an object with the key `error` on stdout as well."""
-    result = crane("simulate", "nowhere", "--json")
+    result = crane_here(monkeypatch, capsys, "simulate", "nowhere", "--json")
     assert result.returncode == 2
     assert json.loads(result.stdout)["error"] in result.stderr
 
@@ -154,18 +153,20 @@ def test_a_run_that_ends_early_has_a_partial_summary() -> None:
     assert summary["events"][-1]["what"].startswith("link 1 went slack") and summary["steps"] > 10
 
 
-def test_scenes_lists_the_catalogue() -> None:
+def test_scenes_lists_the_catalogue(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """`crane scenes` has one line for each catalogue scene: its name, and the first sentence of what it is."""
-    lines = crane("scenes").stdout.strip().splitlines()
+    lines = crane_here(monkeypatch, capsys, "scenes").stdout.strip().splitlines()
     assert [line.split()[0] for line in lines] == list(scene_files())
     assert all(line.count(". ") == 0 for line in lines)
 
 
-def test_check_accepts_and_describes_a_file(tmp_path: Path) -> None:
+def test_check_accepts_and_describes_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """`crane check FILE` validates a file of one's own."""
     file = tmp_path / "mine.yaml"
     file.write_text(scene_files()["knuckle_setpoint"].read_text())
-    result = crane("check", str(file))
+    result = crane_here(monkeypatch, capsys, "check", str(file))
     assert result.returncode == 0
     assert "fine (knuckle, 40 s, 4000 steps of 0.01 s, law energy)" in result.stdout
 

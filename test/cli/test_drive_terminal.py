@@ -6,14 +6,13 @@ import pty
 import re
 import select
 import struct
-import subprocess
 import termios
 import time
 from pathlib import Path
 
 import pytest
-from command_line import CRANE
-from process_helpers import run_to_completion, started_program
+from command_line import CRANE, crane_here
+from process_helpers import started_program
 from rich.console import Console
 
 from crane_sim.cli.operator_console import (
@@ -190,7 +189,10 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
         (["--input", "joy", "--on-silence", "stop"], "--on-silence = 'stop': possible: zero, hold, brake"),
     ],
 )
-def test_mistakes_are_one_line(arguments: list[str], line: str) -> None:
-    """What cannot be driven, or with what, is one line with exit code 2."""
-    result = run_to_completion([CRANE, "drive", "knuckle_setpoint", *arguments], stdin=subprocess.DEVNULL)
-    assert result.returncode == 2 and result.stderr.splitlines()[-1].startswith(f"crane: {line}"), result.stderr
+def test_mistakes_are_one_line(
+    arguments: list[str], line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What cannot be driven, or with what, is one line with exit code 2; the input of a test is no terminal."""
+    result = crane_here(monkeypatch, capsys, "drive", "knuckle_setpoint", *arguments)
+    assert result.returncode == 2
+    assert result.stderr.startswith(f"crane: {line}") and result.stderr.count("\n") == 1, result.stderr

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import pytest
+from command_line import crane_here
 
-from crane_sim import cli, load_scene
+from crane_sim import load_scene
 from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
 
 pytestmark = pytest.mark.interpreted
@@ -12,13 +13,6 @@ SCENE = "knuckle_setpoint"
 URDF = urdf_with_ros2_control(load_scene(SCENE))
 EFFORT = '<command_interface name="effort">'
 SWING = '<joint name="swing_radial">'
-
-
-def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
-    """Return the exit code of the command in this process, whose signals are pytest's."""
-    monkeypatch.setattr("sys.argv", ["crane", *arguments])
-    monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)
-    return cli.main()
 
 
 def in_tag(old: str, new: str) -> str:
@@ -73,8 +67,9 @@ def test_a_wrong_tag_is_one_line(
     line, text = BROKEN[case]
     file = tmp_path / "mine.urdf"
     file.write_text(text)
-    assert run(monkeypatch, "check", SCENE, "--ros2-control", str(file)) == 2
-    error = capsys.readouterr().err
+    result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
+    assert result.returncode == 2
+    error = result.stderr
     assert error.startswith(f"crane: {file}: ") and line in error and error.count("\n") == 1, error
 
 
@@ -82,17 +77,21 @@ def test_the_tag_that_is_written_passes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What `describe --ros2-control` writes is fine."""
-    assert run(monkeypatch, "describe", SCENE, "--ros2-control", "--save", str(tmp_path)) == 0
+    written = crane_here(monkeypatch, capsys, "describe", SCENE, "--ros2-control", "--save", str(tmp_path))
+    assert written.returncode == 0
     file = tmp_path / f"{SCENE}.urdf"
-    assert run(monkeypatch, "check", SCENE, "--ros2-control", str(file)) == 0
-    assert f"{file}: fine (commands slew, boom, jib, rope" in capsys.readouterr().out
+    result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
+    assert result.returncode == 0 and f"{file}: fine (commands slew, boom, jib, rope" in result.stdout
 
 
 def test_mixed_drives_have_no_controllers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Drives that take different kinds of commands: no controllers, and one line that names each joint's."""
-    assert run(monkeypatch, "describe", "bridge_speed_drive", "--ros2-control", "--save", str(tmp_path)) == 2
-    error = capsys.readouterr().err
+    result = crane_here(
+        monkeypatch, capsys, "describe", "bridge_speed_drive", "--ros2-control", "--save", str(tmp_path)
+    )
+    assert result.returncode == 2
+    error = result.stderr
     assert "trolley: velocity, bridge: velocity, rope: effort: a controller commands one interface" in error
     assert error.count("\n") == 1 and not list(tmp_path.iterdir())

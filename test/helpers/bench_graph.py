@@ -112,6 +112,7 @@ class Remote:
         self.warnings: list[tuple[float, str]] = []
         self.efforts: list[list[float]] = []
         self.answers: list[float] | None = None
+        self._clients: dict[str, Any] = {}
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.node.create_subscription(
             UInt8, "simulation_state", lambda message: self.modes.append(message.data), latched
@@ -150,6 +151,15 @@ class Remote:
         """Take as many steps as the parameter `step_count`."""
         return self.call(Trigger, "plant/step_simulation", Trigger.Request())
 
+    def take_steps(self, number: int) -> None:
+        """Let a paused run take steps: in one call, or in several where the commands are late on a busy machine."""
+        while number:
+            assert self.set(step_count=number) == ""
+            answer = self.step()
+            assert answer == "ok" or "has not come yet" in answer, answer
+            done, of, _ = answer.partition(" of ")
+            number -= number if answer == "ok" else int(done) if of else 0
+
     def reset(self) -> str:
         """Return to the state of the parameters."""
         return self.call(Trigger, "plant/reset_simulation", Trigger.Request())
@@ -166,8 +176,8 @@ class Remote:
         return "ok" if answer.success else answer.message
 
     def request(self, kind: Any, name: str, request: Any) -> Any:
-        """Call a service and return its answer."""
-        client = self.node.create_client(kind, name)
+        """Call a service and return its answer; each service has one client, which is matched once."""
+        client = self._clients.get(name) or self._clients.setdefault(name, self.node.create_client(kind, name))
         assert client.wait_for_service(LIMIT), f"{name}: there is no such service"
         future = client.call_async(request)
         wait_until(future.done, f"the answer of {name}")
@@ -175,9 +185,9 @@ class Remote:
 
     def _on_state(self, message: JointState) -> None:
         stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-        self.states.append(stamp)
         self.positions.append(list(message.position))
         self.velocities.append(list(message.velocity))
+        self.states.append(stamp)  # last: a test that waits for it reads the others then
         if self.answers is not None:
             self.send(stamp, self.answers)
 

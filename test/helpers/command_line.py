@@ -1,10 +1,13 @@
-"""The command `crane` as a child process."""
+"""The command `crane`, as a child process or in the process of the tests."""
 
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from process_helpers import run_to_completion
+
+from crane_sim import cli
 
 CRANE = Path(sys.executable).with_name("crane")
 
@@ -12,3 +15,14 @@ CRANE = Path(sys.executable).with_name("crane")
 def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Return exit code and output of the command."""
     return run_to_completion([str(CRANE), *arguments], cwd=cwd)
+
+
+def crane_here(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str
+) -> subprocess.CompletedProcess[str]:
+    """Return exit code and output of the command in this process, which is no terminal and has loaded everything."""
+    monkeypatch.setattr("sys.argv", ["crane", *arguments])
+    monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)  # pytest has its own handlers
+    capsys.readouterr()
+    code = cli.main()
+    return subprocess.CompletedProcess(list(arguments), code, *capsys.readouterr())

@@ -66,9 +66,10 @@ class FakeTopics:
         acknowledged: whether all subscribers have acknowledged the joint states.
         states: number of joint states.
         clocks: times of the clock, ns.
+        newcomer: whether the joint states have a new subscriber.
     """
 
-    clock_subscribed = effort_subscribed = payload_subscribed = False
+    newcomer = clock_subscribed = effort_subscribed = payload_subscribed = False
 
     def __init__(self) -> None:
         """Create them before the first message."""
@@ -99,8 +100,9 @@ class FakeTopics:
         """Record it."""
         self.clocks.append(stamp)
 
-    def update_subscribers(self) -> None:
-        """Find no subscribers."""
+    def update_subscribers(self) -> bool:
+        """Find those that tests have set."""
+        return self.newcomer
 
 
 class CountingPlant:

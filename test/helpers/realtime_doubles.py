@@ -145,6 +145,18 @@ class RealtimeBench(FakeSimulation):
         return SimpleNamespace(topic_name=topic, handle=handle)
 
 
+@pytest.fixture
+def stepped_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let sleeping alone advance the monotonic clock, by a microsecond more: no stall of the machine counts."""
+    now = [1000.0]
+
+    def sleep(seconds: float) -> None:
+        now[0] += seconds + 1e-6
+
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(time, "sleep", sleep)
+
+
 def settings(timeout: float, on_silence: str = "zero", rate: float = 1.0) -> SimpleNamespace:
     """Return the plant's parameters."""
     return SimpleNamespace(

@@ -96,12 +96,12 @@ def test_nothing_is_cached_with_kernels_from_outside(tmp_path: Path) -> None:
 def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
     """With NUMBA_DISABLE_JIT=1 everything runs as plain Python and ends in the same state, bit for bit."""
     code = (
-        "import crane_sim; r = crane_sim.simulate('knuckle_losses', duration=0.05);"
+        "import crane_sim; r = crane_sim.simulate('knuckle_setpoint', duration=0.05);"
         "print(r.summary['state_sha256'], r.summary['rhs_evaluations'])"
     )
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     plain = run_to_completion([sys.executable, "-c", code], env=environment, check=True)
-    run = simulate("knuckle_losses", duration=0.05)
+    run = simulate("knuckle_setpoint", duration=0.05)
     assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
 
 

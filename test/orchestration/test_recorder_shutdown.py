@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from process_group_helpers import IGNORES_SIGTERM, LIMIT, listen_until, make_group
-from process_helpers import wait_exited
+from process_helpers import wait_exited, wait_until
 
 from crane_sim.orchestration import process_group, shutdown
 from crane_sim.orchestration.process_group import ProcessGroup
@@ -77,10 +77,16 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
         part.touch()
         plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=7))
         no_callbacks: Any = SimpleNamespace()
-        threading.Timer(0.3, interrupts.append, [signal.SIGTERM]).start()
-        began = time.monotonic()
+        interrupted = list[float]()
+
+        def interrupt() -> None:
+            wait_until(lambda: pid.exists() and bool(pid.read_text().strip()), "the repair program")
+            interrupted.append(time.monotonic())
+            interrupts.append(signal.SIGTERM)
+
+        threading.Thread(target=interrupt, daemon=True).start()
         summary = finish_recording(Supervisor(group, [plant, role], interrupts, no_callbacks, 0.0), role, {"steps": 7})
-    assert time.monotonic() - began < 0.3 + LIMIT
+    assert time.monotonic() - interrupted[0] < LIMIT
     wait_exited(int(pid.read_text()))
     assert summary["error"] == f"{why}; {part} is incomplete, it has 5 of 7 steps"
 

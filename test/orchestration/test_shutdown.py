@@ -169,7 +169,12 @@ def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(repair, "rerun_executable", lambda: slow)
     joint = Parts(tmp_path / "run.rrd", EarlierFiles(5, 5, (parts[0],)))
     assert joint.join(parts[1], time_limit=0.0) == parts and not pid.exists()
-    assert joint.join(parts[1], time_limit=1.0) == parts and all(part.exists() for part in parts)
+
+    def stays_in_parts() -> bool:
+        assert joint.join(parts[1], time_limit=1.0) == parts and all(part.exists() for part in parts)
+        return pid.exists() and bool(pid.read_text().strip())  # it had begun
+
+    wait_until(stays_in_parts, "the program that joins")
     wait_exited(int(pid.read_text()))
     pid.unlink()
     with started_program([sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]) as recorder:

@@ -12,6 +12,7 @@ def main() -> None:
     rclpy.init()
     node = rclpy.create_node("frozen")
     node.create_subscription(JointState, "/knuckle/joint_states", lambda _: os.kill(os.getpid(), signal.SIGSTOP), 10)
+    print("subscribed", flush=True)
     rclpy.spin(node)
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 
 import rclpy
 from invalid_commands import JOINTS, PERIOD, InvalidCommands, command_message
+from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -23,6 +24,10 @@ class HostileController(Node):
         self._each, self._invalid, self._scene = each, InvalidCommands(2), load_scene("knuckle_setpoint")
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
+
+    def wait_for_plant(self) -> bool:
+        """Wait until the plant has acknowledged all commands; return whether it has within a minute."""
+        return self._commands.wait_for_all_acked(Duration(seconds=60.0))
 
     def _on_state(self, state: JointState) -> None:
         stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
@@ -45,4 +50,4 @@ if __name__ == "__main__":
     while node.answered < int(sys.argv[2]):
         rclpy.spin_once(node, timeout_sec=0.1)
     print(json.dumps(node.sent), flush=True)
-    rclpy.spin_once(node, timeout_sec=1.0)  # until the last answer has been sent
+    assert node.wait_for_plant(), "the plant has not acknowledged the last answer"

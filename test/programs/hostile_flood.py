@@ -20,23 +20,18 @@ class Flood(Node):
     """A publisher of invalid commands and, every fourth time, a valid one, although it does not own the crane."""
 
     def __init__(self) -> None:
-        """Create the node in the crane's namespace, still without a publisher."""
+        """Create the node in the crane's namespace."""
         super().__init__("flood", namespace="knuckle")
         self.stamp, self.simulation_state, self.sent = 0, -1, 0
         invalid = InvalidCommands(3)
         self._prepared = [invalid.generate(10**9)[1] for _ in range(1000)]
-        self._commands = None
+        self._commands = self.create_publisher(JointState, "joint_commands", 10)
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
         self.create_subscription(UInt8, "simulation_state", self._on_simulation_state, latched)
 
-    def create_command_publisher(self) -> None:
-        """Create the publisher: by now the scene's own controller owns the crane."""
-        self._commands = self.create_publisher(JointState, "joint_commands", 10)
-
     def send(self) -> None:
         """Send one command."""
-        assert self._commands is not None
         valid = self.sent % 4 == 0
         prepared = self._prepared[self.sent % 1000]
         self._commands.publish(command_message(self.stamp, JOINTS, [5.0] * 4) if valid else prepared)
@@ -53,9 +48,8 @@ def main() -> None:
     """Flood one run."""
     rclpy.init(args=sys.argv)
     flood = Flood()
-    while flood.stamp < 2 * PERIOD:  # the scene's own controller has sent the first valid command
+    while flood.stamp < 2 * PERIOD:  # then the scene's own controller owns the crane: it has moved it
         rclpy.spin_once(flood, timeout_sec=0.1)
-    flood.create_command_publisher()
     start, sent = time.monotonic(), 0
     while flood.simulation_state != SimulationState.STOPPED:
         due = int((time.monotonic() - start) * RATE)

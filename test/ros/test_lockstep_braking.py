@@ -20,6 +20,7 @@ PERIOD = SCENE.period_ns
 REASON = "controller: it was killed"  # of the braking
 
 
+@pytest.mark.usefixtures("stepped_clock")
 @pytest.mark.parametrize("contested", [False, True])
 def test_waiting_is_reported_after_the_timeout(
     contested: bool, simulation: SimulationRun, topics: FakeTopics, monkeypatch: pytest.MonkeyPatch
@@ -41,7 +42,7 @@ def test_waiting_is_reported_after_the_timeout(
     lockstep.run()
     assert waits[0][0] - began >= TIMEOUT
     assert waits[0][1].startswith("no valid command for state 1 within 0.3 s")
-    assert topics.states >= (4 if contested else 2)  # 0.3 s at one in 0.05 s or 0.1 s, fewer on a busy machine
+    assert topics.states in ((6, 7) if contested else (3, 4))  # 0.3 s at one in 0.05 s or 0.1 s, with the first
 
 
 def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,6 +131,7 @@ def test_braking_stays_in_sync(simulation: SimulationRun, monkeypatch: pytest.Mo
     assert (simulation.plant.k, simulation.failure) == (STEPS_TO_REST, REASON)
 
 
+@pytest.mark.usefixtures("stepped_clock")
 def test_braking_waits_for_a_peer_only_up_to_a_timeout(
     simulation: SimulationRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -141,7 +143,7 @@ def test_braking_waits_for_a_peer_only_up_to_a_timeout(
     scheduler: Any = SimpleNamespace(in_sync=lambda: False)
     began = time.monotonic()
     brake_to_rest(host, simulation, scheduler, 0.0)  # type: ignore[arg-type]
-    assert 0.5 <= time.monotonic() - began < 8.0  # s: once, not again with each of its 20 steps
+    assert 0.5 <= time.monotonic() - began < 1.0  # s: once, not again with each of its 20 steps
     assert (simulation.plant.k, simulation.failure) == (STEPS_TO_REST, REASON)
 
 

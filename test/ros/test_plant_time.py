@@ -81,7 +81,7 @@ def test_a_plant_without_answers_waits(bench: tuple[NodeProcess, Remote]) -> Non
     client.send(PERIOD, ZERO)
     plant.await_event("resumed")
     wait_until(lambda: client.modes[-1] == 1 and client.states[-1] > 10 * PERIOD)
-    assert client.warnings[-1][1] == "running"
+    wait_until(lambda: client.warnings[-1][1] == "running")
 
 
 def test_many_steps_in_one_call(paused: Remote) -> None:
@@ -89,11 +89,11 @@ def test_many_steps_in_one_call(paused: Remote) -> None:
     client = paused
     assert client.step() == "the command for state 1 has not come yet"
     assert "step_count out of range" in client.set(step_count=0)
-    assert client.set(step_count=50) == ""
     client.answers = ZERO
-    assert client.step() == "ok"
+    client.take_steps(50)
     wait_until(lambda: client.states[-1] == 51 * PERIOD)
     client.answers = None
+    assert client.set(step_count=50) == ""
     assert client.step().startswith(("0 of 50 steps: the command for state", "1 of 50 steps: the command for state"))
 
 
@@ -110,6 +110,14 @@ def test_reset_to_a_state(paused: Remote) -> None:
     assert client.reset() == "ok"
     wait_until(lambda: client.positions[-1] == first)
     assert client.states[-1] == PERIOD
+
+
+def test_a_newcomer_in_a_pause_gets_the_state(paused: Remote) -> None:
+    """A node that joins while the run is paused, its state answered, gets that state without a step."""
+    paused.answers = ZERO
+    paused.take_steps(1)
+    with remote(paused.context.get_domain_id(), "late") as late:
+        wait_until(lambda: late.states[-1:] == [2 * PERIOD], "the state where the run stands")
 
 
 def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

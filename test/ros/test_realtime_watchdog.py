@@ -44,6 +44,7 @@ class OneCommandHost:
         return SimpleNamespace(topic_name=topic, handle=FakeHandle(topic in ONE))
 
 
+@pytest.mark.usefixtures("stepped_clock")
 @pytest.mark.parametrize(
     ("timeout", "on_silence", "last", "warned"),
     [

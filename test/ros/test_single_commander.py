@@ -17,6 +17,7 @@ from crane_sim.ros.common.messages import LIVELINESS_LEASE
 
 COMMANDER = Path(__file__).parents[1] / "programs" / "constant_controller.py"
 LONG = f"command_lease:={LIVELINESS_LEASE}"  # s: on a busy machine a process may stall for 0.3 s
+SLOWLY = "rate:=0.2"  # in real time: twenty states a second are enough
 
 
 @contextmanager
@@ -33,7 +34,7 @@ def bench(
     """Yield a node of the test and the environment of nodes, beside a running plant without a controller so far."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
-    options = (f"scene:={scene}", "commanded:=true", f"mode:={request.param}", "expected_controllers:=0", LONG)
+    options = (f"scene:={scene}", "commanded:=true", f"mode:={request.param}", "expected_controllers:=0", LONG, SLOWLY)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         client.node.destroy_publisher(client.commands)
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
@@ -57,7 +58,7 @@ def test_a_second_publisher_waits_for_the_lease(bench: tuple[Remote, dict[str, s
             line = "command of /knuckle/second refused: /knuckle/first owns the crane"
             wait_until(lambda: any(line in message for _, message in client.warnings))
             reached = client.states[-1]
-            wait_until(lambda: client.states[-1] > reached + 50 * PERIOD)
+            wait_until(lambda: client.states[-1] > reached + 20 * PERIOD)
             assert {effort[0] for effort in client.efforts} <= {0.0, 1.0}
             os.kill(first.pid, signal.SIGKILL)
             wait_until(lambda: is_applied(client, 2.0))

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from importlib import import_module
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,7 +30,7 @@ class Simulator:
 
     def __init__(self, plant: NodeProcess, client: Remote) -> None:
         """Call the services of `plant` by `client`."""
-        self.plant, self._client = plant, client
+        self.plant, self._client, self._begun = plant, client, False
         self._kinds = import_module("simulation_interfaces.srv")
         self._action: Any = import_module("simulation_interfaces.action").SimulateSteps
         self._steps = ActionClient(client.node, self._action, "simulate_steps")
@@ -40,6 +39,16 @@ class Simulator:
         """Call a service and return its answer."""
         types = getattr(self._kinds, kind)
         return self._client.request(types, name, types.Request(**fields))
+
+    def begin(self) -> None:
+        """Stop the run, which begins if no test has begun it: it stands at its first state."""
+        if not self._begun:
+            self.plant.send("go")
+            wait_until(lambda: self.state == PLAYING, "the run")
+            self._begun = True
+        self.set_state(STOPPED)
+        assert self.state == STOPPED
+        self.wait_for_step(0)
 
     @property
     def state(self) -> int:
@@ -97,24 +106,33 @@ class Simulator:
         return self._client.states[-1] // SCENE.period_ns - 1
 
 
-@pytest.fixture
-def simulator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simulator]:
-    """Yield the services of a plant without commands whose run has not begun."""
-    file = tmp_path / "scene.yaml"
+@pytest.fixture(scope="module")
+def simulator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Simulator]:
+    """Yield the services of a plant without commands, whose run no test has begun, or one has and stopped it."""
+    folder = tmp_path_factory.mktemp("run")
+    file = folder / "scene.yaml"
     SCENE.dump(file)
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
-        with NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}") as plant:
+    with (
+        pytest.MonkeyPatch.context() as monkeypatch,
+        graph(folder, monkeypatch) as (domain, env),
+        remote(domain) as client,
+    ):
+        matched = "expected_recorders:=1"  # the client: states of a run that is paused come once
+        with NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}", matched) as plant:
             plant.await_event("ready")
             yield Simulator(plant, client)
 
 
 def test_the_services_keep_their_contract(simulator: Simulator) -> None:
-    """Features, states, steps and resets have the published result codes, and move the crane as they say."""
+    """Features, states, steps and resets have the published result codes, and move the crane as they say.
+
+    The first test: the run has not begun.
+    """
     features = simulator.request("GetSimulatorFeatures", "get_simulator_features").features
     assert list(features.features) == list(Feature) and "together" in features.custom_info
     assert simulator.state == STOPPED and simulator.set_state(PLAYING) == Code.INCORRECT_STATE
-    simulator.plant.send("go")
-    wait_until(lambda: simulator.state == PLAYING, "the run")
+    simulator.begin()
+    assert simulator.set_state(PLAYING) == Code.OK
     refused = simulator.step(steps=2)
     assert (refused.result, refused.error_message) == (Code.OPERATION_FAILED, "the simulation is not paused")
     assert simulator.set_state(NO_WORLD) == Code.FEATURE_UNSUPPORTED
@@ -136,9 +154,8 @@ FRAMES = ["base_link", "payload_link"]  # of a pendulum, and more
 
 def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
     """Names, kinds and motions of the frames; the payload moves as in the run, and what is unknown has its code."""
-    simulator.plant.send("go")
-    wait_until(lambda: simulator.state == PLAYING, "the run")
-    assert simulator.set_state(STOPPED) == Code.OK and simulator.step(steps=50).result == Code.OK
+    simulator.begin()
+    assert simulator.step(steps=50).result == Code.OK
     messages = import_module("simulation_interfaces.msg")
     names = simulator.request("GetEntities", "get_entities").entities
     assert set(FRAMES) <= set(names)
@@ -198,9 +215,7 @@ UNSUPPORTED = {
 
 def test_what_is_not_supported_says_so(simulator: Simulator) -> None:
     """Every other service answers that the feature is unsupported, moves nothing, and the features do not list it."""
-    simulator.plant.send("go")
-    wait_until(lambda: simulator.state == PLAYING, "the run")
-    assert simulator.set_state(STOPPED) == Code.OK
+    simulator.begin()
     before = simulator.request("GetEntitiesStates", "get_entities_states").states
     for name, (kind, fields) in UNSUPPORTED.items():
         result = simulator.request(kind, name, **fields).result
@@ -227,8 +242,8 @@ def velocity_of_payload(plant: Plant) -> np.ndarray:
 
 def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> None:
     """A goal has feedback after each step; it fails while the simulation plays, and ends early when it is cancelled."""
-    simulator.plant.send("go")
-    wait_until(lambda: simulator.state == PLAYING, "the run")
+    simulator.begin()
+    assert simulator.set_state(PLAYING) == Code.OK
     assert simulator.simulate(3) == (GoalStatus.STATUS_ABORTED, Code.OPERATION_FAILED, [])
     assert simulator.set_state(STOPPED) == Code.OK
     simulator.wait_for_step(0)
@@ -242,9 +257,12 @@ def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> No
 
 
 def test_quitting_ends_the_plant(simulator: Simulator) -> None:
-    """The state quitting is answered, and the plant ends with exit code 0 and a summary without an error."""
-    simulator.plant.send("go")
-    wait_until(lambda: simulator.state == PLAYING, "the run")
+    """The state quitting is answered, and the plant ends with exit code 0 and a summary without an error.
+
+    The last test: the plant has ended.
+    """
+    simulator.begin()
+    assert simulator.set_state(PLAYING) == Code.OK
     assert simulator.set_state(QUITTING) == Code.OK
     assert "error" not in simulator.plant.await_event("done")["summary"]
     simulator.plant.send("finish")

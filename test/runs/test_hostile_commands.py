@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bench_graph import NodeProcess
+from bench_graph import NodeProcess, graph, remote, wait_until
 from invalid_commands import JOINTS, InvalidCommands, command_message
 from process_helpers import started_program
 
@@ -104,7 +104,7 @@ def check_over_dds(duration: float, each: int, domain: int, environment: dict[st
 def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
     """Over DDS, too, invalid commands are counted to the last one, change no bit and no recording."""
     check_over_dds(
-        10.0, 8, domain_id, ros_environment, tmp_path
+        4.0, 8, domain_id, ros_environment, tmp_path
     )  # with the valid one 9: the queue of a subscription holds 10
 
 
@@ -114,30 +114,45 @@ def test_a_hostile_controller_for_long(domain_id: int, ros_environment: dict[str
     check_over_dds(400.0, 8, domain_id, ros_environment, tmp_path)
 
 
-def run_with_flood(scene: Scene, mode: str, env: dict[str, str], file: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    """Run plant and controller beside a flood of commands; return the plant's summary and the flood's counters."""
+def run_with_flood(
+    scene: Scene, mode: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Run plant and controller beside a flood of commands; return the plant's summary and the flood's counters.
+
+    After one step the run is paused until a command of the flood was refused: however late it comes, it comes in time.
+    """
+    file = folder / "scene.yaml"
     scene.dump(file)
     common = (f"scene:={file}", f"mode:={mode}")
+    matched = ("paused:=true", "expected_controllers:=2", "expected_recorders:=1")  # flood and client, too
     # On a busy machine controller and flood may both stall for longer than the usual lease of 0.3 s.
     long_lease = (f"command_lease:={LIVELINESS_LEASE}", *(["rate:=2.0"] if mode == "realtime" else []))
     flood = [sys.executable, PROGRAMS / "hostile_flood.py"]
     with (
-        NodeProcess("crane_sim.ros.plant_node", env, *common, *long_lease) as plant,
+        graph(folder, monkeypatch) as (domain, env),
+        remote(domain) as client,
+        NodeProcess("crane_sim.ros.plant_node", env, *common, *long_lease, *matched) as plant,
         NodeProcess("crane_control.nodes.controller_node", env, *common) as controller,
         started_program(flood, env=env, stdout=subprocess.PIPE) as process,
     ):
+        client.node.destroy_publisher(client.commands)
         plant.await_event("ready")
         controller.await_event("ready")
         plant.send("go")
+        wait_until(lambda: bool(client.states), "the first state")
+        client.take_steps(1)
+        refused = "command of /knuckle/flood refused: /knuckle/controller owns the crane"
+        wait_until(lambda: any(refused in line for _, line in client.warnings), "a refused command")
+        assert client.pause(False) == "ok"
         summary = plant.await_event("done")["summary"]
         return summary, json.loads(process.communicate(timeout=60.0)[0])
 
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])
-def test_a_flood_from_another_publisher(mode: str, ros_environment: dict[str, str], tmp_path: Path) -> None:
+def test_a_flood_from_another_publisher(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another publisher's commands at 20 kHz, some of them valid, are refused and counted; the owner stays."""
     scene = load_scene("knuckle_setpoint", {"duration": 4.0})
-    summary, sent = run_with_flood(scene, mode, ros_environment, tmp_path / "scene.yaml")
+    summary, sent = run_with_flood(scene, mode, tmp_path, monkeypatch)
     print(f"{sent['sent']} commands at {sent['rate']:.0f} Hz")  # fewer where the machine is busy; shown by -rP
     commands = summary["commands"]
     refused = commands["rejected"] + commands["late"] + commands["duplicate"]

@@ -84,7 +84,7 @@ def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: 
     """
     command = [sys.executable, Path(__file__).parents[1] / "programs" / "service_client.py"]
     with started_program(command, env=ros_environment, stdout=subprocess.PIPE) as client:
-        summary = run({"duration": 100.0}, domain_id=domain_id, record=tmp_path / "run.rrd")
+        summary = run({"duration": 50.0}, domain_id=domain_id, record=tmp_path / "run.rrd", paused=True)
         results = json.loads(client.communicate(timeout=60.0)[0])
     assert results["step while playing"] == "the simulation is not paused"
     assert (results["pause"], results["mode"], results["steps"], results["reset"], results["go on"]) == (
@@ -97,7 +97,7 @@ def test_a_run_can_be_paused_stepped_and_reset(domain_id: int, ros_environment: 
     assert results["stepped to"] - results["paused at"] == 3 * PERIOD
     assert results["reset to"] == PERIOD
     assert summary["before_reset"] == [str(tmp_path / "run.before_reset_1.rrd")]
-    assert summary["state_sha256"] == run({"duration": 100.0})["state_sha256"]
+    assert summary["state_sha256"] == simulate("knuckle_setpoint", duration=50.0).summary["state_sha256"]
 
 
 def test_open_loop_needs_no_controller() -> None:
@@ -117,6 +117,7 @@ def test_realtime_takes_every_step() -> None:
     assert summary["real_time_factor"] < 4.01  # steps wait for their deadlines; a late end only lowers the factor
 
 
+@pytest.mark.long(cases=["controller"])  # a killed controller ends a run in test_node_failures.py
 @pytest.mark.parametrize("victim", ["plant", "controller"])
 def test_a_killed_node_ends_the_run(victim: str, tmp_path: Path) -> None:
     """When a node is killed the others exit, the error names it, and the summary has the number of steps."""
@@ -128,6 +129,7 @@ def test_a_killed_node_ends_the_run(victim: str, tmp_path: Path) -> None:
     assert all(map(has_exited, nodes.values()))
 
 
+@pytest.mark.long(cases=["15"])  # `crane run` gets SIGTERM in test_signals.py
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_reports(number: signal.Signals, tmp_path: Path) -> None:
     """SIGINT and SIGTERM end a run early, with the summary of what was done and no process left."""
@@ -148,29 +150,36 @@ def test_nodes_exit_when_their_supervisor_is_killed(tmp_path: Path) -> None:
             wait_exited(pid)
 
 
-@pytest.mark.parametrize(
-    ("setting", "message"),
-    [
-        ("sceen:=knuckle_setpoint", "unknown parameter sceen"),
-        ("mode:=fast", "parameter mode is 'fast'"),
-        ("rate:=0.0", "parameter rate is 0.0"),
-        ("resends:=many", "parameter resends is 'many'"),
-        ("control_fd:=none", "parameter control_fd is 'none'"),
-        ("on_silence:=wait", "parameter on_silence is 'wait'"),
-        ("scene:=knukle_setpoint", "knukle_setpoint"),
-    ],
-)
-def test_bad_parameters_are_refused(setting: str, message: str, ros_environment: dict[str, str]) -> None:
+BAD_PARAMETERS = {
+    "mode:=fast": "parameter mode is 'fast'",
+    "rate:=0.0": "parameter rate is 0.0",
+    "resends:=many": "parameter resends is 'many'",
+    "control_fd:=none": "parameter control_fd is 'none'",
+    "on_silence:=wait": "parameter on_silence is 'wait'",
+    "scene:=knukle_setpoint": "knukle_setpoint",
+    "sceen:=knuckle_setpoint": "unknown parameter sceen",
+}
+FORKING = """
+import os, sys
+from crane_sim.ros import plant_node
+for setting in sys.argv[1:]:
+    if not os.fork():
+        sys.argv = ["plant", "--ros-args", "-p", setting]
+        sys.exit(plant_node.main())
+    print(os.waitstatus_to_exitcode(os.wait()[1]), flush=True)
+"""
+
+
+def test_bad_parameters_are_refused(ros_environment: dict[str, str]) -> None:
     """A node with an invalid parameter exits with code 2 and one line that names it."""
-    command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", setting]
-    ended = run_to_completion(command, env=ros_environment)
-    assert ended.returncode == 2
-    assert message in ended.stderr
-    assert len(ended.stderr.splitlines()) == 1
+    ended = run_to_completion([sys.executable, "-c", FORKING, *BAD_PARAMETERS], env=ros_environment)
+    assert ended.stdout.split() == ["2"] * len(BAD_PARAMETERS)
+    for line, message in zip(ended.stderr.splitlines(), BAD_PARAMETERS.values(), strict=True):
+        assert message in line
 
 
-@pytest.mark.parametrize("runs", [2, pytest.param(10, marks=pytest.mark.slow)])
-def test_runs_have_one_hash(runs: int) -> None:
-    """Runs over ROS, one after the other, and the run in one process end with one and the same hash."""
-    hashes = {run({"duration": 0.5})["state_sha256"] for _ in range(runs)}
+@pytest.mark.slow
+def test_runs_have_one_hash() -> None:
+    """Ten runs over ROS, one after the other, and the run in one process end with one and the same hash."""
+    hashes = {run({"duration": 0.5})["state_sha256"] for _ in range(10)}
     assert hashes == {simulate("knuckle_setpoint", duration=0.5).summary["state_sha256"]}

@@ -66,8 +66,9 @@ def test_a_stopped_subscriber_delays_no_shutdown(monitored: tuple[int, MonitorFi
     domain, _ = monitored
     with (
         tempfile.TemporaryDirectory() as folder,
-        started_program(frozen, env=node_environment(domain, Path(folder))) as subscriber,
+        started_program(frozen, env=node_environment(domain, Path(folder)), stdout=subprocess.PIPE) as subscriber,
     ):
+        assert next_line(subscriber) == "subscribed\n"
         end = interrupt_run(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), *monitored)
         assert Path(f"/proc/{subscriber.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
     assert end.complaints == ()

@@ -190,12 +190,16 @@ class SimulationRun:
             self._publish_diagnostics(now)
 
     def publish_clock_if_due(self) -> None:
-        """Publish a clock that stands, before the run begins or in a pause, ten times a second for new subscribers."""
+        """Publish a clock that stands, before the run begins or in a pause, ten times a second for new subscribers.
+
+        A subscriber of the states that is new in a pause gets the present one.
+        """
         now = time.monotonic()
         if now < self._next_progress:
             return
         self._next_progress = now + _PROGRESS_PERIOD
-        self._topics.update_subscribers()
+        if self._topics.update_subscribers() and self.paused and self.stamp:
+            self.publish_state()
         stands = self._clock == self._last_clock or not self.stamp
         if stands:
             self._topics.publish_clock(self._clock)

@@ -15,7 +15,7 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
 from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.ros.plant.sender_subscription import full_name, publishers
-from crane_sim.ros.plant.state_publisher import set_quaternion, set_vector
+from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
 
 _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
 
@@ -48,6 +48,7 @@ class PlantTopics:
         self._clock_message, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
         self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = self.truth_subscribed = False
+        self._state_subscribers = SubscriberCount(self._states)
         self.publishing = DurationHistogram()
 
     def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> None:
@@ -102,12 +103,17 @@ class PlantTopics:
         messages.set_stamp(message.header.stamp, stamp)
         self._diagnostics.publish(message)
 
-    def update_subscribers(self) -> None:
-        """Update which topics have subscribers: publishing no others saves a tenth of a lockstep step."""
+    def update_subscribers(self) -> bool:
+        """Update which topics have subscribers: publishing no others saves a tenth of a lockstep step.
+
+        Returns:
+            whether the joint states have more subscribers than at the last update.
+        """
         self.clock_subscribed = self._clock is not None and self._clock.get_subscription_count() > 0
         self.effort_subscribed = self._efforts.get_subscription_count() > 0
         self.payload_subscribed = self._pose.get_subscription_count() > 0
         self.truth_subscribed = self._truth is not None and self._truth.get_subscription_count() > 0
+        return self._state_subscribers.update()
 
     def missing(self, state_subscribers: int, effort_subscribers: int) -> str:
         """Return one line on the subscribers still missing, empty when all are matched."""
