@@ -11,7 +11,8 @@ from crane_sim.study.statistics import Estimate, PairedDifference
 
 HEAD = """# The league over samples
 
-Written by `crane league --samples {samples} --save docs`, with [league_samples.json](league_samples.json).
+Written by `crane docs league_samples` (`crane league --samples {samples}`), with
+[league_samples.json](league_samples.json).
 
 The trials of [the league](league.md), each with {samples} samples in place of a single run: every sample has another
 mass (by 10 % at most), rope or sling (2 %), size of the disturbance (20 %) and sea or noise, evenly spread over their
@@ -57,7 +58,7 @@ def _line(cell: SampledCell) -> SampledLine:
     figures = (format_estimate(cell.figures[name]) for name in FIGURES)
     better = "; ".join(cell.better_than) or NONE  # names of laws may have commas
     share = format_estimate(Estimate(*(100.0 * part for part in cell.controlled)), " %")
-    return SampledLine(cell.law, cell.trial, share, *figures, _format_difference(cell.from_best), better)
+    return SampledLine._make((cell.law, cell.trial, share, *figures, _format_difference(cell.from_best), better))
 
 
 def format_estimate(estimate: Estimate, unit: str = "") -> str:
