@@ -17,7 +17,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 
 PICTURES = "pictures"
 """What is written beside the pages: pictures of runs."""
-WIDE = 200  # columns of a pipe, so that each command is on one line
+WIDE = 260  # columns of a pipe, so that each command is on one line
 
 
 def docs(names: Sequence[str]) -> None:

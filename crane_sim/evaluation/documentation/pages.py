@@ -5,7 +5,6 @@ that is missing on the page fails a test.
 """
 
 import re
-import shlex
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple
@@ -17,6 +16,7 @@ from crane_sim.evaluation.documentation.scene_format import scene_format
 from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES
 from crane_sim.evaluation.league.cases import SAMPLED, groups_named
 from crane_sim.evaluation.league.cases import names as trials
+from crane_sim.evaluation.league.sampled_table import command_of
 from crane_sim.evaluation.reproduce import NAMES
 from crane_sim.evaluation.soak.page import PARTS as SOAKS
 
@@ -96,7 +96,7 @@ PAGES = {
     "observer": _reproduction_page("observer", 8.0, cells=2),
     "league": Page("league --save docs", 10.0, lambda: [", ".join(names) for names in trials()], trials_in),
     "league_samples": Page(
-        f"league --samples 12 {' '.join(f'--crane {shlex.quote(crane)}' for crane in SAMPLED)} --save docs",
+        command_of(12, SAMPLED),
         10.0,
         lambda: [", ".join(names) for names in trials(groups_named(SAMPLED))],
         trials_in,
