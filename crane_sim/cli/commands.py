@@ -281,22 +281,27 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 @click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
 @click.option("--samples", type=click.IntRange(min=2), help="Runs of each law in each trial, on the same samples.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Rows of samples (default: runs/league_SAMPLES).")
+@click.option("--crane", "cranes", multiple=True, metavar="CRANE", help="With --samples: only this crane; repeatable.")
 @as_json_option
-def league(folder: str | None, samples: int | None, output: Path | None, as_json: bool) -> None:
+def league(
+    folder: str | None, samples: int | None, output: Path | None, cranes: tuple[str, ...], as_json: bool
+) -> None:
     """Try every law on every scene that suits it: errors, swing, efforts (some minutes).
 
     With --samples every trial is a study, with intervals; interrupted, the same command runs what is missing.
     """
     from crane_sim.cli import league as command
+    from crane_sim.evaluation.league.cases import groups_named
 
-    if samples is None and output is not None:
-        raise click.UsageError("-o is for the rows of --samples")
+    if samples is None and (output is not None or cranes):
+        raise click.UsageError("-o and --crane are for --samples")
     check_folder(folder)
     install_groups(*["plots"] * (folder is not None and samples is None))
     if samples is None:
         command.league(as_json, folder)
     else:
-        command.sampled_league(as_json, folder, samples, output or Path("runs") / f"league_{samples}")
+        rows = output or Path("runs") / f"league_{samples}"
+        command.sampled_league(as_json, folder, samples, rows, groups_named(cranes))
 
 
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})

@@ -9,12 +9,13 @@ import pytest
 
 from crane_sim.cli.league import sampled_document, save_samples
 from crane_sim.evaluation.documentation.pages import PAGES
-from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, node_gust
+from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
 from crane_sim.evaluation.league.cells import measure_figures
 from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
 from crane_sim.evaluation.league.samples import study_of
 from crane_sim.evaluation.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
+from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study import StudyResult, cases, read_result
@@ -136,6 +137,7 @@ def test_each_sample_has_a_sea_of_its_own() -> None:
     assert study_of(group, next(t for t in group.trials if "vision" in t.column), 2).refused.keys() >= {"angular"}
 
 
+@pytest.mark.long
 def test_every_trial_is_a_study() -> None:
     """Every trial of every crane has a study of all of its laws that has parameters which its scene has."""
     for group in GROUPS:
@@ -169,3 +171,14 @@ def test_page_and_data_are_written(tmp_path: Path) -> None:
     assert kept == json.loads(json.dumps(sampled_document(cells)))
     assert kept["cells"][0]["figures"]["payload_settling"]["value"] is None
     assert kept["cells"][0]["figures"]["payload_mae"]["value"] > 0.0
+
+
+def test_cranes_are_chosen_by_name() -> None:
+    """Named cranes come in the league's order, all where none is named; an unknown one is one line."""
+    assert groups_named(()) == list(GROUPS)
+    assert [group.name for group in groups_named(["overhead, trolley", "pendulum"])] == [
+        "pendulum",
+        "overhead, trolley",
+    ]
+    with pytest.raises(SceneError, match=r"unknown crane 'pendulums', did you mean 'pendulum'\? \(known: pendulum; "):
+        groups_named(["pendulums"])

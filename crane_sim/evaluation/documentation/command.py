@@ -1,5 +1,6 @@
 """`crane docs`: lists the pages that commands write, runs these commands, and builds the site of all pages."""
 
+import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 
 PICTURES = "pictures"
 """What is written beside the pages: pictures of runs."""
-WIDE = 200  # columns of a pipe, so that each command is on one line
+WIDE = 260  # columns of a pipe, so that each command is on one line
 
 
 def docs(names: Sequence[str]) -> None:
@@ -35,7 +36,7 @@ def docs(names: Sequence[str]) -> None:
     if {PICTURES, "all"} & {*names}:
         save_pictures(tree / "docs")
     for name in PAGES if "all" in names else (name for name in names if name != PICTURES):
-        command = [str(tree / "crane"), *PAGES[name].command.split()]
+        command = [str(tree / "crane"), *shlex.split(PAGES[name].command)]
         if subprocess.run(command, cwd=tree, check=False).returncode:
             raise SceneError(f"{name}: crane {PAGES[name].command}: failed, see above")
 

@@ -25,12 +25,15 @@ from crane_sim.evaluation.league.trials import (
     set_point_trials,
     wind,
 )
+from crane_sim.files.errors import SceneError, did_you_mean
 
 COLUMNS = (
     "set-point", "obstacle", "resonant base", "irregular sea", "mass -20 %", "mass +20 %",
     "rope -5 %", "rope +5 %", "gust", "30 Hz vision",
 )  # fmt: skip
 """The trials: columns of the figure."""
+SAMPLED = ("pendulum", "knuckle boom, tracking", "knuckle boom", "overhead, trolley")
+"""The cranes of the page over samples: a campaign of some minutes."""
 NOISE = "control.vision.seed"
 
 
@@ -147,6 +150,20 @@ GROUPS = (
     Group("overhead, trolley and hoist", "target", OF_HOIST, tuple(HOIST), WEIGHTS),
     *SITE_GROUPS,
 )
+
+
+def groups_named(cranes: Sequence[str]) -> list[Group]:
+    """Return the groups of these cranes in order, all groups where none is named.
+
+    Raises:
+        SceneError: there is no such crane.
+    """
+    known = [group.name for group in GROUPS]
+    for crane in cranes:
+        if crane not in known:
+            near = did_you_mean(crane, known)
+            raise SceneError(f"unknown crane {crane!r}{near} (known: {'; '.join(known)})")  # names have commas
+    return [group for group in GROUPS if not cranes or group.name in cranes]
 
 
 def names(groups: Sequence[Group] = GROUPS) -> list[tuple[str, str, str]]:

@@ -1,5 +1,6 @@
 """The league over samples as lines of tables, for a terminal and for a page of documentation."""
 
+import shlex
 from collections.abc import Iterable, Sequence
 from math import isfinite, isnan
 from typing import NamedTuple
@@ -11,7 +12,8 @@ from crane_sim.study.statistics import Estimate, PairedDifference
 
 HEAD = """# The league over samples
 
-Written by `crane league --samples {samples} --save docs`, with [league_samples.json](league_samples.json).
+Written by `crane {command}`, with
+[league_samples.json](league_samples.json).
 
 The trials of [the league](league.md), each with {samples} samples in place of a single run: every sample has another
 mass (by 10 % at most), rope or sling (2 %), size of the disturbance (20 %) and sea or noise, evenly spread over their
@@ -57,7 +59,7 @@ def _line(cell: SampledCell) -> SampledLine:
     figures = (format_estimate(cell.figures[name]) for name in FIGURES)
     better = "; ".join(cell.better_than) or NONE  # names of laws may have commas
     share = format_estimate(Estimate(*(100.0 * part for part in cell.controlled)), " %")
-    return SampledLine(cell.law, cell.trial, share, *figures, _format_difference(cell.from_best), better)
+    return SampledLine._make((cell.law, cell.trial, share, *figures, _format_difference(cell.from_best), better))
 
 
 def format_estimate(estimate: Estimate, unit: str = "") -> str:
@@ -74,9 +76,16 @@ def _format_difference(difference: PairedDifference | None) -> str:
     return format_estimate(Estimate(difference.mean, difference.low, difference.high))
 
 
+def command_of(samples: int, cranes: Iterable[str]) -> str:
+    """Return the command that writes the page of these cranes, without `crane`."""
+    named = " ".join(f"--crane {shlex.quote(crane)}" for crane in cranes)
+    return f"league --samples {samples} {named} --save docs"
+
+
 def format_samples(cells: Sequence[SampledCell]) -> str:
     """Return the page in Markdown."""
-    sections = [HEAD.format(samples=cells[0].samples)]
+    cranes, samples = dict.fromkeys(cell.crane for cell in cells), cells[0].samples
+    sections = [HEAD.format(samples=samples, command=command_of(samples, cranes))]
     for crane, lines in sampled_tables(cells).items():
         sections.append(f"## {crane.capitalize()}\n\n" + markdown_of(lines))
     for title, reasons in (("Runs that failed", "failed"), ("Does not apply", "refused")):
