@@ -132,7 +132,7 @@ def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[s
         errors: of each law in the same samples (n,), infinite where a run failed, which is worse than any number.
     """
     pairs = list(combinations(errors, 2))
-    ranked = [rank_pairs(_differences(errors[first], errors[second])) for first, second in pairs]
+    ranked = [rank_pairs(_paired_differences(errors[first], errors[second])) for first, second in pairs]
     better: dict[str, tuple[str, ...]] = dict.fromkeys(errors, ())
     for (first, second), p, (_, share) in zip(pairs, adjust_p_values([p for p, _ in ranked]), ranked, strict=True):
         if p < SIGNIFICANCE and share != 0.5:
@@ -141,7 +141,7 @@ def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[s
     return better
 
 
-def _differences(first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _paired_differences(first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return second less first (n,), for ranks: a failure counts more than any number, two of them are equal."""
     finite = [*first[np.isfinite(first)], *second[np.isfinite(second)]]
     worst = 10.0 * max(np.abs(finite), default=1.0) + 1.0

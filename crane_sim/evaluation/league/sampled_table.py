@@ -50,11 +50,11 @@ def sampled_tables(cells: Iterable[SampledCell]) -> dict[str, list[SampledLine]]
     by_crane: dict[str, list[SampledLine]] = {}
     for cell in cells:
         if not cell.refused:
-            by_crane.setdefault(cell.crane, []).append(_line(cell))
+            by_crane.setdefault(cell.crane, []).append(_sampled_line(cell))
     return by_crane
 
 
-def _line(cell: SampledCell) -> SampledLine:
+def _sampled_line(cell: SampledCell) -> SampledLine:
     assert cell.controlled is not None, "a cell that is not refused has figures"
     figures = (format_estimate(cell.figures[name]) for name in FIGURES)
     better = "; ".join(cell.better_than) or NONE  # names of laws may have commas

@@ -61,7 +61,7 @@ def study_of(group: Group, trial: Trial, samples: int) -> TrialStudy:
         "samples": samples,
         "seed": SEEDS[0],
         "parameters": parameters_of(group, trial, base, samples),
-        "variants": {name: _differences(base, document) for name, document in documents.items()},
+        "variants": {name: _changed_groups(base, document) for name, document in documents.items()},
         "figures": f"{measure.__module__}:{measure.__name__}",
     }
     return TrialStudy(group.name, trial.column, load_study(study), refused)
@@ -89,7 +89,7 @@ def _has_size(document: Mapping[str, Any], key: str) -> bool:
     return found and any(value if isinstance(value, list) else [value])
 
 
-def _differences(base: Mapping[str, Any], document: Mapping[str, Any]) -> dict[str, Any]:
+def _changed_groups(base: Mapping[str, Any], document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the groups of a scene that differ from another one's."""
     keys = base.keys() | document.keys()
     return {key: document.get(key) for key in sorted(keys) if base.get(key) != document.get(key)}
