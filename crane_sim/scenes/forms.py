@@ -86,8 +86,8 @@ def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> N
 
 def key_of_other_cranes(path: Sequence[str], crane: str) -> str:
     """Return a line on an unknown key that other cranes have there, empty where none does."""
-    found = _cranes(path) if path else ""
-    return f"{'.'.join(path)}: belongs to crane: {found}; here is crane: {crane}" if found else ""
+    found, ropes = _cranes(path) if path else "", ", whose ropes are `falls`" if crane == "gantry" else ""
+    return f"{'.'.join(path)}: belongs to crane: {found}; here is crane: {crane}{ropes}" if found else ""
 
 
 def places_of(path: Sequence[str]) -> str:
