@@ -83,6 +83,12 @@ def rank_pairs(difference: Array) -> tuple[float, float]:
     return p, float(np.mean(difference < 0.0) + 0.5 * np.mean(difference == 0.0))
 
 
+def sum_signed_ranks(difference: Array) -> float:
+    """Return the sum of the ranks of (n,) differences by size, with their signs: Wilcoxon's W+ - W-, without zeros."""
+    some = difference[difference != 0.0]
+    return float(np.sum(np.sign(some) * stats.rankdata(np.abs(some))))
+
+
 def compare_pairs(first: Array, second: Array, seed: int = 0) -> PairedDifference:
     """Return the difference of a figure (n,) of two variants; samples in which one has none (NaN) are left out.
 

@@ -12,6 +12,7 @@ from crane_sim.evaluation.documentation.pages import PAGES
 from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
 from crane_sim.evaluation.league.cells import measure_figures
 from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
+from crane_sim.evaluation.league.sampled_table import sampled_tables
 from crane_sim.evaluation.league.samples import study_of
 from crane_sim.evaluation.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
@@ -22,6 +23,7 @@ from crane_sim.study import StudyResult, cases, read_result
 from crane_sim.study.form import scene_document
 
 MASSES = "cable.node_masses"
+OUT = {"trolley.limits": [-0.01, 4.0], "initial.v": -2.0}
 SHORT = {"duration": 0.4, "control.period": 0.02}
 STILL = Trial("set-point", "overhead_energy", SHORT, FIXED_RAIL_BASE)
 GUST = Trial("gust", "overhead_energy", SHORT, FIXED_RAIL_BASE | node_gust(5.0))
@@ -154,6 +156,8 @@ def test_better_is_significant_for_all_pairs_together() -> None:
     assert better_laws(three) == {"a": ("b", "c"), "b": ("c",), "c": ()}
     many = {str(i): small + i * np.linspace(0.5, 0.9, 8) for i in range(5)}
     assert better_laws(many) == dict.fromkeys(many, ())
+    skewed = {"a": np.zeros(100), "b": np.array([*-np.linspace(0.1, 0.2, 55), *np.linspace(1.0, 1.5, 45)])}
+    assert better_laws(skewed) == {"a": ("b",), "b": ()}  # by ranks, though b is less in more than half
     failed = {"a": small, "b": np.full(8, np.inf)}
     assert better_laws(failed) == {"a": ("b",), "b": ()}
 
@@ -171,6 +175,21 @@ def test_page_and_data_are_written(tmp_path: Path) -> None:
     assert kept == json.loads(json.dumps(sampled_document(cells)))
     assert kept["cells"][0]["figures"]["payload_settling"]["value"] is None
     assert kept["cells"][0]["figures"]["payload_mae"]["value"] > 0.0
+
+
+@pytest.mark.interpreted
+def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
+    """A crane that leaves its rail under every law has no figure; the league goes on, and no law is the best."""
+    narrow = Trial("narrow", "overhead_energy", SHORT | OUT, FIXED_RAIL_BASE)
+    group = GROUP._replace(trials=(narrow,), entrants=(ENERGY, LQR))
+    cells = list(evaluate_samples(2, tmp_path, [group], 1))
+    assert [cell.law for cell in cells] == ["energy", "lqr"]
+    for cell in cells:
+        assert cell.failed and not cell.better_than and cell.from_best is not None and cell.from_best.pairs == 0
+        assert cell.controlled is not None and cell.controlled.value == 0.0
+    assert "limit" in cells[0].failed and "best" not in [
+        line.from_the_best_m for line in sampled_tables(cells)["trolley"]
+    ]
 
 
 def test_cranes_are_chosen_by_name() -> None:

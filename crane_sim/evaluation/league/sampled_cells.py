@@ -23,6 +23,7 @@ from crane_sim.study.statistics import (
     estimate_median,
     estimate_share,
     rank_pairs,
+    sum_signed_ranks,
 )
 from crane_sim.study.workers import start_workers
 
@@ -92,18 +93,24 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
     """Return the cells of a trial's laws from its rows."""
     laws, seed = list(result.study.variant_changes), result.study.seed
     samples = len(result) // len(laws)
-    errors = {law: _with_failures(result.figure(FIGURES[0], law)) for law in laws}
+    errors = {law: _with_failures(figure_of(result, FIGURES[0], law)) for law in laws}
     best = min(laws, key=lambda law: np.median(errors[law]))
     better = better_laws(errors)
     found = [_refused_cell(trial, law, samples) for law in trial.refused]
     for law in laws:
-        figures = {name: estimate_median(_with_failures(result.figure(name, law)), seed) for name in FIGURES}
-        pairs = compare_pairs(result.figure(FIGURES[0], best), result.figure(FIGURES[0], law), seed)
+        figures = {name: estimate_median(_with_failures(figure_of(result, name, law)), seed) for name in FIGURES}
+        pairs = compare_pairs(figure_of(result, FIGURES[0], best), figure_of(result, FIGURES[0], law), seed)
         controlled = estimate_share(int(is_controlled(result, law).sum()), samples)
         cell = SampledCell(trial.crane, law, trial.trial, samples, "", controlled, figures)
-        difference = None if law == best else pairs
+        difference = None if law == best and np.isfinite(np.median(errors[law])) else pairs
         found.append(cell._replace(from_best=difference, better_than=better[law], failed=_first_error(result, law)))
     return found
+
+
+def figure_of(result: StudyResult, name: str, law: str) -> npt.NDArray[np.float64]:
+    """Return a figure (n,) of a law's runs, NaN of those that failed; a table of failed runs has no such column."""
+    n = len(result) // len(result.study.variant_changes)
+    return result.figure(name, law) if name in result.types else np.full(n, np.nan)
 
 
 def _with_failures(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -116,8 +123,8 @@ def is_controlled(result: StudyResult, law: str) -> npt.NDArray[np.bool_]:
 
     The run reached its end, its rope never swung to the horizontal, and its payload settled.
     """
-    settled = ~np.isnan(result.figure("payload_settling", law))
-    return settled & (result.figure("peak_swing_deg", law) < LEVEL)  # NaN, of a run that failed, is not less
+    settled = ~np.isnan(figure_of(result, "payload_settling", law))
+    return settled & (figure_of(result, "peak_swing_deg", law) < LEVEL)  # NaN, of a run that failed, is not less
 
 
 def _first_error(result: StudyResult, law: str) -> str:
@@ -132,11 +139,13 @@ def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[s
         errors: of each law in the same samples (n,), infinite where a run failed, which is worse than any number.
     """
     pairs = list(combinations(errors, 2))
-    ranked = [rank_pairs(_paired_differences(errors[first], errors[second])) for first, second in pairs]
+    differences = [_paired_differences(errors[first], errors[second]) for first, second in pairs]
+    p_values = adjust_p_values([rank_pairs(difference)[0] for difference in differences])
     better: dict[str, tuple[str, ...]] = dict.fromkeys(errors, ())
-    for (first, second), p, (_, share) in zip(pairs, adjust_p_values([p for p, _ in ranked]), ranked, strict=True):
-        if p < SIGNIFICANCE and share != 0.5:
-            ahead, behind = (second, first) if share > 0.5 else (first, second)
+    for (first, second), p, difference in zip(pairs, p_values, differences, strict=True):
+        excess = sum_signed_ranks(difference)
+        if p < SIGNIFICANCE and excess != 0.0:
+            ahead, behind = (second, first) if excess < 0.0 else (first, second)
             better[ahead] = (*better[ahead], behind)
     return better
 
