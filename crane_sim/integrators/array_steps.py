@@ -43,7 +43,7 @@ def take_single_steps_to_events(switches, method, p, u, integration, t, end):
     limit = integration.steps + max_steps(method)
     while integration.t < t and integration.status == OK:
         integration = handle_events(switches, method, p, u, advance(method, p, u, integration, end))
-        if integration.steps >= limit and integration.t < t:
+        if integration.steps >= limit and integration.t < t and integration.status == OK:
             integration = replace_field(integration, "status", TOO_MANY_STEPS)
     return integration
 

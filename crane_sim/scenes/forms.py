@@ -80,7 +80,7 @@ def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> N
             raise SceneError(f"{group}.reeving: of crane: {crane}{' on falls' * on_falls} it is {own}.reeving")
         raise SceneError(
             f"{group}.reeving: belongs to rope.reeving of crane: {', '.join(REEVED)}, whose rope a winch moves, and to "
-            f"hoist.reeving of falls below crane: {', '.join(HOISTED)}"
+            f"hoist.reeving of falls below crane: {', '.join(HOISTED)}; here is crane: {crane}"
         )
 
 

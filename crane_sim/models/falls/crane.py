@@ -295,8 +295,8 @@ def load_acceleration(p, body, base, load, pull, given):
 
     `given` is by `load_force`.
     """
-    given, moment = given
-    ax, ay, az = add(pull.force, given)
+    force, moment = given
+    ax, ay, az = add(pull.force, force)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     centre = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
     alpha = angular_acceleration(body, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
