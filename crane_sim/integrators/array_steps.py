@@ -27,19 +27,8 @@ from crane_sim.system import project_in_place
 
 
 @kernel
-def take_single_steps(method, p, u, integration, t, end):
-    """Return the integration advanced until it covers time t [s], step by step; arguments of `integrate_to`."""
-    limit = integration.steps + max_steps(method)
-    while integration.t < t and integration.status == OK:
-        integration = advance(method, p, u, integration, end)
-        if integration.steps >= limit and integration.t < t:
-            integration = replace_field(integration, "status", TOO_MANY_STEPS)
-    return integration
-
-
-@kernel
-def take_single_steps_to_events(switches, method, p, u, integration, t, end):
-    """Return the result of `integrate_to` for a model that switches, step by step."""
+def take_single_steps(switches, method, p, u, integration, t, end):
+    """Return the result of `integrate_to`, step by step; `switches` is None for a model that does not switch."""
     limit = integration.steps + max_steps(method)
     while integration.t < t and integration.status == OK:
         integration = handle_events(switches, method, p, u, advance(method, p, u, integration, end))
@@ -51,7 +40,7 @@ def take_single_steps_to_events(switches, method, p, u, integration, t, end):
 @generic
 def take_switching_steps(x, switches, method, p, u, integration, t, end):
     """Return the result of `integrate_to` for a model that switches, from its state x."""
-    return take_single_steps_to_events(switches, method, p, u, integration, t, end)
+    return take_single_steps(switches, method, p, u, integration, t, end)
 
 
 @take_switching_steps.register(np.ndarray)
@@ -62,13 +51,13 @@ def _(x, switches, method, p, u, integration, t, end):
 @generic
 def take_array_steps_to_events(method, switches, p, u, integration, t, end):
     """Return the result of `take_switching_steps` of an array; see `take_array_steps`."""
-    return take_single_steps_to_events(switches, method, p, u, integration, t, end)
+    return take_single_steps(switches, method, p, u, integration, t, end)
 
 
 @generic
 def take_smooth_steps(x, method, p, u, integration, t, end):
     """Return the result of `integrate_to` for a model that does not switch, from its state x."""
-    return take_single_steps(method, p, u, integration, t, end)
+    return take_single_steps(None, method, p, u, integration, t, end)
 
 
 @take_smooth_steps.register(np.ndarray)
@@ -79,7 +68,7 @@ def _(x, method, p, u, integration, t, end):
 @generic
 def take_array_steps(method, p, u, integration, t, end):
     """Return the result of `take_smooth_steps` of an array; a method that answers `step_into` registers here, too."""
-    return take_single_steps(method, p, u, integration, t, end)
+    return take_single_steps(None, method, p, u, integration, t, end)
 
 
 @lean_generic

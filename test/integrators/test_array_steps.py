@@ -8,7 +8,7 @@ import pytest
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration, Status, advance, integrate_to, make_event_log, scratch, start
-from crane_sim.integrators.array_steps import take_single_steps_to_events
+from crane_sim.integrators.array_steps import take_single_steps
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.events import BETWEEN, StepEnds, guard_between, may_switch
@@ -105,7 +105,7 @@ def test_steps_with_events_in_one_piece_are_those_one_by_one(method: Any, rank: 
     switches = system.switching(p)
     single, whole = (start(p, 0.0, START, make_event_log(switches)) for _ in range(2))
     for t in (0.7, 9.0):
-        single = take_single_steps_to_events(switches, method, p, (), single, t, 9.0)
+        single = take_single_steps(switches, method, p, (), single, t, 9.0)
         whole = integrate_to(method, p, (), whole, t, 9.0)
     assert whole.event_log.total > 2 and np.array_equal(whole.event_log.rows, single.event_log.rows)
     assert np.array_equal(whole.x, single.x) and np.array_equal(whole.x0, single.x0)
