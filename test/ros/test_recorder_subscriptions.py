@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from threading import Thread
+from typing import Any
 
 import pytest
 import rclpy
@@ -18,7 +20,9 @@ from rclpy.node import Node
 
 from crane_sim import load_scene
 from crane_sim.ros.common.serialization import EFFORT, JointWire
-from crane_sim.ros.recorder.subscriptions import RecorderSubscriptions
+from crane_sim.ros.plant.topics import PlantTopics
+from crane_sim.ros.recorder import subscriptions
+from crane_sim.ros.recorder.subscriptions import NAMES, PolledSubscription, RecorderSubscriptions
 
 BURST = Path(__file__).parents[1] / "programs" / "message_burst.py"
 SCENE = load_scene("knuckle_setpoint")
@@ -47,13 +51,39 @@ def test_pending_messages_are_complete_and_in_order(tmp_path: Path, monkeypatch:
 
     sent = [(name, k) for k in range(1, COUNT + 1) for name in TOPICS]
     with graph(tmp_path, monkeypatch) as (domain, env), subscriber_node(domain) as node:
-        subscriptions = RecorderSubscriptions(node, [{name: partial(record, name) for name in TOPICS}])
+        recorder = RecorderSubscriptions(node, [{name: partial(record, name) for name in TOPICS}])
         with started_program([sys.executable, BURST], env=env, stdin=subprocess.PIPE):
 
             def complete() -> bool:
                 time.sleep(0.15)  # hundreds of steps: some polls are in the middle of one
-                subscriptions.dispatch()
+                recorder.dispatch()
                 return len(received) >= len(sent)
 
             wait_until(complete, f"{len(sent)} messages")
     assert received == sent
+
+
+def test_a_plant_that_has_discovered_a_recorder_has_discovered_all_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The subscriptions that a plant waits for are a recorder's last: when they are matched, /clock and poses are, too.
+
+    Else transforms of the first steps are missing in a bag, of a short run all of them.
+    """
+
+    class SlowSubscription(PolledSubscription):
+        def __init__(self, *arguments: Any) -> None:
+            time.sleep(0.1)  # longer than a discovery in this process
+            super().__init__(*arguments)
+
+    monkeypatch.setattr(subscriptions, "PolledSubscription", SlowSubscription)
+    with graph(tmp_path, monkeypatch) as (domain, _), subscriber_node(domain) as node, subscriber_node(domain) as other:
+        topics = PlantTopics(other, SCENE.joint_names, SCENE.actuated, sensed=True)
+        recorder = Thread(target=RecorderSubscriptions, args=(node, [dict.fromkeys(NAMES, bytes)]))
+        recorder.start()
+        try:
+            wait_until(lambda: not topics.missing(1, 1), "the recorder")
+            topics.update_subscribers()
+        finally:
+            recorder.join()
+    assert topics.clock_subscribed and topics.payload_subscribed and topics.effort_subscribed

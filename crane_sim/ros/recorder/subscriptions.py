@@ -46,9 +46,6 @@ class _Message(NamedTuple):
 
 
 _SOURCES = {
-    "joint_states": _Source(JointState, _STREAM),
-    "true_states": _Source(JointState, _STREAM),
-    "applied_effort": _Source(JointState, _STREAM),
     "joint_commands": _Source(JointState, _STREAM),
     "accepted_command": _Source(JointState, _STREAM),
     "held_command": _Source(JointState, _STREAM),
@@ -65,6 +62,11 @@ _SOURCES = {
 }
 if TFMessage is not None:
     _SOURCES |= {"/tf": _Source(TFMessage, _STREAM), "/tf_static": _Source(TFMessage, _LATCHED)}
+_SOURCES |= {  # last: a plant that has discovered these, for which it waits, has discovered all before them
+    "joint_states": _Source(JointState, _STREAM),
+    "true_states": _Source(JointState, _STREAM),
+    "applied_effort": _Source(JointState, _STREAM),
+}
 NAMES = tuple(_SOURCES)
 """Topics of a crane, which a bag keeps."""
 _time_sent = attrgetter("sent")
