@@ -210,7 +210,7 @@ def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneEr
     """Return the weights as they are given, or what is wrong with them or with the path."""
     try:
         options = read_settings(Settings, settings)
-        if scene.path is not None and not scene.path.of_joints:
+        if scene.trajectory is not None and not scene.trajectory.of_joints:
             raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
         if scene.reference is not None and scene.actuated:
             _check_sizes(options, scene)
@@ -293,7 +293,7 @@ def _make_law(gain: Array, poles: Any, scene: Scene, rest: tuple[Array, Array], 
     rows = None
     for effort, row in zip(efforts[::-1], (gain @ to_joints.T)[::-1], strict=True):
         rows = GainRow(float(effort), row.copy(), rows)
-    return LqrLaw(rows, target, scene.path, poles)
+    return LqrLaw(rows, target, scene.trajectory, poles)
 
 
 def _weights(options: Settings, scene: Scene, accelerations: Array) -> tuple[Array, Array]:

@@ -121,7 +121,7 @@ class ControllerNode(LawNode):
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:
-    """Answer states until the order to finish."""
+    """Answer states until the request to finish."""
     serve_responder(host, ControllerNode(host.node, settings), settings.autostart)
 
 

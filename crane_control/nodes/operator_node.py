@@ -38,28 +38,28 @@ PARAMETERS = {
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
 _PANEL_PERIOD = 0.1  # s between two reports to the terminal
-_RETRY_TIMEOUT = 1.0  # s without an answer of the brakes until they are ordered again
+_RETRY_TIMEOUT = 1.0  # s without an answer of the brakes until they are requested again
 
 
 class Brakes:
-    """The plant's brakes, ordered by its service until it has answered."""
+    """The plant's brakes, requested by its service until it has answered."""
 
     def __init__(self, host: NodeHost) -> None:
         """Find the service in the node's namespace."""
         self._client = host.node.create_client(SetBool, "plant/set_brakes")
-        self._applied, self._ordered, self._next_order = False, False, 0.0
-        self._answer: Future | None = None  # of the newest order
+        self._applied, self._requested, self._next_request = False, False, 0.0
+        self._answer: Future | None = None  # of the newest request
 
-    def order(self, on: bool, now: float) -> bool:
+    def request(self, on: bool, now: float) -> bool:
         """Apply or release them; return whether that has just been done."""
         answer = self._answer
         if answer is not None and answer.done():
-            result, self._answer, self._next_order = answer.result(), None, now
+            result, self._answer, self._next_request = answer.result(), None, now
             if result is not None and result.success:
-                self._applied = self._ordered
+                self._applied = self._requested
                 return True
-        if on != self._applied and now >= self._next_order:
-            self._next_order, self._ordered = now + _RETRY_TIMEOUT, on
+        if on != self._applied and now >= self._next_request:
+            self._next_request, self._requested = now + _RETRY_TIMEOUT, on
             self._answer = self._client.call_async(SetBool.Request(data=on))
         return False
 
@@ -81,7 +81,7 @@ class OperatorNode:
         self._limits, self._brakes = SoftLimits(joints, scene.period), Brakes(host)
         self._keyboard = Keyboard(self._assignment)
         self._device = self._open_device()
-        host.orders["key"] = lambda key: self._keyboard.press(key, time.monotonic())
+        host.requests["key"] = lambda key: self._keyboard.press(key, time.monotonic())
         self._assistance, self._assistance_unavailable = _assistance(scene)
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self._warm_up()
@@ -143,7 +143,7 @@ class OperatorNode:
         q, v = ([values[i] for i in self._driven] for values in (state.q, state.v))
         self._speeds = self._limits.take(self._assisted_speeds(state, operator), q, v)
         self._commands.publish(self._wire.encode(state.stamp, self._speeds))
-        if self._brakes.order(self._desk.braked, now):
+        if self._brakes.request(self._desk.braked, now):
             self._limits.reset()
         self._count(before)
 
@@ -203,7 +203,7 @@ def _swing(scene: Scene, q: tuple[float, ...]) -> float:
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:
-    """Answer states until the order to finish."""
+    """Answer states until the request to finish."""
     serve_responder(host, OperatorNode(host, settings), settings.autostart)
 
 

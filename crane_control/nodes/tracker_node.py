@@ -71,7 +71,7 @@ def make_two_rate_law(settings: SimpleNamespace) -> TwoRateLaw:
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:
-    """Answer states with demands until the order to finish."""
+    """Answer states with demands until the request to finish."""
     serve_responder(host, TrackerNode(host.node, settings), settings.autostart)
 
 

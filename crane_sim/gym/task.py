@@ -75,7 +75,7 @@ def goal_of(scene: Scene) -> Goal:
     if not follows_path(scene):
         return Goal(target_position(scene), np.array([scene.reference]))
     t = np.arange(scene.steps + 1) * scene.period
-    path = sample_trajectory(scene.path, t)
+    path = sample_trajectory(scene.trajectory, t)
     return Goal(path[:, 0], np.concatenate([path[:, 0], path[:, 1]], axis=1))
 
 

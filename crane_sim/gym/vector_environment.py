@@ -173,7 +173,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     def _put_goal(self, i: int, scene: Scene) -> None:
         """Note the goal of crane i."""
         if self._targets is None:
-            put_column(self._paths, i, scene.path)
+            put_column(self._paths, i, scene.trajectory)
         else:
             goal = goal_of(scene)
             self._targets.position[i], self._targets.shown[i] = goal.position[0], goal.shown[0]
@@ -213,9 +213,9 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
             "swing": swing_angles(arrays.tip, arrays.payload), "_swing": everyone.copy(),
         }  # fmt: skip
 
-    def _note_start(self, began: Flags, error: Array) -> None:
-        """Note the distance at the start of the episodes that began."""
-        self._owed[began], self._largest[began] = error[began], error[began]
+    def _note_start(self, new: Flags, error: Array) -> None:
+        """Note the distance at the start of the new episodes."""
+        self._owed[new], self._largest[new] = error[new], error[new]
 
     def _reward(self, fresh: Flags, error: Array) -> Array:
         """Return the rewards (n,) of the last period, 0 of episodes that are `fresh`."""

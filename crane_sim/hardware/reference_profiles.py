@@ -45,11 +45,11 @@ def plan_ramp(v, a, target, bounds):
             return Ramp(0.0, 0.0, 0.0, 0.0, 0.0)
         return Ramp(0.0, abs(target - v) / largest, 0.0, largest if target >= v else -largest, 0.0)
     sign = 1.0 if target >= v + 0.5 * a * abs(a) / jerk else -1.0
-    change, began = sign * (target - v), sign * a
-    peak, hold = sqrt(max(0.0, jerk * change + 0.5 * began * began)), 0.0
+    change, initial = sign * (target - v), sign * a
+    peak, hold = sqrt(max(0.0, jerk * change + 0.5 * initial * initial)), 0.0
     if peak > largest:
-        peak, hold = largest, (change - (largest * largest - 0.5 * began * began) / jerk) / largest
-    return Ramp(max(0.0, peak - began) / jerk, hold, peak / jerk, sign * peak, sign * jerk)
+        peak, hold = largest, (change - (largest * largest - 0.5 * initial * initial) / jerk) / largest
+    return Ramp(max(0.0, peak - initial) / jerk, hold, peak / jerk, sign * peak, sign * jerk)
 
 
 @lean_kernel

@@ -27,16 +27,16 @@ class Child:
         recorded: steps that reached the disk, of a recorder.
         bagged: the last step whose messages reached it.
         active: it is neither deactivated nor, as the plant, paused.
-        passes: resets of the plant that it has recorded, of a recorder.
+        resets: number of resets of the plant that it has recorded, of a recorder.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
         panel: what an operator's node shows, as it reported last.
     """
 
     def __init__(self, name: str, start: Callable[[int, int], ForkedProcess]) -> None:
-        """Create the process with `start(control, report)`: its ends of the two pipes for orders and for reports."""
+        """Create the process with `start(control, report)`: its ends of the two pipes for requests and for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.exited, self.fatal = True, False, False, False
-        self.step = self.recorded = self.bagged = self.passes = 0
+        self.step = self.recorded = self.bagged = self.resets = 0
         self.summary: dict[str, Any] | None = None
         self.panel: dict[str, Any] = {}
         control, self._control = os.pipe()
@@ -52,7 +52,7 @@ class Child:
         return self._process.pid
 
     def send(self, line: str) -> None:
-        """Send one order to the node; an exited one is detected where its reports are read."""
+        """Send one request to the node; an exited one is detected where its reports are read."""
         try:
             os.write(self._control, line.encode() + b"\n")
         except BrokenPipeError:
@@ -69,7 +69,7 @@ class Child:
             self._handle_report(json.loads(line))
 
     def close_control_pipe(self) -> None:
-        """Close the pipe of its orders: the node detects it and shuts down."""
+        """Close the pipe of its requests: the node detects it and shuts down."""
         os.close(self._control)
 
     def send_signal(self, number: int) -> None:
@@ -106,7 +106,7 @@ class Child:
                 self.active = active
             case {"event": "progress", "step": int(step), **more}:
                 self.step = step
-                self.recorded, self.bagged, self.passes = (more.get(key, 0) for key in ("recorded", "bagged", "passes"))
+                self.recorded, self.bagged, self.resets = (more.get(key, 0) for key in ("recorded", "bagged", "resets"))
             case {"event": "waiting", "why": str(why)}:
                 self.waiting = why
             case {"event": "panel", **shown}:

@@ -1,4 +1,4 @@
-"""The fork server: a program that imports the simulator once, and then forks a node of a run for each order.
+"""The fork server: a program that imports the simulator once, and then forks a node of a run for each request.
 
 It never imports ROS: the middleware is started in the forked process, which then has its threads. For standbys, which
 have to be ready at once, it also loads the compiled code of a scene.
@@ -42,7 +42,7 @@ class ForkedNodes:
     """The forked nodes, each with the pipe on which its exit is reported."""
 
     def __init__(self, channel: socket.socket) -> None:
-        """Serve the orders of a channel."""
+        """Serve the requests of a channel."""
         self._channel = channel
         self._nodes: dict[int, _Node] = {}  # by the handle of the process
         self._selector = selectors.DefaultSelector()
@@ -56,25 +56,25 @@ class ForkedNodes:
                 if key.fd != self._channel.fileno():
                     self._reap(key.fd)
                 else:
-                    open_channel = self._take_order()
+                    open_channel = self._take_request()
         for key, _ in self._selector.select(0):
             if key.fd in self._nodes:
                 self._reap(key.fd)
 
-    def _take_order(self) -> bool:
+    def _take_request(self) -> bool:
         """Preload a scene, or fork a node; return False where the channel is closed."""
         data, fds, _, _ = socket.recv_fds(self._channel, 65536, 2)
         if not data:
             return False
-        order = json.loads(data)
-        if isinstance(order, str):
-            preload(load_scene(order))
+        request = json.loads(data)
+        if isinstance(request, str):
+            preload(load_scene(request))
             gc.freeze()
         else:
-            self._fork(order, *fds)
+            self._fork(request, *fds)
         return True
 
-    def _fork(self, order: list[str], control: int, report: int) -> None:
+    def _fork(self, request: list[str], control: int, report: int) -> None:
         bind = set_parent_death_signal()
         pid = os.fork()
         if pid == 0:
@@ -82,7 +82,7 @@ class ForkedNodes:
             _report_event(report, "started", pid=os.getpid())
             clear_parent_death_signal()
             self._close_inherited()
-            os._exit(run_node(order, control, report))
+            os._exit(run_node(request, control, report))
         os.close(control)
         handle = os.pidfd_open(pid)
         self._nodes[handle] = _Node(pid, report)
@@ -104,10 +104,10 @@ class ForkedNodes:
             os.close(node.report)
 
 
-def run_node(order: list[str], control: int, report: int) -> int:
-    """Run the node of an order (module, arguments) in this forked process; return its exit code."""
+def run_node(request: list[str], control: int, report: int) -> int:
+    """Run the node of a request (module, arguments) in this forked process; return its exit code."""
     os.setsid()
-    module, *arguments = order
+    module, *arguments = request
     Path("/proc/self/comm").write_text(module.rpartition(".")[2])  # as `top` and `ps -e` show it
     sys.argv = [module, *arguments, "-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
     try:

@@ -56,7 +56,7 @@ class ForkServer:
     """The client of a process that has imported the simulator and forks nodes, which need not import it."""
 
     def __init__(self, env: Mapping[str, str]) -> None:
-        """Start the server; orders wait until it has imported the simulator."""
+        """Start the server; requests wait until it has imported the simulator."""
         self._channel, server_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         # A session of its own: Ctrl-C reaches the supervisor alone, which then shuts its children down in order.
         self._process = subprocess.Popen(

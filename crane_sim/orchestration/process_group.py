@@ -15,7 +15,7 @@ from crane_sim.orchestration.process import ForkServer
 
 
 class _GracePeriods(NamedTuple):
-    until_terminate: float  # s from the order to finish to SIGTERM
+    until_terminate: float  # s from the request to finish to SIGTERM
     until_kill: float  # s from there to SIGKILL
 
 

@@ -117,11 +117,11 @@ class RecorderRole(Role):
         super().__init__(group, spec, restart)
 
     def _standby_settings(self) -> Mapping[str, object]:
-        return {**self._spec.settings, "standby": True, "passes": self.active.passes, "live_port": 0}
+        return {**self._spec.settings, "standby": True, "resets": self.active.resets, "live_port": 0}
 
     def _resume_state(self, exited: Child) -> str:
         successor = self.active
         successor.step, successor.recorded = exited.step, exited.recorded
-        successor.bagged, successor.passes = exited.bagged, exited.passes
-        progress = {"after": exited.step, "recorded": exited.recorded, "bagged": exited.bagged, "passes": exited.passes}
+        successor.bagged, successor.resets = exited.bagged, exited.resets
+        progress = {"after": exited.step, "recorded": exited.recorded, "bagged": exited.bagged, "resets": exited.resets}
         return json.dumps(progress | {"since": self.start_time, "number": self.restarts + 1})

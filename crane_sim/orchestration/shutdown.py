@@ -67,10 +67,10 @@ def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str
 
     The summary's number of restarts is updated.
     """
-    _order_finish(supervisor, role.active, summary)
+    _request_finish(supervisor, role.active, summary)
     while _has_died(role.active) and not supervisor.shutting_down and supervisor.fail_over(role):
         summary["restarts"] = summary.get("restarts", {}) | {role.name: role.restarts}
-        _order_finish(supervisor, role.active, summary)
+        _request_finish(supervisor, role.active, summary)
     recorder = role.active
     if recorder.summary is None:
         recorder.send_signal(signal.SIGKILL)  # before it creates a file that would stay unfinished
@@ -78,7 +78,7 @@ def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str
     return recorder.summary
 
 
-def _order_finish(supervisor: Supervisor, recorder: Child, summary: dict[str, Any]) -> None:
+def _request_finish(supervisor: Supervisor, recorder: Child, summary: dict[str, Any]) -> None:
     if recorder.ready or not supervisor.shutting_down:
         time_limit = min(_FILES_TIMEOUT, supervisor.time_left)
         recorder.send(f"finish {json.dumps({'time_limit': time_limit, 'summary': summary})}")

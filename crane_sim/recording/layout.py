@@ -297,11 +297,11 @@ def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
         plots = [LengthPlot(f"shown/{name}_m", f"{MOVED[name]} [m]", (name,)) for name in moved]
         winch = [plot for plot in (ROPE, FALLS) if plot.joints[0] in scene.actuated]
         return (*plots, *winch)
-    form = validated_scene_file(scene)
-    axes = tuple(name for name in form.axes if (group := getattr(form, name)) and group.drive != "fixed")
+    file = validated_scene_file(scene)
+    axes = tuple(name for name in file.axes if (group := getattr(file, name)) and group.drive != "fixed")
     title = f"{' and '.join(axes).capitalize()} position [m]"
     length_plots = [LengthPlot("shown/trolley_m", title, axes)] if axes else []
-    return (*length_plots, HOIST) if form.hoist else tuple(length_plots)
+    return (*length_plots, HOIST) if file.hoist else tuple(length_plots)
 
 
 def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:

@@ -34,7 +34,7 @@ class UnreadableRecording(SceneError):
 class Crane(NamedTuple):
     """The facts of a crane that stay fixed during a run, as its recording has them."""
 
-    kind: str  # form of the scene file: knuckle, tower, overhead, ...
+    kind: str  # kind of crane: knuckle, tower, overhead, ...
     joint_names: tuple[str, ...]  # nq, in the order of q
     joint_units: tuple[str, ...]  # "rad", "m" or, of components of unit vectors and quaternions, "1"
     actuated: tuple[str, ...]  # nu of the joints

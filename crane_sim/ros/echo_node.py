@@ -46,7 +46,7 @@ class Ping:
 
     def run(self, host: NodeHost) -> dict[str, float]:
         """Exchange all messages; return the rate."""
-        host.wait(lambda: "" if host.started else "the order go")
+        host.wait(lambda: "" if host.started else "the request go")
         start = time.monotonic()
         self._send()
         host.wait(lambda: "" if self._k > self._steps else "the answers")
@@ -90,7 +90,7 @@ class Pong:
         return "" if matched else "ping"
 
     def run(self, host: NodeHost) -> dict[str, float]:
-        """Answer until the order to finish."""
+        """Answer until the request to finish."""
         while not host.stop_reason:
             host.spin()
         return {}
@@ -109,7 +109,7 @@ def serve(host: NodeHost, settings: SimpleNamespace) -> None:
     host.wait(role.missing)
     host.pipes.report("ready")
     host.pipes.report("done", summary=role.run(host))
-    host.wait(lambda: "" if not host.pipes.attached else "the order finish")
+    host.wait(lambda: "" if not host.pipes.attached else "the request finish")
 
 
 def main() -> int:

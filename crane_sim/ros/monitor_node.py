@@ -53,7 +53,7 @@ def _ignore(_: bytes) -> None:
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:
-    """Write until the order to finish."""
+    """Write until the request to finish."""
     monitor = Monitor(host, settings)
     with Path(settings.file).open("w") as file:
         host.pipes.report("ready")

@@ -120,7 +120,7 @@ class PlantNode:
         host.wait(self._missing, simulation.publish_clock_if_due)
         self._refuse_duplicate()
         host.pipes.report("ready")
-        host.wait(lambda: "" if host.started and host.active else "the order go", simulation.publish_clock_if_due)
+        host.wait(lambda: "" if host.started and host.active else "the request go", simulation.publish_clock_if_due)
         if not host.stop_reason:
             self._set_priority()
             if self._settings.paused:
@@ -134,7 +134,7 @@ class PlantNode:
         self._report(error)
         self._topics.flush()  # after the report: a subscriber that does not acknowledge delays nothing else
         if host.pipes.attached:
-            host.wait(lambda: "the order finish", simulation.publish_clock_if_due)
+            host.wait(lambda: "the request finish", simulation.publish_clock_if_due)
         if error and host.stop_reason not in ENDINGS:
             raise Fault(error)
 

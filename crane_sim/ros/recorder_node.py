@@ -29,17 +29,17 @@ PARAMETERS = {
     "commanded": Option(False, "ignore the scene's own law and inputs, as a plant with this parameter does"),
     "live_port": Option(0, "serve the recording to viewers on this local port, too; 0: do not", 0, 65535),
     "recording_id": Option("", "identifier of the recording in the viewer; empty: a new one"),
-    "standby": Option(False, "stand by, and resume, at the order go, where another recorder has failed"),
-    "passes": Option(0, "resets of the plant before this recorder stands by", 0, 1_000_000_000),
+    "standby": Option(False, "stand by, and resume, at the request go, where another recorder has failed"),
+    "resets": Option(0, "resets of the plant before this recorder stands by", 0, 1_000_000_000),
 }
 
-_FINISH_TIMEOUT = 60.0  # s to complete the files without an order that limits it
+_FINISH_TIMEOUT = 60.0  # s to complete the files without a request that limits it
 _WAIT_SHARE = 0.5  # of that time at most, for messages that are still on their way
 _PERIOD = 0.01  # s between two polls: bursts cost less than messages one by one
 
 
 def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -> None:
-    """Record until the order to finish, or until the run is over; `keep_alive` gets what must outlive a failure.
+    """Record until the request to finish, or until the run is over; `keep_alive` gets what must outlive a failure.
 
     Raises:
         ValueError: the settings leave nothing to record.
@@ -73,7 +73,7 @@ def _stand_by(
     host: NodeHost, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object]
 ) -> tuple[RecorderSubscriptions, Outputs | None]:
     """Buffer messages until another recorder has failed, and resume after it; no outputs where the run ended before."""
-    buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.passes)
+    buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.resets)
     subscriptions = RecorderSubscriptions(host.node, [buffer.callbacks()])
     if settings.path:
         from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun before the fail-over, not in it
@@ -88,7 +88,7 @@ def _stand_by(
         return subscriptions, None
     resume = read_resume_state(host.resume_state)
     outputs = _open_outputs(host, scene, settings, keep_alive, resume)
-    buffer.replay_to(outputs.callbacks, outputs.resume_after, resume.passes)
+    buffer.replay_to(outputs.callbacks, outputs.resume_after, resume.resets)
     return subscriptions, outputs
 
 
@@ -147,14 +147,14 @@ def _finish_files(
     return outputs.finish(summary, start + time_limit)
 
 
-def _final_summary(scene: "Scene", order: str) -> tuple[dict[str, Any], float]:
-    """Return the summary of the order to finish, or the recorder's own, and the time [s] to complete the files."""
-    _, _, document = order.partition(" ")
+def _final_summary(scene: "Scene", request: str) -> tuple[dict[str, Any], float]:
+    """Return the summary of the request to finish, or the recorder's own, and the time [s] to complete the files."""
+    _, _, document = request.partition(" ")
     if document:
         argument = json.loads(document)
         return argument["summary"], argument["time_limit"]
     entries = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return entries | ({"ended_by": order} if order else {}), 0.0 if order == "interrupted" else _FINISH_TIMEOUT
+    return entries | ({"ended_by": request} if request else {}), 0.0 if request == "interrupted" else _FINISH_TIMEOUT
 
 
 def _lower_priority() -> None:

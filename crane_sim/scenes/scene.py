@@ -1,6 +1,7 @@
 """A scene: the crane, its inputs, duration and integration method."""
 
 import copy
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,9 +15,9 @@ from crane_sim.files.document import SHARED, nominal, read, set_value, switch_la
 from crane_sim.files.errors import SceneError, foreign_path, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
-from crane_sim.scenes.forms import FORMS, check_cable, form_of, key_of_other_cranes, places_of
 from crane_sim.scenes.hardware_settings import CLOSE, acts, commands_of, equipment_of
 from crane_sim.scenes.instrument_settings import instruments_of
+from crane_sim.scenes.registry import SCHEMAS, check_cable, key_of_other_cranes, places_of, schema_of
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.reference import resolve_target
@@ -32,7 +33,7 @@ class Scene:
     """A checked scene. Joint coordinates are in the order of joint_names, the actuated ones first."""
 
     name: str  # of its file
-    crane: str  # which form the file has: knuckle, tower, overhead, ...
+    crane: str  # the kind of crane: knuckle, tower, overhead, ...
     model: Any = field(compare=False)  # parameters, whose type chooses the equations
     initial_q: tuple[float, ...]  # (nq,)
     initial_v: tuple[float, ...]  # (nq,)
@@ -44,7 +45,7 @@ class Scene:
     sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
-    path: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None without one
+    trajectory: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None without one
     seed: int  # of everything random
     description: str  # in plain words
     joint_names: tuple[str, ...]  # (nq,)
@@ -87,6 +88,12 @@ class Scene:
         start = dict(zip(self.joint_names, self.initial_q, strict=True))
         named = zip(self.actuated, self.commands, strict=True)
         return tuple(start[name] if kind == "position" else 0.0 for name, kind in named)
+
+    @property
+    def path(self) -> Any:
+        """The former name of `trajectory`, for one release."""
+        warnings.warn("Scene.path is now Scene.trajectory", DeprecationWarning, stacklevel=2)
+        return self.trajectory
 
     def with_external_commands(self) -> "Scene":
         """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
@@ -272,8 +279,8 @@ def read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
 
 def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a scene that depend on its file alone."""
-    path = file.path()
-    reference = resolve_target(file.target, path)
+    trajectory = file.trajectory()
+    reference = resolve_target(file.target, trajectory)
     check_limits(file, reference)
     return {
         "name": file.name or "unnamed",
@@ -288,7 +295,7 @@ def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]
         "limits": file.limits,
         "initial_q": file.initial_q,
         "initial_v": file.initial_v,
-        "path": path,
+        "trajectory": trajectory,
         "reference": reference,
     }
 
@@ -340,23 +347,23 @@ def _period(file: SceneFile) -> float:
 
 def _validate(document: dict[str, Any]) -> SceneFile:
     if "crane" not in document:
-        known = {key for form in FORMS.values() for key in form.model_fields}
+        known = {key for schema in SCHEMAS.values() for key in schema.model_fields}
         suggestion = nearest("crane", [key for key in document if key not in known])
         what = (
             f"unknown key {suggestion!r}, did you mean 'crane'? (crane: "
             if suggestion
             else "crane: is missing (possible: "
         )
-        raise SceneError(f"{what}{', '.join(FORMS)})")
-    form = form_of(document)
-    if form is None:
-        raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(FORMS)}")
+        raise SceneError(f"{what}{', '.join(SCHEMAS)})")
+    schema = schema_of(document)
+    if schema is None:
+        raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(SCHEMAS)}")
     check_cable(document)
     try:
-        return form.model_validate(without_nulls(document))
+        return schema.model_validate(without_nulls(document))
     except ValidationError as error:
         path = foreign_path(error)
-        line = key_of_other_cranes(path, document["crane"]) or one_line(error, form) + places_of(path)
+        line = key_of_other_cranes(path, document["crane"]) or one_line(error, schema) + places_of(path)
         raise SceneError(line) from None
 
 

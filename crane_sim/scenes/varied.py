@@ -1,8 +1,8 @@
 """Scenes of one document that differ in numbers only, made at once: on columns in place of these numbers.
 
-The form of the document says that its code takes columns (`SceneFile.takes_columns`). Values are validated by the types
-of their fields, all of a key together; what one crane decides otherwise than the first one, or what cannot be decided
-for all, leaves scenes to be made one by one.
+The schema of the document says that its code takes columns (`SceneFile.takes_columns`). Values are validated by the
+types of their fields, all of a key together; what one crane decides otherwise than the first one, or what cannot be
+decided for all, leaves scenes to be made one by one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,8 +18,8 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import as_list, type_adapter
 from crane_sim.laws import make_law_of_columns
 from crane_sim.numerics.column import Column, NotVectorisable, arrays_of, entry_of
-from crane_sim.scenes.forms import form_of
 from crane_sim.scenes.many import DocumentsByLaw
+from crane_sim.scenes.registry import schema_of
 from crane_sim.scenes.scene import (
     Scene,
     SceneSource,
@@ -85,10 +85,10 @@ def _make_columns(
     document: Mapping[str, Any], always: Mapping[str, Any], varied: Mapping[str, Sequence[Any]]
 ) -> SceneColumns:
     """Return the scenes of a document that is for their law."""
-    form = form_of(document)
-    if form is None or not form.takes_columns or document.get("uncertain") is not None:
+    schema = schema_of(document)
+    if schema is None or not schema.takes_columns or document.get("uncertain") is not None:
         raise NotVectorisable("a document that takes no columns")
-    columns, alike = _validate(form, varied)
+    columns, alike = _validate(schema, varied)
     first = int(np.argmax(alike))
     changed = with_values(dict(document), {**always, **{key: values[first] for key, values in varied.items()}})
     file, _ = read_file(changed)
@@ -107,13 +107,13 @@ def _make_columns(
     return SceneColumns(scene, alike)
 
 
-def _validate(form: type[BaseModel], varied: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Column], Any]:
+def _validate(schema: type[BaseModel], varied: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Column], Any]:
     """Return (columns by key, which scenes have values that are all possible); the others have those of one that has.
 
     Raises:
         NotVectorisable: a key is not that of a number that stands alone.
     """
-    kinds = {key: _number_type(form, key.split(".")) for key in varied}
+    kinds = {key: _number_type(schema, key.split(".")) for key in varied}
     values, sound = dict[str, Any](), np.ones(len(next(iter(varied.values()))), bool)
     for key, given in varied.items():
         values[key], wrong = _validate_values(kinds[key], given)

@@ -165,10 +165,10 @@ def simulate_batch(
     """
     if threads is not None and threads < 1:
         raise SceneError(f"threads = {threads}: must be at least 1")
-    began = time.perf_counter()
+    start = time.perf_counter()
     scenes = scenes_of(scene, parameters, duration)
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
-    checked = time.perf_counter() - began
+    checked = time.perf_counter() - start
     batch = run_groups(scenes, times, threads or len(os.sched_getaffinity(0)))
     batch = replace(batch, setup_time=checked + batch.setup_time)
     return add_figures(batch, scenes) if figures else batch
@@ -212,7 +212,7 @@ def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:
 
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
     """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments of `simulate_batch`."""
-    began, n = time.perf_counter(), len(scenes)
+    start, n = time.perf_counter(), len(scenes)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
     cranes = columns([extract_drive(scene) for scene in scenes])  # first: it rejects scenes that differ
@@ -233,7 +233,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
                 columns([extract_drive(scene) for scene in scenes]) if failed else None
             )  # laws with their initial state
             list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
-    return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - began, time.perf_counter() - ready))
+    return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - start, time.perf_counter() - ready))
 
 
 def moves_in_lanes(scenes: Sequence[Scene]) -> bool:

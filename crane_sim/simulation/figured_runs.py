@@ -94,7 +94,7 @@ def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
 def has_compiled_figures(scene: Scene) -> bool:
     """Return whether all figures of a scene's summary are gathered by compiled code, and nothing switches."""
     model = scene.model
-    if scene.path is not None or (scene.hardware is not None and not scene.hardware.ideal):
+    if scene.trajectory is not None or (scene.hardware is not None and not scene.hardware.ideal):
         return False
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
         return False

@@ -15,13 +15,13 @@ Array = npt.NDArray[np.float64]
 
 def follows_path(scene: Scene) -> bool:
     """Return whether the scene has a path of the payload."""
-    return scene.path is not None and not scene.path.of_joints
+    return scene.trajectory is not None and not scene.trajectory.of_joints
 
 
 def path_positions(scene: Scene, t: Array) -> Array:
     """Return the path of the payload (K, n) [m] at times t (K,), in the axes of the base."""
-    assert scene.path is not None, "the caller has a scene with a path"
-    return sample_trajectory(scene.path, np.ascontiguousarray(t))[:, 0]
+    assert scene.trajectory is not None, "the caller has a scene with a path"
+    return sample_trajectory(scene.trajectory, np.ascontiguousarray(t))[:, 0]
 
 
 def target_position(scene: Scene) -> Array:

@@ -75,12 +75,12 @@ def in_bases(bases, t, points):
     return out
 
 
-class Tracking:
+class TrackingError:
     """Errors of a run from the path of its scene, and how hard the tip was accelerated."""
 
     def __init__(self, scene: Any) -> None:
         """Begin with nothing seen of a scene that has a path."""
-        self._path, self._model = scene.path, scene.model
+        self._path, self._model = scene.trajectory, scene.model
         self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
         self._count, self._squares, self._sizes, self._worst, self._hardest = 0, 0.0, 0.0, 0.0, 0.0
 
@@ -237,7 +237,7 @@ class Metrics:
         self._peaks = no_peaks(self._nu)
         self._extremes = Extremes(scene)
         self._pressure = 0.0 if getattr(model, "contact", None) is not None else None
-        self._tracking = Tracking(scene) if scene.path is not None else None
+        self._tracking = TrackingError(scene) if scene.trajectory is not None else None
         self._falls = FallPeaks()
 
     def extend(self, t: Array, rows: Array) -> None:

@@ -13,7 +13,7 @@ from crane_sim.evaluation.bench import groups, lockstep, memory, realtime, recor
 from crane_sim.evaluation.bench.group_cases import CASES
 from crane_sim.evaluation.bench.measurement import describe_spread, machine, ratio
 from crane_sim.ros.common.timing import StepTiming
-from crane_sim.scenes.forms import FORMS
+from crane_sim.scenes.registry import SCHEMAS
 from crane_sim.scenes.scene import load_scene
 
 SPREAD = {"median", "least", "most", "rounds"}
@@ -144,10 +144,10 @@ def test_every_group_of_the_equations_has_a_row() -> None:
     outside = {"name", "description", "seed", "control", "integrator", "reference", "brake", "sensors", "faults"}
     outside |= {"uncertain", "imu", "camera", "legs"}
     measured = {key.split(".")[0] for case in CASES for key in case.changes}
-    for form in ("tower", "mobile", "bridge", "gantry", "knuckle", "pendulum"):
-        fields = {name for name, field in FORMS[form].model_fields.items() if not field.is_required()}
-        assert fields - outside - {"gravity"} <= measured, form
-    assert {FORMS[load_scene(case.baseline.scene).crane] for case in CASES} == set(FORMS.values())
+    for schema in ("tower", "mobile", "bridge", "gantry", "knuckle", "pendulum"):
+        fields = {name for name, field in SCHEMAS[schema].model_fields.items() if not field.is_required()}
+        assert fields - outside - {"gravity"} <= measured, schema
+    assert {SCHEMAS[load_scene(case.baseline.scene).crane] for case in CASES} == set(SCHEMAS.values())
 
 
 def test_all_groups_of_a_crane_are_measured_at_once() -> None:

@@ -77,7 +77,7 @@ def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
     """Open loop with ZV the suspension point follows the shaped path; errors are from the path as it is."""
     shaped = next(entrant for entrant in GROUPS[0].entrants if entrant.name.endswith("ZV"))
     scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
-    assert scene.path is not None and scene.path.starts[-1] == 50.0
+    assert scene.trajectory is not None and scene.trajectory.starts[-1] == 50.0
     nominal_path = scene.law.trajectory  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
     assert nominal_path.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
 

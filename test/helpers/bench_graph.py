@@ -57,7 +57,7 @@ class NodeProcess:
         self._reader.start()
 
     def send(self, line: str) -> None:
-        """Send one order."""
+        """Send one request."""
         os.write(self._control, line.encode() + b"\n")
 
     def await_event(self, name: str) -> dict[str, Any]:

@@ -11,16 +11,16 @@ class FakeChild:
     """A child without a process.
 
     Attributes:
-        orders: the lines sent to it.
+        requests: the lines sent to it.
     """
 
     def __init__(self, name: str, ready: bool = True) -> None:
         """Create it alive."""
         self.name, self.ready, self.fault, self.exited, self.fatal, self.active = name, ready, "", False, False, True
-        self.pid, self.step, self.recorded, self.bagged, self.passes, self.waiting = 1, 0, 0, 0, 0, ""
+        self.pid, self.step, self.recorded, self.bagged, self.resets, self.waiting = 1, 0, 0, 0, 0, ""
         self.summary: dict[str, Any] | None = None
-        self.orders: list[str] = []
-        self.send = self.orders.append
+        self.requests: list[str] = []
+        self.send = self.requests.append
 
     def exit(self, fault: str) -> None:
         """Exit with a fault."""

@@ -11,24 +11,24 @@ from crane_sim.ros.recorder.outputs import ResumeState, read_resume_state
 CONTROLLER = RoleSpec("controller", "module", "crane", {})
 
 
-def test_the_resume_state_is_in_the_order_to_go() -> None:
-    """A standby recorder gets the resume state in the order `go`, so a full disk does not matter; it counts resets."""
+def test_the_resume_state_is_in_the_request_to_go() -> None:
+    """A standby recorder gets the resume state in the request `go`: a full disk does not matter; it counts resets."""
     group: Any = FakeGroup()
     spec = RoleSpec("recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7})
     role = RecorderRole(group, spec, restart=True)
     failed: Any = role.active
-    failed.step, failed.recorded, failed.bagged, failed.passes = 70, 68, 60, 2
+    failed.step, failed.recorded, failed.bagged, failed.resets = 70, 68, 60, 2
     failed.exit("it was killed")
     assert role.fail_over(75)
     successor: Any = role.active
-    word, _, document = successor.orders[0].partition(" ")
+    word, _, document = successor.requests[0].partition(" ")
     assert word == "go" and "\n" not in document
     assert read_resume_state(document) == ResumeState(
-        after=70, recorded=68, bagged=60, passes=2, since=role.start_time, number=2
+        after=70, recorded=68, bagged=60, resets=2, since=role.start_time, number=2
     )
-    assert (successor.step, successor.recorded, successor.bagged, successor.passes) == (70, 68, 60, 2)
+    assert (successor.step, successor.recorded, successor.bagged, successor.resets) == (70, 68, 60, 2)
     assert role.maintain_standbys() == ""
-    assert group.settings[-1] == {**spec.settings, "standby": True, "passes": 2, "live_port": 0}
+    assert group.settings[-1] == {**spec.settings, "standby": True, "resets": 2, "live_port": 0}
     assert read_resume_state("") == ResumeState()
 
 
@@ -52,7 +52,7 @@ def test_a_role_that_fails_repeatedly_at_one_step_is_given_up() -> None:
     why = "controller: it was killed by SIGSEGV"
     given_up = f"{why}; 3 replacements in a row died with the plant at step 812"
     assert news == [*(f"{why}; replaced",) * 3, f"{given_up}; the crane is braked to rest"]
-    assert plant.orders == ["go", f"brake {given_up}"]
+    assert plant.requests == ["go", f"brake {given_up}"]
 
 
 def test_a_role_that_fails_at_one_step_after_another_is_restarted() -> None:

@@ -93,7 +93,7 @@ def test_saved_messages_survive_a_killed_recorder(tmp_path: Path) -> None:
 
 
 def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
-    """Messages before a reset get a file of their own, and the new pass has the latched ones."""
+    """Messages before a reset get a file of their own, and the run after it has the latched ones."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     bag.callbacks()["robot_description"](DESCRIPTION)
     feed(bag, 30)
@@ -122,12 +122,12 @@ def test_a_reset_keeps_what_every_broadcaster_has_latched(tmp_path: Path) -> Non
 
 
 def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> None:
-    """A bag that began after step 50 reports the missing and the saved steps of the new pass."""
-    bag = Bag(tmp_path / "run.part2.mcap", TOPICS, SCENE.period_ns, after=50, passes=1)
+    """A bag that began after step 50 reports the missing and the saved steps of the run after a reset."""
+    bag = Bag(tmp_path / "run.part2.mcap", TOPICS, SCENE.period_ns, after=50, resets=1)
     feed(bag, 60, after=50)
     feed(bag, 20)
     bag.save()
-    assert (bag.passes, bag.last_step) == (2, 20)
+    assert (bag.resets, bag.last_step) == (2, 20)
     why = f"recorder: {tmp_path / 'run.part2.mcap'} is incomplete, it has 20 of 25 steps"
     assert bag.finish({"steps": 25})["error"] == why
     assert {file.name for file in tmp_path.iterdir()} == {"run.part2.mcap", "run.part2.before_reset_2.mcap"}

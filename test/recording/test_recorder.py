@@ -106,7 +106,7 @@ def test_a_reference_holds_from_its_stamp_on() -> None:
 
 
 def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
-    """The recording before a reset is kept in its own file, and the new pass is complete in the usual one."""
+    """The recording before a reset is kept in its own file, and the run after it is complete in the usual one."""
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 30)
     feed(recorder, 20)
@@ -117,7 +117,7 @@ def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
 
 
 def test_a_live_viewer_follows_the_run_over_a_reset(tmp_path: Path) -> None:
-    """A viewer that connects to the port receives the steps of both passes, each as a recording of its own."""
+    """A viewer on the port receives the steps before and after the reset, each as a recording of its own."""
     (port, own_port), received = free_ports(2), tmp_path / "received.rrd"
     recorder = Recorder(SCENE, tmp_path / "run.rrd", port, "one")
     command = [str(rerun_executable()), live_address(port), "--save", str(received), "--bind", "127.0.0.1"]
@@ -160,21 +160,21 @@ def passes_in(file: Path) -> dict[str, int]:
     return {}
 
 
-def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None:
+def test_a_replacing_recorder_overwrites_no_file_before_a_reset(tmp_path: Path) -> None:
     """A second reset, received by a replacing recorder, does not change the file of the first one."""
     path = tmp_path / "run.rrd"
     first, reports = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
     set_aside = tmp_path / "run.before_reset_1.rrd"
-    first.on_reset = lambda: reports.append((first.passes, first.last_step, first.recorded, set_aside.exists()))
+    first.on_reset = lambda: reports.append((first.resets, first.last_step, first.recorded, set_aside.exists()))
     feed(first, 30)
     feed(first, 20)
     first.save()
     assert reports == [(1, 0, 0, True)]
-    previous = EarlierFiles(20, 20, (tmp_path / "run.rrd.part",), first.passes)
+    previous = EarlierFiles(20, 20, (tmp_path / "run.rrd.part",), first.resets)
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
     feed(successor, 25, after=20)
     feed(successor, 10)
-    assert successor.passes == 2 and successor.finish({"steps": 10})["recorded_steps"] == 10
+    assert successor.resets == 2 and successor.finish({"steps": 10})["recorded_steps"] == 10
     files = {"run.before_reset_1.rrd": 30, "run.before_reset_2.rrd": 25, "run.rrd": 10}
     assert {file.name for file in tmp_path.iterdir()} == set(files)
     for name, steps in files.items():
@@ -182,7 +182,7 @@ def test_a_replacing_recorder_overwrites_no_earlier_pass(tmp_path: Path) -> None
 
 
 def test_a_reset_after_the_recorder_died_starts_a_new_recording(tmp_path: Path) -> None:
-    """A recorder that resumes at step 20 and then receives step 1 does not take the new pass for a repetition."""
+    """A recorder that resumes at step 20 and then receives step 1 does not take a reset for a repetition."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)

@@ -19,7 +19,7 @@ from crane_sim.recording.rerun.repair import EarlierFiles
 from crane_sim.recording.rerun.session import Session
 
 
-def test_a_disk_that_was_full_before_a_reset_is_counted_by_passes(
+def test_a_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The file has none of the steps behind the reset: they are all lost, and those before it are counted apart."""
@@ -39,7 +39,7 @@ def test_a_disk_that_was_full_before_a_reset_is_counted_by_passes(
 
 
 @pytest.mark.parametrize("method", ["write", "close"])
-def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_by_passes(
+def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
     method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same of a bag, whether it was full already, or is so when the reset closes the file."""
@@ -57,7 +57,7 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_by_passes(
     assert summary["error"].endswith(
         "No space left on device; it has 0 of 20 steps since the last reset, and 30 from before it"
     )
-    assert summary["mcap"] == str(tmp_path / "run.mcap.part") and bag.passes == 1
+    assert summary["mcap"] == str(tmp_path / "run.mcap.part") and bag.resets == 1
 
 
 def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

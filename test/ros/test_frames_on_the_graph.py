@@ -33,7 +33,7 @@ def ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Node
 
 
 def test_base_and_frames_are_there_before_the_run_and_in_it(ship: tuple[NodeProcess, FrameListener]) -> None:
-    """Before the order go the base and the frames of the first state come; in the run they agree with the payload."""
+    """Before the request go the base and the frames of the first state come; in the run they agree with the payload."""
     plant, listener = ship
     wait_until(lambda: FIRST in listener.odometry, "the odometry of the first state")
     if find_spec("tf2_msgs"):

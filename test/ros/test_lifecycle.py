@@ -64,7 +64,7 @@ def wait_standing(client: Remote) -> int:
 def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
     """An inactive controller is silent, an inactive plant paused; activated they resume, and shut down they end.
 
-    A controller without autostart is ready but silent until the order go, and then answers the newest state.
+    A controller without autostart is ready but silent until the request go, and then answers the newest state.
     """
     client, plant, standby = bench
     assert get_state(client, "plant") == "active"

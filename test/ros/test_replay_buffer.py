@@ -22,13 +22,13 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def state(second: int, position: float = 0.0) -> bytes:
-    """Return the state of a second; the position identifies the pass."""
+    """Return the state of a second; the position identifies the run between two resets."""
     return STATE_WIRE.encode(second * SECOND, (position,) * 6, (0.0,) * 6, (0.0,) * 6)
 
 
-def buffer_of_two_passes(clock: list[float]) -> ReplayBuffer:
+def buffer_with_a_reset(clock: list[float]) -> ReplayBuffer:
     """Return the buffer of a run that is reset after the state of second 20, and has three seconds since then."""
-    buffer = ReplayBuffer(["joint_states", "simulation_state", "joint_trajectory"], passes=3)
+    buffer = ReplayBuffer(["joint_states", "simulation_state", "joint_trajectory"], resets=3)
     callbacks = buffer.callbacks()
     callbacks["simulation_state"](b"playing")
     callbacks["joint_trajectory"](b"old target")
@@ -42,11 +42,11 @@ def buffer_of_two_passes(clock: list[float]) -> ReplayBuffer:
     return buffer
 
 
-def replayed(buffer: ReplayBuffer, after: int, passes: int) -> list[bytes]:
-    """Return the replayed messages of an output that resumes after a second of a pass."""
+def replayed(buffer: ReplayBuffer, after: int, resets: int) -> list[bytes]:
+    """Return the replayed messages of an output that resumes after a second, some resets after the first."""
     messages: list[bytes] = []
     names = ("joint_states", "simulation_state", "joint_trajectory")
-    buffer.replay_to([dict.fromkeys(names, messages.append)], [after * SECOND], passes)
+    buffer.replay_to([dict.fromkeys(names, messages.append)], [after * SECOND], resets)
     return messages
 
 
@@ -90,17 +90,17 @@ def test_every_broadcaster_outlives_a_reset(clock: list[float]) -> None:
         callbacks["joint_states"](state(5 + int(t)))
     clock[0] = 1.6 * SECONDS
     callbacks["joint_states"](state(1))
-    buffer.replay_to([{"/tf_static": received.append}], after=[SECOND], passes=1)
+    buffer.replay_to([{"/tf_static": received.append}], after=[SECOND], resets=1)
     assert received == [b"a", b"b", b"c"]
 
 
 def test_the_pass_before_a_recorded_reset_is_dropped(clock: list[float]) -> None:
     """If the failed recorder had recorded the reset, only latched messages are replayed of before."""
-    assert replayed(buffer_of_two_passes(clock), after=1, passes=4) == [b"playing", state(2, 1.0), state(3, 1.0)]
+    assert replayed(buffer_with_a_reset(clock), after=1, resets=4) == [b"playing", state(2, 1.0), state(3, 1.0)]
 
 
 def test_the_pass_before_an_unrecorded_reset_is_replayed(clock: list[float]) -> None:
-    """Otherwise its pass is replayed to its end, and then the new one from its beginning."""
+    """Otherwise what is before the reset is replayed to its end, and then the new one from its beginning."""
     rest = [*map(state, (19, 20)), b"late target", *(state(second, 1.0) for second in (1, 2, 3))]
-    assert replayed(buffer_of_two_passes(clock), after=18, passes=3) == [b"playing", b"old target", *rest]
+    assert replayed(buffer_with_a_reset(clock), after=18, resets=3) == [b"playing", b"old target", *rest]
     assert 23 - SECONDS < 18  # all of that was still buffered

@@ -136,8 +136,8 @@ def test_a_payload_on_its_path_is_measured_from_the_joints(name: str) -> None:
     """Coordinates of a payload's path are those of the payload in the base frame, with their rates."""
     scene = load_scene(name)
     run, n = simulate(load_scene(name, {"duration": 0.2})), 10
-    assert scene.path is not None
-    names, measure = coordinate_names(scene.path, scene), motion_sensor(scene.path, scene)
+    assert scene.trajectory is not None
+    names, measure = coordinate_names(scene.trajectory, scene), motion_sensor(scene.trajectory, scene)
     assert names in (("x", "y"), ("x", "y", "z"))
 
     def at(k: int) -> Array:

@@ -50,7 +50,7 @@ def test_a_timeout_brakes_and_a_command_releases(tmp_path: Path, monkeypatch: py
 
 
 def test_brake_to_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the order brake the plant brakes until the crane rests, and ends with the fault of the order."""
+    """At the request brake the plant brakes until the crane rests, and ends with the fault of the request."""
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", "commanded:=true") as plant:
             plant.await_event("ready")

@@ -13,7 +13,7 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
 from crane_sim.numerics.states import leaves
-from crane_sim.scenes.forms import ALL_FORMS, FALLS_FORMS
+from crane_sim.scenes.registry import ALL_SCHEMAS, FALLS_SCHEMAS
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.stepping.periods import begin
@@ -24,9 +24,9 @@ RUN = {"knuckle": "knuckle_setpoint", "overhead": "overhead_swing"}  # scenes th
 
 
 class OptionalGroup(NamedTuple):
-    """An optional group of a form, and its path in a document."""
+    """An optional group of a schema, and its path in a document."""
 
-    form: type
+    schema: type
     key: str
     path: tuple[str | int, ...]  # of the mapping that may hold the key
     default: Any
@@ -45,13 +45,13 @@ def records_in(annotation: Any) -> list[type]:
     return [kind for part in parts for kind in records_in(part)]
 
 
-def fields_of(form: type) -> dict[str, tuple[Any, Any, bool]]:
-    """Return (annotation, default, whether there is one) of every field of a form."""
-    if issubclass(form, BaseModel):
-        model_fields: dict[str, FieldInfo] = form.model_fields
+def fields_of(schema: type) -> dict[str, tuple[Any, Any, bool]]:
+    """Return (annotation, default, whether there is one) of every field of a schema."""
+    if issubclass(schema, BaseModel):
+        model_fields: dict[str, FieldInfo] = schema.model_fields
         return {name: (f.annotation, f.default, not f.is_required()) for name, f in model_fields.items()}
-    defaults: dict[str, Any] = getattr(form, "_field_defaults", {})
-    return {name: (kind, defaults.get(name), name in defaults) for name, kind in form.__annotations__.items()}
+    defaults: dict[str, Any] = getattr(schema, "_field_defaults", {})
+    return {name: (kind, defaults.get(name), name in defaults) for name, kind in schema.__annotations__.items()}
 
 
 def absence(default: Any) -> Any:
@@ -80,25 +80,25 @@ def subgroups(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ..
     return [(held, ())]
 
 
-def optional_groups(form: type, document: Any, path: tuple[str | int, ...] = ()) -> Iterator[OptionalGroup]:
-    """Yield every optional group that a document may have at `path` of the form `form`."""
-    for key, (annotation, default, optional) in fields_of(form).items():
+def optional_groups(schema: type, document: Any, path: tuple[str | int, ...] = ()) -> Iterator[OptionalGroup]:
+    """Yield every optional group that a document may have at `path` of the schema `schema`."""
+    for key, (annotation, default, optional) in fields_of(schema).items():
         if optional and is_group(default):
-            yield OptionalGroup(form, key, path, default)
+            yield OptionalGroup(schema, key, path, default)
         for part, at in subgroups(annotation, document.get(key)):
             for kind in records_in(annotation) if isinstance(part, dict) else []:
                 yield from optional_groups(kind, part, (*path, key, *at))
 
 
-def all_groups(form: type, visited: set[type] | None = None) -> Iterator[tuple[str, str]]:
-    """Yield (form, key) of every optional group that a form has at any depth."""
+def all_groups(schema: type, visited: set[type] | None = None) -> Iterator[tuple[str, str]]:
+    """Yield (schema, key) of every optional group that a schema has at any depth."""
     visited = set() if visited is None else visited
-    if form in visited:
+    if schema in visited:
         return
-    visited.add(form)
-    for key, (annotation, default, optional) in fields_of(form).items():
+    visited.add(schema)
+    for key, (annotation, default, optional) in fields_of(schema).items():
         if optional and is_group(default):
-            yield form.__name__, key
+            yield schema.__name__, key
         for kind in records_in(annotation):
             yield from all_groups(kind, visited)
 
@@ -174,7 +174,7 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
     """Return the catalogue's documents with this kind of crane, and some with groups that no scene of it has."""
     kind, _, falls = crane.partition(" with ")
     documents = [document for name in scene_files() if (document := read(name))["crane"] == kind]
-    if kind in FALLS_FORMS:
+    if kind in FALLS_SCHEMAS:
         documents = [document for document in documents if bool(falls) == ("falls" in document)]
     if falls:
         documents += [on_falls(kind)]
@@ -202,15 +202,15 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("crane", ALL_FORMS)
+@pytest.mark.parametrize("crane", ALL_SCHEMAS)
 def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
     """A group left out, null or empty gives the same types, values and start, wherever a scene may have it."""
     visited = set()
     for document in catalogue(crane):
         absent = []  # groups that the scene has not; they are written all at once
-        for optional in optional_groups(ALL_FORMS[crane], document):
+        for optional in optional_groups(ALL_SCHEMAS[crane], document):
             without = written_as(document, optional)
-            kind = optional.form.__name__, optional.key, without == document
+            kind = optional.schema.__name__, optional.key, without == document
             if kind not in visited:  # once where the scene has the group, once where it has not
                 visited.add(kind)
                 if without == document:
@@ -234,12 +234,12 @@ def with_absent(document: dict[str, Any], absent: Iterable[OptionalGroup]) -> di
 
 
 def test_every_group_is_tried() -> None:
-    """Every optional group of every form can be held by a scene of the test above."""
+    """Every optional group of every schema can be held by a scene of the test above."""
     tried, known = set(), set()
-    for crane, form in ALL_FORMS.items():
-        known |= set(all_groups(form))
+    for crane, schema in ALL_SCHEMAS.items():
+        known |= set(all_groups(schema))
         for document in catalogue(crane):
-            tried |= {(optional.form.__name__, optional.key) for optional in optional_groups(form, document)}
+            tried |= {(optional.schema.__name__, optional.key) for optional in optional_groups(schema, document)}
     assert tried == known, "no scene of the catalogue can hold these groups"
 
 
@@ -247,20 +247,20 @@ def test_every_group_is_tried() -> None:
 def test_absent_groups_leave_no_trace_in_a_run(crane: str, name: str) -> None:
     """With every absent group written out as absent, a run has the same states, bit for bit, and no more of them."""
     silent = read(name) | {"duration": 0.5}
-    explicit = with_absent(silent, optional_groups(ALL_FORMS[crane], silent))
+    explicit = with_absent(silent, optional_groups(ALL_SCHEMAS[crane], silent))
     assert explicit != silent
     first, second = final(load_scene(silent)), final(load_scene(explicit))
     assert first == second
 
 
-@pytest.mark.parametrize("crane", ALL_FORMS)
+@pytest.mark.parametrize("crane", ALL_SCHEMAS)
 def test_a_group_that_is_there_shows(crane: str) -> None:
     """The comparison sees groups: every one that the catalogue uses makes a difference in one of its scenes."""
     used, effective = set(), set()
     for document in catalogue(crane):
         whole = None  # made once, and only for a scene with a group that no scene before it has shown
-        for optional in optional_groups(ALL_FORMS[crane], document):
-            kind, bare = (optional.form.__name__, optional.key), written_as(document, optional)
+        for optional in optional_groups(ALL_SCHEMAS[crane], document):
+            kind, bare = (optional.schema.__name__, optional.key), written_as(document, optional)
             if bare != document and kind not in effective:
                 used.add(kind)
                 whole = whole or outcome(document)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_falls_forms import LOAD, SEA, document
+from test_falls_schemas import LOAD, SEA, document
 
 import crane_sim
 from crane_sim import load_scene

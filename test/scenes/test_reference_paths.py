@@ -101,7 +101,7 @@ def test_shaping_takes_its_frequency_from_the_rope() -> None:
     """`auto` is the frequency of a pendulum of the scene's rope."""
     scene = path_scene(**TABLE, shaping={"kind": "zvd"})
     end = 3.0 + 2.0 * pi / sqrt(scene.model.gravity / scene.initial_q[3])
-    assert scene.path.starts[-1] == pytest.approx(end, abs=ROUNDING)
+    assert scene.trajectory.starts[-1] == pytest.approx(end, abs=ROUNDING)
 
 
 ARC = {"kind": "arc", "centre": [0, 0], "radius": 1.0, "from": 0, "to": "90 deg", "duration": 2.0}

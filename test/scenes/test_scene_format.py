@@ -1,4 +1,4 @@
-"""The page on the format of scene files agrees with the forms, and the signs and origins on it with the model."""
+"""The page on the format of scene files agrees with the schemas, and the signs and origins on it with the model."""
 
 import re
 from itertools import chain
@@ -15,7 +15,7 @@ from crane_sim.evaluation.documentation.fields import REQUIRED, UNITS, Choice, f
 from crane_sim.evaluation.documentation.scene_format import COMMAND, anchor, scene_format
 from crane_sim.evaluation.documentation.signs import SIGNS
 from crane_sim.laws import law_names, law_of
-from crane_sim.scenes.forms import ALL_FORMS
+from crane_sim.scenes.registry import ALL_SCHEMAS
 from crane_sim.simulation.metrics import world_points
 
 pytestmark = pytest.mark.interpreted
@@ -36,7 +36,7 @@ def groups() -> set[Any]:
             for field in fields(group):
                 visit(subgroup(field.annotation))
 
-    for group in (*ALL_FORMS.values(), *chain(*(law_of(name).settings.values() for name in law_names()))):
+    for group in (*ALL_SCHEMAS.values(), *chain(*(law_of(name).settings.values() for name in law_names()))):
         visit(group)
     return collected
 

@@ -105,11 +105,11 @@ def test_what_is_not_alike_is_left_out() -> None:
             {"seed": [1]},
         ),
         ({"control": None}, {"trolley.mas": [20.0, 30.0]}),
-        ({}, {"control.damping.factor": [1.0, 2.0]}),  # no key of the form's
+        ({}, {"control.damping.factor": [1.0, 2.0]}),  # no key of the schema's
     ],
 )
 def test_what_is_made_one_by_one(always: dict[str, Any], varied: dict[str, Any]) -> None:
-    """Scenes that do not differ in plain numbers of a form are not made at once, and nothing is raised."""
+    """Scenes that do not differ in plain numbers of a schema are not made at once, and nothing is raised."""
     assert load_columns("overhead_energy", always, varied) is None
 
 

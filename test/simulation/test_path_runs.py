@@ -67,7 +67,7 @@ def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
 def test_a_scene_without_a_path_has_no_such_figures() -> None:
     """Nothing is measured where there is no path."""
     scene = crane_sim.load_scene("pendulum_free", {"duration": 0.1})
-    assert scene.path is None and not set(TRACKING_FIGURES) & set(crane_sim.simulate(scene).summary)
+    assert scene.trajectory is None and not set(TRACKING_FIGURES) & set(crane_sim.simulate(scene).summary)
 
 
 def test_errors_are_seen_from_the_base() -> None:

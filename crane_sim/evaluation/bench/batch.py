@@ -45,9 +45,9 @@ def measure_rates(name: str, count: int, rounds: int) -> dict[str, Any]:
 
     `scenes_us`: time to check one crane's scene; `compile_s`: to compile, or to load from the cache.
     """
-    began = time.perf_counter()
+    start = time.perf_counter()
     scenes = batch_scenes(name, "rk4", STEP, count)
-    checked = time.perf_counter() - began
+    checked = time.perf_counter() - start
     variants = {f"{kind}_{n}": (kind == "lanes", n) for kind in ("lanes", "one_by_one") for n in (1, cores())}
     compiled = {
         variant: run_cranes(scenes[:1], NO_INPUTS, 1, lanes).setup_time
@@ -157,9 +157,9 @@ def _cheapest_scenes(name: str, count: int, error: float, exact: Array) -> list[
 
 
 def _wall_time(run: Callable[[], object]) -> float:
-    began = time.perf_counter()
+    start = time.perf_counter()
     run()
-    return time.perf_counter() - began
+    return time.perf_counter() - start
 
 
 def _largest_distance(ends: Array, expected: Array) -> float:

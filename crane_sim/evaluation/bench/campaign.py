@@ -64,9 +64,9 @@ def samples_of(design: Any, windy: bool) -> list[Sample]:
 def run_ours(samples: Sequence[Sample]) -> tuple[dict[str, dict[str, Array]], float]:
     """Return (figures (n,) by law and name, seconds of the processor) of our campaign; compiling is not timed."""
     run_scenes(make_scenes(samples[:1], LAWS[0]))
-    began = time.process_time()
+    start = time.process_time()
     figures = {law: run_scenes(make_scenes(samples, law)) for law in LAWS}
-    return figures, time.process_time() - began
+    return figures, time.process_time() - start
 
 
 def measure(samples: int = SAMPLES, winds: Sequence[str] = tuple(WINDS)) -> dict[str, Any]:

@@ -92,9 +92,9 @@ class CraneSimEngine:
         configured = [
             (value, method_class(value) if method in FIXED else method_class(value, 0.01 * value)) for value in values
         ]
-        began = time.perf_counter()
+        start = time.perf_counter()
         self.make_run(configured[0][1])(1)
-        self.compile_times[method] = time.perf_counter() - began
+        self.compile_times[method] = time.perf_counter() - start
         return [Run(NAME, method, value, self.make_run(settings)) for value, settings in configured]
 
     def make_run(self, method: Any) -> Callable[[int], RunResult]:

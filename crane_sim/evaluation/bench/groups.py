@@ -66,9 +66,9 @@ class TimedCrane(NamedTuple):
     def time_evaluations(self, repetitions: int) -> float:
         """Return the mean time [ns] of that many evaluations."""
         loop: Callable[..., Any] = evaluate_repeatedly_array if isinstance(self.x, np.ndarray) else evaluate_repeatedly
-        began = time.thread_time()
+        start = time.thread_time()
         loop(self.model, self.x, self.u, repetitions)
-        return (time.thread_time() - began) / repetitions * 1e9
+        return (time.thread_time() - start) / repetitions * 1e9
 
     def time_steps(self, repetitions: int) -> float:
         """Return the mean time [ns] of that many steps.
@@ -76,9 +76,9 @@ class TimedCrane(NamedTuple):
         Raises:
             RuntimeError: the integration failed.
         """
-        began = time.thread_time()
+        start = time.thread_time()
         integration = integrate_until(RK8(_METHOD_STEP), self.model, self.x, self.u, repetitions * _METHOD_STEP)
-        elapsed = time.thread_time() - began
+        elapsed = time.thread_time() - start
         if integration.status != Status.OK:
             raise RuntimeError(
                 f"{type(self.model).__name__}: the integration ended with status {Status(integration.status).name}"

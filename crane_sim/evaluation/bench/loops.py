@@ -72,9 +72,9 @@ class Loops:
         """Return the least time of a few steps [s]."""
         times = []
         for _ in range(10):
-            began = time.perf_counter()
+            start = time.perf_counter()
             self._call(library.run_rk8, 0.1 / self.problem.max_frequency, TRIAL, 1)
-            times.append(time.perf_counter() - began)
+            times.append(time.perf_counter() - start)
         return min(times)
 
     def _call(self, function: Any, *arguments: float) -> None:

@@ -40,7 +40,7 @@ class MemorySampler:
         self.times: list[float] = []
         self.samples: dict[str, list[tuple[float, float]]] = {}
         self.steps: list[int] = []
-        self._seconds, self._began, self._pids = seconds, 0.0, dict[str, int]()
+        self._seconds, self._start, self._pids = seconds, 0.0, dict[str, int]()
 
     def on_activated(self, name: str, pid: int) -> None:
         """Record the process id of a node."""
@@ -50,8 +50,8 @@ class MemorySampler:
         """Take a sample if one is due; called about ten times a second by the run."""
         if step == 0 or not self._pids:
             return
-        self._began = self._began or time.monotonic()
-        elapsed = time.monotonic() - self._began
+        self._start = self._start or time.monotonic()
+        elapsed = time.monotonic() - self._start
         if elapsed >= len(self.times) * INTERVAL:
             self.times.append(elapsed)
             self.steps.append(step)

@@ -27,14 +27,14 @@ print(json.dumps(run_sleep_loop({period}, {steps})))
 def run_sleep_loop(period: float, steps: int) -> dict[str, Any]:
     """Sleep until each of `steps` deadlines, a period [s] apart; return the figures of a real-time run's summary."""
     timing, misses = StepTiming(), 0
-    due = began = time.monotonic()
+    due = start = time.monotonic()
     for _ in range(steps):
         due += period
         if (remaining := due - time.monotonic()) > 0.0:
             time.sleep(remaining)
         timing.note(due, time.monotonic())
         misses += time.monotonic() > due + period
-    wall = time.monotonic() - began
+    wall = time.monotonic() - start
     return timing.figures() | {"steps_per_second": steps / wall, "deadline_misses": misses}
 
 

@@ -26,9 +26,9 @@ SETTINGS = [
 def seconds(scene: Scene) -> float:
     """Return the processor time [s] of one run."""
     law = with_initial_state(scene.law)
-    began = time.thread_time()
+    start = time.thread_time()
     run_raw(scene, law, np.empty(0))
-    return time.thread_time() - began
+    return time.thread_time() - start
 
 
 def measure(rounds: int = 9, duration: float | None = None) -> dict[str, Any]:

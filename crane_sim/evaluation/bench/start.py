@@ -30,9 +30,9 @@ LABELS = {
 
 def seconds(program: str, cache: str) -> float:
     """Return the wall time of a process that runs a Python program, with this cache folder."""
-    began = time.perf_counter()
+    start = time.perf_counter()
     subprocess.run([sys.executable, "-c", program], env=os.environ | {"CRANE_SIM_CACHE": cache}, check=True)
-    return time.perf_counter() - began
+    return time.perf_counter() - start
 
 
 def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int = 3) -> dict[str, Any]:

@@ -60,8 +60,8 @@ def derivative(p, t, x, u):
 
 def time_run(run: Callable[[], Any]) -> tuple[Any, float]:
     """Return (result, processor time [s])."""
-    began = time.process_time()
-    return run(), time.process_time() - began
+    start = time.process_time()
+    return run(), time.process_time() - start
 
 
 class StiffCase:

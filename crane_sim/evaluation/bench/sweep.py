@@ -52,13 +52,13 @@ class Trial(NamedTuple):
 
 def run_trial(run: Run, reference: ReferenceSolution) -> Trial:
     """Execute a run for its error, and a short one again for its time."""
-    began = time.perf_counter()
+    start = time.perf_counter()
     outcome = run.execute(1)
-    seconds = time.perf_counter() - began
+    seconds = time.perf_counter() - start
     if seconds < SLOWEST / 10.0:  # cheap enough to repeat, with everything loaded
-        began = time.perf_counter()
+        start = time.perf_counter()
         run.execute(1)
-        seconds = time.perf_counter() - began
+        seconds = time.perf_counter() - start
     error = float(np.linalg.norm(np.asarray(outcome.payload, float) - reference.payload))
     tension_error = None
     if reference.tension is not None and outcome.tension is not None:
@@ -101,9 +101,9 @@ def select_candidates(trials: Sequence[Trial]) -> set[int]:
 def time_run(run: Run, seconds: float) -> float:
     """Return the wall time [s] of one execution of a run that takes about `seconds`."""
     repetitions = max(1, round(MIN_TIMING / max(seconds, 1e-7)))
-    began = time.perf_counter()
+    start = time.perf_counter()
     run.execute(repetitions)
-    return (time.perf_counter() - began) / repetitions
+    return (time.perf_counter() - start) / repetitions
 
 
 def measure_points(

@@ -1,4 +1,4 @@
-"""The page on the format of scene files, written from the forms: every key, its type, unit, default and meaning."""
+"""The page on the format of scene files, written from the schemas: every key, its type, unit, default and meaning."""
 
 import inspect
 import re
@@ -12,7 +12,7 @@ from crane_sim.evaluation.documentation.fields import REQUIRED, Choice, Field, f
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import law_names, law_of
-from crane_sim.scenes.forms import ALL_FORMS, FALLS_FORMS
+from crane_sim.scenes.registry import ALL_SCHEMAS, FALLS_SCHEMAS
 from crane_sim.scenes.schema.hardware import HardwareGroups
 
 COMMAND = "crane describe --save docs"
@@ -45,7 +45,7 @@ TITLES = {
     "overhead": "Overhead crane",
     "pendulum": "Pendulum",
 }
-TITLES |= {f"{crane} with falls": f"{TITLES[crane]} with falls" for crane in FALLS_FORMS}
+TITLES |= {f"{crane} with falls": f"{TITLES[crane]} with falls" for crane in FALLS_SCHEMAS}
 EXAMPLES = {
     "knuckle": "knuckle_setpoint",
     "tower": "tower_gust",
@@ -74,17 +74,17 @@ class Section(NamedTuple):
         keys = ", ".join(f"`{key}`" for key in self.keys)
         names = [TITLES[crane] for crane in self.cranes]
         cranes = " and ".join(names if len(names) <= NAMED else (names[0], f"{len(names) - 1} others"))
-        return keys if len(self.cranes) == len(ALL_FORMS) else f"{cranes}: {keys}"
+        return keys if len(self.cranes) == len(ALL_SCHEMAS) else f"{cranes}: {keys}"
 
 
 def scene_format() -> str:
     """Return the page in Markdown."""
-    forms = {crane: list(fields(form)) for crane, form in ALL_FORMS.items()}
-    common = [field for field in forms["knuckle"] if all(field in own for own in forms.values())]
+    schemas = {crane: list(fields(schema)) for crane, schema in ALL_SCHEMAS.items()}
+    common = [field for field in schemas["knuckle"] if all(field in own for own in schemas.values())]
     common.sort(key=lambda field: field.key in HardwareGroups.model_fields)  # these are inherited, hence first
-    sections = sections_of(forms)
+    sections = sections_of(schemas)
     links = {_identity(section.group): section.title for section in sections}
-    shared = [section for section in sections if len(section.cranes) == len(ALL_FORMS)]
+    shared = [section for section in sections if len(section.cranes) == len(ALL_SCHEMAS)]
     lines = [
         HEAD,
         *signs.section(),
@@ -93,10 +93,10 @@ def scene_format() -> str:
         "",
         *_write_sections(shared, links),
     ]
-    for crane, form in ALL_FORMS.items():
+    for crane, schema in ALL_SCHEMAS.items():
         own = [section for section in sections if section not in shared and section.cranes[0] == crane]
-        keys = [field for field in forms[crane] if field not in common]
-        lines += [f"## {TITLES[crane]}\n", _docstring(form), "", *_example(EXAMPLES.get(crane))]
+        keys = [field for field in schemas[crane] if field not in common]
+        lines += [f"## {TITLES[crane]}\n", _docstring(schema), "", *_example(EXAMPLES.get(crane))]
         lines += [_write_fields(keys, links), "", *_write_sections(own, links)]
     return re.sub(r"\n{3,}", "\n\n", "\n".join([*lines, *_laws()])).rstrip() + "\n"
 
@@ -118,7 +118,7 @@ def _identity(group: Any) -> Any:
     return (group.key, *group.kinds.values()) if isinstance(group, Choice) else group
 
 
-def sections_of(forms: dict[str, list[Field]]) -> list[Section]:
+def sections_of(schemas: dict[str, list[Field]]) -> list[Section]:
     """Return a section for each group that the keys of some cranes lead to, outer ones first."""
     sections: dict[Any, Section] = {}
 
@@ -133,7 +133,7 @@ def sections_of(forms: dict[str, list[Field]]) -> list[Section]:
             for kind in group.kinds.values() if isinstance(group, Choice) else (group,):
                 visit(list(fields(kind)), f"{name}.", crane)
 
-    for crane, keys in forms.items():
+    for crane, keys in schemas.items():
         visit(keys, "", crane)
     return list(sections.values())
 
@@ -147,7 +147,7 @@ def _example(name: str | None) -> list[str]:
 def _write_sections(sections: list[Section], links: dict[Any, str]) -> Iterator[str]:
     for section in sections:
         yield f"### {section.title}\n"
-        if NAMED < len(section.cranes) < len(ALL_FORMS):
+        if NAMED < len(section.cranes) < len(ALL_SCHEMAS):
             yield f"Of: {', '.join(TITLES[crane] for crane in section.cranes)}.\n"
         if isinstance(section.group, Choice):
             yield f"`{section.group.key}` is one of {', '.join(f'`{name}`' for name in section.group.kinds)}.\n"

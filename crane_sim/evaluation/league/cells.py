@@ -94,7 +94,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
     goal = path_positions(scene, run.t) if on_path else target_position(scene)
     error = np.linalg.norm(express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
     distance = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
-    start = scene.path.starts[-1] if on_path and scene.path is not None else 0.0
+    start = scene.trajectory.starts[-1] if on_path and scene.trajectory is not None else 0.0
     settling = Settling(np.zeros(1), np.array([distance]))
     settling.extend(run.t, error[:, None])
     # with period 0 the last instant outside, not the one after it

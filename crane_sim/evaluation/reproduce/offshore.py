@@ -170,7 +170,7 @@ def sentences() -> Iterator[Measured]:
 
 def payload_and_path(run: Rollout) -> tuple[Any, Any]:
     """Return (payload, path), each (K, 2) [m], horizontal, relative to the base."""
-    goal, base = sample_trajectory(run.scene.path, run.t)[:, 0, :2], run.scene.model.base
+    goal, base = sample_trajectory(run.scene.trajectory, run.t)[:, 0, :2], run.scene.model.base
     positions = run.payload if base is None else in_base(base, run.t, run.payload)
     return positions[:, :2], goal
 

@@ -128,10 +128,10 @@ def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
     planned = [(combinations[i // 2 % len(combinations)], i % 2) for i in range(count)]
     hashes, took = [], []
     for setup, loops in planned:
-        began = time.perf_counter()
+        start = time.perf_counter()
         with busy(loops) if loops else nullcontext():
             hashes.append(state_sha256(setup, scene))
-        took.append(time.perf_counter() - began)
+        took.append(time.perf_counter() - start)
     alone = simulate(scene).summary["state_sha256"]
     figures = [
         Figure("runs", count),

@@ -41,11 +41,11 @@ def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[
 def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float]]:
     """Return resident memory [MB] and rate [steps/s] after each block of steps."""
     memory, rates = [], []
-    began = time.perf_counter()
+    start = time.perf_counter()
     for _ in blocks:
-        rates.append(steps / (time.perf_counter() - began))
+        rates.append(steps / (time.perf_counter() - start))
         memory.append(resident(os.getpid()))
-        began = time.perf_counter()
+        start = time.perf_counter()
     return memory, rates
 
 

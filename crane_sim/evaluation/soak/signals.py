@@ -80,11 +80,11 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     """Interrupt `count` runs; return (figures, data)."""
     scene = load_scene(SCENE, {"duration": DURATION})
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
-        began, shared = time.monotonic(), set(os.listdir("/dev/shm"))
+        start, shared = time.monotonic(), set(os.listdir("/dev/shm"))
         undisturbed = interrupt_run(None, domain, monitored)
         if undisturbed.complaints:
             raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
-        planned = plan(count, seed, time.monotonic() - began)
+        planned = plan(count, seed, time.monotonic() - start)
         ends = [interrupt_run(interruption, domain, monitored) for interruption in planned]
         files = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
@@ -177,7 +177,7 @@ def _send_signals(
         return 0.0
     except subprocess.TimeoutExpired:
         process.send_signal(interruption.number)
-    began = time.monotonic()
+    start = time.monotonic()
     if interruption.again is not None:
         try:
             process.wait(interruption.again)
@@ -187,7 +187,7 @@ def _send_signals(
         process.wait(_EXIT_TIMEOUT)
     except subprocess.TimeoutExpired:
         process.kill()
-    return time.monotonic() - began
+    return time.monotonic() - start
 
 
 def _last_effort(received: Messages, steps: int) -> list[str]:

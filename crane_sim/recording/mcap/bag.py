@@ -42,7 +42,7 @@ class Bag:
     Attributes:
         write_error: one line on why the file could not be written, empty while it can; messages are then ignored.
         last_step: the newest one of which all states and efforts are on the disk.
-        passes: resets of the plant.
+        resets: number of resets of the plant.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Bag:
         topics: Mapping[str, Topic],
         period_ns: int,
         after: int = 0,
-        passes: int = 0,
+        resets: int = 0,
         properties: Mapping[str, str] | None = None,
     ) -> None:
         """Start the file.
@@ -61,7 +61,7 @@ class Bag:
             topics: by the name that `callbacks` uses; `joint_states` and `applied_effort` are among them.
             period_ns: control period; state k carries k times this as its stamp.
             after: last step before the first message.
-            passes: resets before that.
+            resets: number of resets before that.
             properties: of the run, such as its scene.
 
         Raises:
@@ -71,7 +71,7 @@ class Bag:
         self._topic_states = {name: _TopicState(number, topic) for number, (name, topic) in enumerate(topics.items())}
         self._states, self._efforts = self._topic_states[STATES], self._topic_states[EFFORTS]
         self._file = self._new_file()
-        self._now, self.passes = (after + 1) * period_ns, passes
+        self._now, self.resets = (after + 1) * period_ns, resets
         self._last_message = self._saved = time.monotonic()
         self.write_error, self.last_step, self._after = "", after, after
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
@@ -149,7 +149,7 @@ class Bag:
         A file that could not be written stays as it is, and has no step behind the reset.
         """
         recorded = self.last_step - self._after
-        self.passes += 1
+        self.resets += 1
         self._now, self.last_step, self._after = self._period_ns, 0, 0
         if not self.write_error:
             self._attempt(self._set_aside)
@@ -163,7 +163,7 @@ class Bag:
 
     def _set_aside(self) -> None:
         self._file.close()
-        self._path.replace(before_reset(self._path, self.passes))
+        self._path.replace(before_reset(self._path, self.resets))
         self._file = self._new_file()
 
     def _new_file(self) -> McapFile:

@@ -33,7 +33,7 @@ class Recorder:
     Attributes:
         write_error: one line on why the recording could not be written, empty while it can; messages are then ignored.
         last_step: the newest one on the disk.
-        passes: resets of the plant.
+        resets: number of resets of the plant.
         on_reset: called when the steps before a reset have been set aside, and nothing else has been done yet.
     """
 
@@ -63,7 +63,7 @@ class Recorder:
         self._scene, self._path = scene, complete_file or path
         warm_up(scene)
         self._parts = Parts(self._path, previous)
-        self._run_id, self.passes = run_id, previous.passes
+        self._run_id, self.resets = run_id, previous.resets
         self._live = None if live_port is None else LiveServer(live_port)
         self._session = Session(scene, path, self._live, self._pass_id, repairs=complete_file is None)
         self._session.recorded = previous.recorded
@@ -125,8 +125,8 @@ class Recorder:
 
     @property
     def _pass_id(self) -> str:
-        """Recording id of the present pass in the viewer: the same for all recorders that write a part of it."""
-        return f"{self._run_id}-{self.passes}" if self._run_id and self.passes else self._run_id
+        """Recording id in the viewer since the last reset: the same for all recorders that write a part of it."""
+        return f"{self._run_id}-{self.resets}" if self._run_id and self.resets else self._run_id
 
     def idle(self) -> None:
         """Write waiting steps if they are due; to be called periodically."""
@@ -151,15 +151,15 @@ class Recorder:
         could not be joined within `time_limit` seconds stay as they are, and are named as `parts`; a file of many
         chunks that could not be compacted in that time keeps them.
         """
-        began = time.monotonic()
+        start = time.monotonic()
         entries = self._complete(summary, time_limit)
         if self._blocks > MANY_BLOCKS and not {"error", "parts"} & entries.keys():
-            compact(Path(entries["recording"]), time_limit - (time.monotonic() - began))
+            compact(Path(entries["recording"]), time_limit - (time.monotonic() - start))
         return entries
 
     def _complete(self, summary: Mapping[str, Any], time_limit: float) -> dict[str, Any]:
         """Complete the file, or the one that its parts are joined into; return what `finish` does."""
-        began = time.monotonic()
+        start = time.monotonic()
         self.save()
         steps = summary.get("steps", self.last_step)
         lost_steps = max(self.last_step, steps) - self._session.recorded
@@ -174,7 +174,7 @@ class Recorder:
                 self._parts.all(self._session.part),
             )
         else:
-            time_left = time_limit - (time.monotonic() - began)
+            time_left = time_limit - (time.monotonic() - start)
             entries, files = closed, self._parts.join(Path(closed["recording"]), time_left)
         return entries | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
@@ -210,14 +210,14 @@ class Recorder:
         """
         finished = self._complete({"scene": self._scene.name, "ended_by": "reset"}, REPAIR_TIMEOUT)
         self._assembler = _new_assembler(self._scene)
-        self.last_step, self._last_time, self.passes, self._blocks = 0, 0.0, self.passes + 1, 0
+        self.last_step, self._last_time, self.resets, self._blocks = 0, 0.0, self.resets + 1, 0
         recorded, self._session.recorded = self._session.recorded, 0
         if self.write_error:
             self._steps_before_reset += recorded
             return
         set_aside(
             [Path(file) for file in finished.get("parts", [finished["recording"]])],
-            before_reset(self._path, self.passes),
+            before_reset(self._path, self.resets),
         )
         self._parts = Parts(self._path, EarlierFiles())
         self.on_reset()

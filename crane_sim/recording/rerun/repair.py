@@ -121,7 +121,7 @@ class EarlierFiles(NamedTuple):
     last_step: int = 0  # that is known to be on the disk
     recorded: int = 0  # number of steps on the disk
     parts: tuple[Path, ...] = ()  # their files, in order, most of them unfinished
-    passes: int = 0  # resets of the plant that they contain
+    resets: int = 0  # resets of the plant that they contain
 
 
 class Parts:

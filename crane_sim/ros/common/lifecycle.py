@@ -6,7 +6,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 from crane_sim.ros.common.parameters import Option
 
-MANAGED = {"autostart": Option(True, "activate itself; if not, wait, inactive, for an activation or the order go")}
+MANAGED = {"autostart": Option(True, "activate itself; if not, wait, inactive, for an activation or the request go")}
 
 ENDINGS = ("cleanup", "shutdown")
 """Transitions that end the node, and are no fault."""

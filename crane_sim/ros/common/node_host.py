@@ -46,7 +46,7 @@ class Pipes:
         self._rest = b""
 
     def report(self, event: str, **fields: Any) -> None:
-        """Send one event; a supervisor that has exited is detected by `read_orders`."""
+        """Send one event; a supervisor that has exited is detected by `read_requests`."""
         if self._report < 0:
             return
         line = memoryview((json.dumps({"event": event, **fields}) + "\n").encode())
@@ -56,7 +56,7 @@ class Pipes:
         except BrokenPipeError:
             self._report = -1
 
-    def read_orders(self) -> list[str]:
+    def read_requests(self) -> list[str]:
         """Return the lines that have arrived since the last call; "orphaned" where the other end is closed."""
         if self._control < 0 or not select.select([self._control], [], [], 0)[0]:
             return []
@@ -73,8 +73,8 @@ class NodeHost:
 
     Attributes:
         started: the supervisor has sent "go", or there is none.
-        resume_state: the argument of that order.
-        orders: further orders by their first word; each is called with the rest of the line.
+        resume_state: the argument of that request.
+        requests: further requests by their first word; each is called with the rest of the line.
         brake_reason: why there will be no more commands and the plant is to brake to rest, empty while it is not.
         stop_reason: why the node is to end ("interrupted", "orphaned", "finish …", "quit", "shutdown"), or empty.
     """
@@ -87,7 +87,7 @@ class NodeHost:
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
         self._executor.add_node(node)
         self._next_poll = 0.0
-        self.orders: dict[str, Callable[[str], object]] = {}
+        self.requests: dict[str, Callable[[str], object]] = {}
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self.stop("interrupted"))
 
@@ -109,13 +109,13 @@ class NodeHost:
             self.poll()
 
     def poll(self) -> None:
-        """Read and apply the supervisor's orders."""
-        for line in self.pipes.read_orders():
+        """Read and apply the supervisor's requests."""
+        for line in self.pipes.read_requests():
             word, _, argument = line.partition(" ")
             if word == "go":
                 self._start(argument)
-            elif word in self.orders:
-                self.orders[word](argument)
+            elif word in self.requests:
+                self.requests[word](argument)
             elif word == "brake":
                 self.brake_reason = self.brake_reason or argument or "no controller is left"
             else:

@@ -66,7 +66,7 @@ def missing_peers(states: Subscription, answers: Publisher, expected_recorders: 
 
 
 def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
-    """Serve a node until the order to finish; raises Fault when it cannot go on.
+    """Serve a node until the request to finish; raises Fault when it cannot go on.
 
     Without `autostart` it is a standby: matched and ready, but silent until it is activated.
     """

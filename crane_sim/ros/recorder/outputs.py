@@ -26,11 +26,11 @@ class Output(Protocol):
 
     Attributes:
         write_error: why it cannot be written any more, one line, or empty.
-        passes: resets of the plant that it has recorded.
+        resets: number of resets of the plant that it has recorded.
     """
 
     write_error: str
-    passes: int
+    resets: int
 
     def idle(self) -> None:
         """Write what is buffered, when that is due."""
@@ -51,7 +51,7 @@ class ResumeState(NamedTuple):
     after: int = 0  # the last step that the failed one is known to have written
     recorded: int = 0  # steps that it, and those before it, have written
     bagged: int = 0  # the last step whose messages are known to be in their bags
-    passes: int = 0  # resets of the plant that they have recorded
+    resets: int = 0  # resets of the plant that they have recorded
     since: float = 0.0  # s of the system's clock: older files are another run's
     number: int = 1  # of the part that begins here
 
@@ -78,15 +78,15 @@ class Outputs:
         self.resume_after = [step * scene.period_ns for step in steps]
 
     def report_resets(self, report: Callable[[], object]) -> None:
-        """Report each reset at once: a successor must not mistake the pass after it for the one before it."""
+        """Report each reset at once: a successor must not mistake the run after it for the one before it."""
         if self.recorder:
             self.recorder.on_reset = report
 
     def progress(self) -> dict[str, int]:
         """Return the last step on the disk, the number of steps, the last step with all messages, and resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
-        passes = max(output.passes for output in self.files)
-        return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0, "passes": passes}
+        resets = max(output.resets for output in self.files)
+        return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0, "resets": resets}
 
     def save(self) -> None:
         """Write all that is buffered: no more messages are coming."""
@@ -107,7 +107,7 @@ class Outputs:
 
 
 def read_resume_state(document: str) -> ResumeState:
-    """Return the resume state in the argument of the order go; empty: no recorder has failed."""
+    """Return the resume state in the argument of the request go; empty: no recorder has failed."""
     return ResumeState(**json.loads(document)) if document else ResumeState()
 
 
@@ -118,7 +118,7 @@ def _open_bag(node: Node, scene: "Scene", settings: SimpleNamespace, resume: Res
 
     try:
         path, properties = part_of(settings.mcap, resume.number), text_properties(of_scene(scene, ""))
-        return Bag(path, topics(node), scene.period_ns, resume.bagged, resume.passes, properties)
+        return Bag(path, topics(node), scene.period_ns, resume.bagged, resume.resets, properties)
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error
 
@@ -133,7 +133,7 @@ def _open_recorder(
     from crane_sim.recording.rerun.repair import EarlierFiles
 
     parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
-    previous = EarlierFiles(resume.after, resume.recorded, parts, resume.passes)
+    previous = EarlierFiles(resume.after, resume.recorded, parts, resume.resets)
     complete_file = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:

@@ -21,7 +21,7 @@ _FOLLOWING = ("/clock", "/tf", "/diagnostics")  # of the present state; not repl
 
 class _Message(NamedTuple):
     received: float  # s of the monotonic clock
-    passes: int  # resets of the plant before it
+    resets: int  # resets of the plant before it
     name: str  # of its topic
     data: bytes
 
@@ -29,39 +29,39 @@ class _Message(NamedTuple):
 class ReplayBuffer:
     """Buffer of the newest serialized messages; from `replay_to` on it passes all messages on."""
 
-    def __init__(self, names: Iterable[str], passes: int = 0) -> None:
-        """Buffer messages of these topics; `passes` counts the resets of the plant so far."""
+    def __init__(self, names: Iterable[str], resets: int = 0) -> None:
+        """Buffer messages of these topics; `resets` counts the resets of the plant so far."""
         self._names = tuple(names)
         self._newest: deque[_Message] = deque()
         self._lasting: dict[str | bytes, _Message] = {}  # by topic, or by their content
         self._outputs: list[Mapping[str, Callable[[bytes], None]]] = []
-        self._passes, self._stamp = passes, 0
+        self._resets, self._stamp = resets, 0
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one callback of a serialized message per topic."""
         return {name: partial(self._on_message, name) for name in self._names}
 
     def replay_to(
-        self, outputs: Sequence[Mapping[str, Callable[[bytes], None]]], after: Sequence[int], passes: int = 0
+        self, outputs: Sequence[Mapping[str, Callable[[bytes], None]]], after: Sequence[int], resets: int = 0
     ) -> None:
         """Replay the buffered messages, and pass all later ones on.
 
         Args:
             outputs: callbacks of a message per topic, for each output.
             after: stamp [ns] for each output; buffered messages with a stamp are replayed where it is later.
-            passes: resets of the plant before the steps of these stamps: messages of earlier passes are not replayed,
-                those of later ones all are.
+            resets: number of resets of the plant before the steps of these stamps: messages before the last
+                one are not replayed, those after it all are.
         """
-        self._outputs, passes = list(outputs), min(passes, self._passes)
-        while self._newest and self._newest[0].passes < passes:
+        self._outputs, resets = list(outputs), min(resets, self._resets)
+        while self._newest and self._newest[0].resets < resets:
             self._drop()
         for message in self._lasting.values():
-            if message.passes >= passes or message.name in _LATCHED:
+            if message.resets >= resets or message.name in _LATCHED:
                 self._pass_on(message.name, message.data)
         for message in self._newest:
             if message.name in _FOLLOWING:
                 continue
-            counts = message.name in _STAMPED and message.passes == passes
+            counts = message.name in _STAMPED and message.resets == resets
             stamp = stamp_of(message.data) if counts else inf
             self._pass_on(message.name, message.data, [stamp > last for last in after])
         self._newest.clear()
@@ -73,13 +73,13 @@ class ReplayBuffer:
         if name == "joint_states":
             self._count_reset(stamp_of(data))
         now = time.monotonic()
-        self._newest.append(_Message(now, self._passes, name, data))
+        self._newest.append(_Message(now, self._resets, name, data))
         while self._newest[0].received < now - SECONDS:
             self._drop()
 
     def _count_reset(self, stamp: int) -> None:
         """Count a reset where a state has a smaller stamp than the one before it: they arrive in order."""
-        self._passes += stamp < self._stamp
+        self._resets += stamp < self._stamp
         self._stamp = stamp
 
     def _drop(self) -> None:

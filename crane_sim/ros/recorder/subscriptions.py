@@ -86,7 +86,7 @@ class RecorderSubscriptions:
 
     def __init__(self, node: Node, receivers: Sequence[Mapping[str, Callback]]) -> None:
         """Subscribe to the topics of the receivers, which are callbacks by topic."""
-        self._began, self.over = False, False
+        self._started, self.over = False, False
         receivers = ({"simulation_state": self._on_simulation_state}, *receivers)
         self._subscriptions: dict[str, PolledSubscription] = {}
         self._pending: list[_Message] = []
@@ -121,8 +121,8 @@ class RecorderSubscriptions:
         state = messages.decode_simulation_state(data)
         if state is None:
             return
-        self._began = self._began or state == SimulationState.PLAYING
-        self.over = self._began and state in (SimulationState.STOPPED, SimulationState.QUITTING)
+        self._started = self._started or state == SimulationState.PLAYING
+        self.over = self._started and state in (SimulationState.STOPPED, SimulationState.QUITTING)
 
 
 class PolledSubscription:

@@ -1,4 +1,4 @@
-"""The forms of scene files: what each kind of crane's file may hold, and the model that it describes.
+"""The schemas of scene files: what each kind of crane's file may hold, and the model that it describes.
 
-A form is a pydantic model, the schema of one kind of file; its nested groups are pydantic models, too.
+A schema is a pydantic model of one kind of file; its nested groups are pydantic models, too.
 """

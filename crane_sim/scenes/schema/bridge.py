@@ -1,4 +1,4 @@
-"""The form of a scene file with a bridge crane whose load hangs on hook and sling, and the model that it describes."""
+"""The schema of a scene file with a bridge crane whose load hangs on hook and sling, and the model it describes."""
 
 from typing import Any, ClassVar, Literal
 
@@ -73,7 +73,7 @@ class BridgeGroups(SupportedFile):
 class BridgeFile(BridgeGroups, SuspendedFile):
     """A scene with a bridge crane: a trolley on a bridge, a rigid-body payload on rope, hook and sling."""
 
-    crane: Literal["bridge"]  # which form the file has
+    crane: Literal["bridge"]  # the kind of crane
     initial: Initial  # the state at t = 0
     reference: BridgeReference | None = None  # where the crane should go
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

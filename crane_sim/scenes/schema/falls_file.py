@@ -48,7 +48,7 @@ class LoadStart(Group):
 
 
 class FallsFile(LoadFile):
-    """The groups of all such cranes; a form adds its support, its winch, its initial state, reference and inputs."""
+    """The groups of all such cranes; a schema adds its support, its winch, its initial state, reference and inputs."""
 
     falls: FallsGroup  # the ropes
     payload: Payload  # spreader or sling and what it carries, one rigid body; its attachment is the spreader's origin

@@ -1,4 +1,4 @@
-"""The form of a scene file with a gantry or ship-to-shore crane, and the model that it describes."""
+"""The schema of a scene file with a gantry or ship-to-shore crane, and the model that it describes."""
 
 from typing import Literal
 
@@ -42,7 +42,7 @@ class InputGroup(Group):
 class GantryFile(BridgeGroups, HoistedFile):
     """A scene with a gantry or ship-to-shore crane: a trolley on a travelling portal, a spreader on elastic falls."""
 
-    crane: Literal["gantry"]  # which form the file has
+    crane: Literal["gantry"]  # the kind of crane
     legs: Range | None = None  # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
     # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore crane
     initial: Initial  # the state at t = 0

@@ -15,7 +15,7 @@ from crane_sim.trajectories.inputs import Constant, Inputs
 
 
 class HoistedFile(SupportedFile, FallsFile):
-    """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
+    """The groups of all such cranes; a schema adds its support, its initial state, reference and inputs."""
 
     hoist: Hoist = Hoist()  # the winch
 

@@ -1,4 +1,4 @@
-"""The form of a scene file with a knuckle-boom crane, and the model that it describes."""
+"""The schema of a scene file with a knuckle-boom crane, and the model that it describes."""
 
 from math import cos, sin
 from typing import Any, ClassVar, Literal
@@ -133,7 +133,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     """
 
     contact_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
-    crane: Literal["knuckle"]  # which form the file has
+    crane: Literal["knuckle"]  # the kind of crane
     initial: Initial  # the state at t = 0
     friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
     # friction; below further links, or with a rigid-body payload, the winch has `rope.friction`

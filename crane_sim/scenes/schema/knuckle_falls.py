@@ -1,4 +1,4 @@
-"""The form of a scene file with a knuckle-boom crane whose jib carries a load on elastic falls."""
+"""The schema of a scene file with a knuckle-boom crane whose jib carries a load on elastic falls."""
 
 from typing import Literal
 
@@ -31,7 +31,7 @@ class InputGroup(Group):
 class KnuckleFallsFile(KnuckleGroups, HoistedFile):
     """A scene with a knuckle-boom crane whose jib carries a load on elastic falls."""
 
-    crane: Literal["knuckle"]  # which form the file has
+    crane: Literal["knuckle"]  # the kind of crane
     initial: Initial  # the state at t = 0
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 

@@ -36,6 +36,6 @@ class LoadFile(SceneFile):
         """Return the given force on the payload, None without one."""
         return self.payload_force.force() if self.payload_force is not None else None
 
-    def path(self) -> Trajectory | None:
+    def trajectory(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self._reference, self)

@@ -1,4 +1,4 @@
-"""The form of a scene file with a mobile crane, and the model that it describes."""
+"""The schema of a scene file with a mobile crane, and the model that it describes."""
 
 from math import cos, sin
 from typing import Any, ClassVar, Literal
@@ -110,6 +110,6 @@ class MobileGroups(SupportedFile):
 class MobileFile(MobileGroups, SuspendedFile):
     """A scene with a mobile crane: a boom that slews, luffs and telescopes, a payload on rope and links."""
 
-    crane: Literal["mobile"]  # which form the file has
+    crane: Literal["mobile"]  # the kind of crane
     initial: Initial  # the state at t = 0
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

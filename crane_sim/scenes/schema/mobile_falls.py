@@ -1,4 +1,4 @@
-"""The form of a scene file with a mobile crane whose boom carries a load on elastic falls."""
+"""The schema of a scene file with a mobile crane whose boom carries a load on elastic falls."""
 
 from typing import Literal
 
@@ -29,6 +29,6 @@ class InputGroup(Group):
 class MobileFallsFile(MobileGroups, HoistedFile):
     """A scene with a mobile crane whose boom carries a load on elastic falls."""
 
-    crane: Literal["mobile"]  # which form the file has
+    crane: Literal["mobile"]  # the kind of crane
     initial: Initial  # the state at t = 0
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

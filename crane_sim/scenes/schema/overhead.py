@@ -1,4 +1,4 @@
-"""The form of a scene file with an overhead crane."""
+"""The schema of a scene file with an overhead crane."""
 
 from math import cos
 from typing import Any, ClassVar
@@ -91,7 +91,7 @@ class OverheadFile(OverheadCrane):
             notes["model_error_estimate"] = bending_error(self)
         return notes
 
-    def path(self) -> Trajectory | None:
+    def trajectory(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
 

@@ -163,7 +163,7 @@ class Inputs(Group):
 class OverheadGroups(SceneFile):
     """All groups of a scene file with an overhead crane."""
 
-    crane: Literal["overhead"]  # which form the file has
+    crane: Literal["overhead"]  # the kind of crane
     dimensions: Literal[2, 3] = 2  # `2`: the plane x-z; `3`: space, with a bridge
     gravity: SizeOrZero = 9.81  # m/s², acceleration of free fall
     trolley: AxisGroup  # runs along x, carried by the bridge

@@ -1,4 +1,4 @@
-"""The form of a scene file with a payload below a driven suspension point, and the model that it describes."""
+"""The schema of a scene file with a payload below a driven suspension point, and the model that it describes."""
 
 from math import sqrt
 from typing import Any, Literal
@@ -96,7 +96,7 @@ class PendulumGroups(SceneFile):
         Raises:
             SceneError: it leaves its fixed height.
         """
-        start: TipStart = getattr(self, "initial")  # noqa: B009  (every form declares its own)
+        start: TipStart = getattr(self, "initial")  # noqa: B009  (every schema declares its own)
         if self.suspension.height == "fixed" and start.tip_velocity[2] != 0.0:
             raise SceneError(f"initial.tip_velocity[2] = {start.tip_velocity[2]}: must be 0 where the height is fixed")
         return start.tip, start.tip_velocity
@@ -148,7 +148,7 @@ class PendulumFile(PendulumGroups, RiggedFile):
     choose the suspended cable of the other cranes, beside which `swing_friction` is refused.
     """
 
-    crane: Literal["pendulum"]  # which form the file has
+    crane: Literal["pendulum"]  # the kind of crane
     rope: Rope  # the rope, of fixed length
     initial: Initial = Initial()  # the state at t = 0
     swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass

@@ -1,4 +1,4 @@
-"""The form of a scene file with a load on elastic falls below a driven suspension point."""
+"""The schema of a scene file with a load on elastic falls below a driven suspension point."""
 
 from typing import Any, Literal
 
@@ -22,7 +22,7 @@ class Initial(TipStart, LoadStart):
 class PendulumFallsFile(PendulumGroups, FallsFile):
     """A scene with a load on elastic falls below a driven suspension point, whose axes are those of the base."""
 
-    crane: Literal["pendulum"]  # which form the file has
+    crane: Literal["pendulum"]  # the kind of crane
     initial: Initial  # the state at t = 0
 
     @property

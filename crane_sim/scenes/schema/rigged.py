@@ -22,7 +22,7 @@ class RiggedFile(LoadFile):
 
     @property
     def _torsion(self) -> Torsion | None:
-        return getattr(self, "rope").torsion  # noqa: B009  (every form declares its own)
+        return getattr(self, "rope").torsion  # noqa: B009  (every schema declares its own)
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:

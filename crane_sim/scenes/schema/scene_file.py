@@ -1,4 +1,4 @@
-"""Base class of scene files: groups of any crane, and the interface between forms and `scenes/scene.py`."""
+"""Base class of scene files: groups of any crane, and the interface between schemas and `scenes/scene.py`."""
 
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
@@ -20,14 +20,14 @@ from crane_sim.trajectories.wind import Wind
 
 
 class SceneFile(HardwareGroups, ABC):
-    """A scene file: a form, one subclass for each kind of crane, adds its groups and implements the abstract members.
+    """A scene file: a schema, one subclass for each kind of crane, adds its groups and implements the abstract members.
 
-    A form also has `crane: Literal["NAME"]`, its name in `scenes.forms.FORMS`. Joints, and the
+    A schema also has `crane: Literal["NAME"]`, its name in `scenes.registry.SCHEMAS`. Joints, and the
     actuated ones among them, are in the order of `joint_names`; nq is their number, nu that of the actuated ones.
     """
 
     takes_columns: ClassVar[bool] = False
-    """Whether the form's code takes a `Column` for any of its numbers, or raises NotVectorisable."""
+    """Whether the schema's code takes a `Column` for any of its numbers, or raises NotVectorisable."""
 
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue
@@ -54,7 +54,7 @@ class SceneFile(HardwareGroups, ABC):
 
     @property
     def actuated(self) -> tuple[str, ...]:
-        """Joints that take commands (nu,): unless a form says otherwise the first ones of `joint_names`."""
+        """Joints that take commands (nu,): unless a schema says otherwise the first ones of `joint_names`."""
         return self.joint_names[: len(self.effort_units)]
 
     @property
@@ -140,7 +140,7 @@ class SceneFile(HardwareGroups, ABC):
         return {}
 
     @abstractmethod
-    def path(self) -> Trajectory | None:
+    def trajectory(self) -> Trajectory | None:
         """Return the compiled path of `reference.path`, None where it is left out.
 
         Raises:
@@ -150,7 +150,7 @@ class SceneFile(HardwareGroups, ABC):
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
         """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,).
 
-        None where they are known without the form: the cable hangs straight down.
+        None where they are known without the schema: the cable hangs straight down.
         """
         return None
 

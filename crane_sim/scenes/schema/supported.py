@@ -34,7 +34,7 @@ class JointMobility(NamedTuple):
 
 
 class SupportedFile(SceneFile):
-    """The groups of all such cranes; a form adds its support, its initial state, reference and inputs.
+    """The groups of all such cranes; a schema adds its support, its initial state, reference and inputs.
 
     What the load hangs on is that of a subclass: `SuspendedFile` (one rope and links) or `HoistedFile` (falls).
     """
@@ -86,7 +86,7 @@ class SupportedFile(SceneFile):
 
     @property
     def _start(self) -> Any:
-        return getattr(self, "initial")  # noqa: B009  (every form declares its own)
+        return getattr(self, "initial")  # noqa: B009  (every schema declares its own)
 
     @property
     def _slews(self) -> bool:

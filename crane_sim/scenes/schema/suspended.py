@@ -17,7 +17,7 @@ from crane_sim.trajectories.inputs import Constant, Inputs
 
 
 class SuspendedFile(SupportedFile, RiggedFile):
-    """The groups of all such cranes; a form adds its support, its initial state, reference and inputs."""
+    """The groups of all such cranes; a schema adds its support, its initial state, reference and inputs."""
 
     rope: ReevedRope = ReevedRope()  # the winch
 

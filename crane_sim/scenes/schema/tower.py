@@ -1,4 +1,4 @@
-"""The form of a scene file with a tower crane, and the model that it describes."""
+"""The schema of a scene file with a tower crane, and the model that it describes."""
 
 from math import cos, inf, sin
 from typing import Annotated, Any, ClassVar, Literal
@@ -134,6 +134,6 @@ class TowerGroups(SupportedFile):
 class TowerFile(TowerGroups, SuspendedFile):
     """A scene with a tower crane: a jib that slews, a trolley on the jib, a payload on rope and links."""
 
-    crane: Literal["tower"]  # which form the file has
+    crane: Literal["tower"]  # the kind of crane
     initial: Initial  # the state at t = 0
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

@@ -1,4 +1,4 @@
-"""The form of a scene file with a tower crane whose trolley carries a load on elastic falls."""
+"""The schema of a scene file with a tower crane whose trolley carries a load on elastic falls."""
 
 from typing import Literal
 
@@ -28,6 +28,6 @@ class InputGroup(Group):
 class TowerFallsFile(TowerGroups, HoistedFile):
     """A scene with a tower crane whose trolley carries a load on elastic falls."""
 
-    crane: Literal["tower"]  # which form the file has
+    crane: Literal["tower"]  # the kind of crane
     initial: Initial  # the state at t = 0
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law

@@ -46,6 +46,6 @@ def run_campaign(design: Any, wind: str, step: float) -> tuple[Mapping[str, Mapp
     """Return (figures (n,) by law and name, seconds of the processor) of a campaign, with a step of integration [s]."""
     campaign = import_module("cranebench.runner").Campaign(wind=wind, dt=step).build()
     run = import_module("cranebench.batch").run_campaign_batch
-    began = time.process_time()
+    start = time.process_time()
     figures = run(campaign, design, progress=False)
-    return figures, time.process_time() - began
+    return figures, time.process_time() - start

@@ -118,10 +118,10 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
     state = np.zeros((len(q), mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)))
     state[:, 1 : 1 + n] = q  # the time stands first, the velocities behind
     data = [mujoco.MjData(model) for _ in range(threads)]
-    began = time.perf_counter()
+    start = time.perf_counter()
     with rollout.Rollout(nthread=threads) as pool:
         ends = _roll_out(pool, model, data, state, count)
-    seconds = time.perf_counter() - began
+    seconds = time.perf_counter() - start
     return np.array([payload_position(joints, end[1 : 1 + n]) for end in ends]), seconds
 
 

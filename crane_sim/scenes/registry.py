@@ -1,4 +1,4 @@
-"""The kinds of crane, and the form of the scene files of each."""
+"""The kinds of crane, and the schema of the scene files of each."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -17,7 +17,7 @@ from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.scenes.schema.tower import TowerFile
 from crane_sim.scenes.schema.tower_falls import TowerFallsFile
 
-FORMS: dict[str, type[SceneFile]] = {
+SCHEMAS: dict[str, type[SceneFile]] = {
     "knuckle": KnuckleFile,
     "tower": TowerFile,
     "mobile": MobileFile,
@@ -26,9 +26,9 @@ FORMS: dict[str, type[SceneFile]] = {
     "overhead": OverheadFile,
     "pendulum": PendulumFile,
 }
-"""The kinds of crane, and the form of their scene files."""
+"""The kinds of crane, and the schema of their scene files."""
 
-FALLS_FORMS: dict[str, type[SceneFile]] = {
+FALLS_SCHEMAS: dict[str, type[SceneFile]] = {
     "knuckle": KnuckleFallsFile,
     "tower": TowerFallsFile,
     "mobile": MobileFallsFile,
@@ -44,14 +44,14 @@ HOISTED = ("knuckle", "tower", "mobile", "gantry")
 MOST_PLACES = 2
 """Groups that a line on a key names, which other groups have."""
 
-ALL_FORMS = FORMS | {f"{crane} with falls": form for crane, form in FALLS_FORMS.items()}
-"""All forms, by what a crane is called."""
+ALL_SCHEMAS = SCHEMAS | {f"{crane} with falls": schema for crane, schema in FALLS_SCHEMAS.items()}
+"""All schemas, by what a crane is called."""
 
 
-def form_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
-    """Return the form of a document, None for an unknown crane; with `falls` that of the crane with falls."""
+def schema_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
+    """Return the schema of a document, None for an unknown crane; with `falls` that of the crane with falls."""
     crane = str(document.get("crane"))
-    return (FALLS_FORMS if document.get("falls") is not None and crane in FALLS_FORMS else FORMS).get(crane)
+    return (FALLS_SCHEMAS if document.get("falls") is not None and crane in FALLS_SCHEMAS else SCHEMAS).get(crane)
 
 
 def check_cable(document: Mapping[str, Any]) -> None:
@@ -60,10 +60,10 @@ def check_cable(document: Mapping[str, Any]) -> None:
     _check_reeving(document, crane, on_falls)
     if crane == "bridge" and on_falls:
         raise SceneError("falls: belongs to crane: gantry, whose winch is `hoist`; here is crane: bridge")
-    if crane not in FALLS_FORMS:
+    if crane not in FALLS_SCHEMAS:
         return
-    forms = FORMS[crane].model_fields, FALLS_FORMS[crane].model_fields
-    known, others = forms if not on_falls else forms[::-1]
+    schemas = SCHEMAS[crane].model_fields, FALLS_SCHEMAS[crane].model_fields
+    known, others = schemas if not on_falls else schemas[::-1]
     for key in (key for key, value in document.items() if value is not None and key in others.keys() - known.keys()):
         why, what = ("stands beside falls", "one of both") if on_falls else ("belongs to falls, here are none", key)
         raise SceneError(f"{key}: {why}; leave out {what}")
@@ -94,17 +94,19 @@ def places_of(path: Sequence[str]) -> str:
     """Return the end of a line on an unknown key: where cranes have it in a group, empty where none does."""
     if len(path) != 1:
         return ""
-    groups = dict.fromkeys(group for form in ALL_FORMS.values() for group in form.model_fields)
+    groups = dict.fromkeys(group for schema in ALL_SCHEMAS.values() for group in schema.model_fields)
     elsewhere = ((f"{group}.{path[-1]}", _cranes((group, path[-1]))) for group in groups)
     lines = [f"{key!r} of crane: {cranes}" for key, cranes in elsewhere if cranes]
     return f"; possible: {'; '.join(lines[:MOST_PLACES])}" if lines else ""
 
 
 def _cranes(path: Sequence[str]) -> str:
-    """Return the cranes whose form has a key at a path, in words; empty where none has."""
+    """Return the cranes whose schema has a key at a path, in words; empty where none has."""
     *group, key = path
-    cranes = [crane for crane, form in FORMS.items() if key in fields_at(form, group)]
-    falls = [crane for crane, form in FALLS_FORMS.items() if key in fields_at(form, group) and crane not in cranes]
+    cranes = [crane for crane, schema in SCHEMAS.items() if key in fields_at(schema, group)]
+    falls = [
+        crane for crane, schema in FALLS_SCHEMAS.items() if key in fields_at(schema, group) and crane not in cranes
+    ]
     return (
         ", ".join(cranes)
         + (", with falls to " if cranes and falls else "with falls to " if falls else "")
