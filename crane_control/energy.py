@@ -28,7 +28,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
     """
     if nominal.crane not in LAWS:
         raise SceneError(f"control.law = 'energy': there is none for crane = {nominal.crane!r}; possible: {[*LAWS]}")
-    if nominal.path is not None:
+    if nominal.trajectory is not None:
         raise SceneError("reference.path: control.law = 'energy' follows none, it goes to reference.q; leave it out")
     check_one_rope("energy", nominal)
     return LAWS[nominal.crane](settings, nominal)

@@ -77,14 +77,14 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> JointTrajectoryLaw:
         SceneError: a setting is wrong, or the path is the payload's.
     """
     options = read_settings(Settings, settings)
-    if nominal.path is not None and not nominal.path.of_joints:
+    if nominal.trajectory is not None and not nominal.trajectory.of_joints:
         line = "control.law = 'joint_trajectory' follows paths of the joints only"
         raise SceneError(f"reference.path.of = 'payload': {line}")
     rows, kinds = None, tuple("effort" if unit == WINCH_RATE else options.drive for unit in nominal.effort_units)
     for kind in reversed(kinds):
         by_position = kind == "position"
         rows = JointRow(float(by_position), float(not by_position), 0.0 if by_position else options.position_gain, rows)
-    return JointTrajectoryLaw(rows, nominal.path or _rest(nominal), kinds)
+    return JointTrajectoryLaw(rows, nominal.trajectory or _rest(nominal), kinds)
 
 
 def _rest(scene: Scene) -> Trajectory:

@@ -203,7 +203,7 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArra
     gains[:, :, moving] = found.gains
     for k in reversed(range(nu)):
         rows = GainRow(0.0, Column(gains[:, k], alike), rows)
-    return LqrLaw(rows, Column(q, alike), nominal.path, Column(found.poles, alike))
+    return LqrLaw(rows, Column(q, alike), nominal.trajectory, Column(found.poles, alike))
 
 
 def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneError:

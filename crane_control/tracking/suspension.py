@@ -46,7 +46,7 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
         raise SceneError(
             f"gravity = {nominal.model.gravity:g}: {law} needs gravity, without it nothing moves the payload"
         )
-    path = nominal.path
+    path = nominal.trajectory
     if path is None or path.of_joints or path.coordinates.tail is None:
         raise SceneError(f"reference.path: {law} needs one of the payload's x and y")
     length = nominal.initial_q[3] if nominal.crane == "knuckle" else nominal.model.cable.length

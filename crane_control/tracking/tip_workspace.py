@@ -40,7 +40,7 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | Non
     height = boom * sin(beta) + jib * sin(gamma)
     min_radius, max_radius = radius_range(model.support, height)
     start = ("initial.q: the tip begins", boom * cos(beta) + jib * cos(gamma))
-    for what, radius in (start, *trajectory_radii(nominal.path)):
+    for what, radius in (start, *trajectory_radii(nominal.trajectory)):
         if not min_radius <= radius <= max_radius:
             raise SceneError(
                 f"{what} {radius:.4g} m from the tower's axis; control.law = {name!r} drives the tip "

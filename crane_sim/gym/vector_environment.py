@@ -90,7 +90,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.observation_names, self.observation_units = observation_names(own)
         self.action_names, self.action_units = own.actuated, own.command_units
-        self._paths = columns([own.path] * num_envs) if follows_path(own) else None
+        self._paths = columns([own.trajectory] * num_envs) if follows_path(own) else None
         self._targets = None if follows_path(own) else Goal(*(part.repeat(num_envs, axis=0) for part in goal_of(own)))
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._arrays = _allocate(own, num_envs)

@@ -34,7 +34,7 @@ def test_commands_are_those_of_the_formula() -> None:
     """Drives by position are commanded x*, those by speed v* + h (x* - x), at any time of the path."""
     for t in (0.0, 0.3, 1.1, 9.0):
         loaded = scene("velocity", PATH, control={"position_gain": 3.0})
-        ((x,), (rate,), _), q = sample_trajectory(loaded.path, np.array([t]))[0], (0.7, 0.1)
+        ((x,), (rate,), _), q = sample_trajectory(loaded.trajectory, np.array([t]))[0], (0.7, 0.1)
         assert loaded.law is not None
         assert loaded.law(t, q, (0.0, 0.0)) == pytest.approx((rate + 3.0 * (x - 0.7),), abs=1e-15)  # rounding
         by_position = scene("position", PATH).law
@@ -46,7 +46,7 @@ def test_a_trolley_reaches_the_end_of_its_path() -> None:
     """By position the trolley ends where the path does; the period's hold delays it by no more than two periods."""
     loaded = scene("position", PATH)
     run = simulate(loaded)
-    deviation = run.q[:, 0] - sample_trajectory(loaded.path, run.t)[:, 0, 0]
+    deviation = run.q[:, 0] - sample_trajectory(loaded.trajectory, run.t)[:, 0, 0]
     assert abs(deviation[-1]) < 1e-9 and np.max(np.abs(deviation)) < 0.4 * 0.02  # path's velocity × two periods
 
 
