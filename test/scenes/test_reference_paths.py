@@ -92,7 +92,7 @@ def test_files_say_what_the_scene_could(tmp_path: File, ending: str) -> None:
     """A message echoed to a file, or a table, gives the very path of the same points in the scene, joints sorted."""
     file, t = tmp_path / f"way.{ending}", np.linspace(0.0, 4.0, 41)
     file.write_text(CSV if ending == "csv" else yaml.safe_dump({"header": {}} | TABLE) + "---\n")
-    written, read = path_scene(**TABLE).path, path_scene(kind="trajectory", file=str(file)).path
+    written, read = path_scene(**TABLE).trajectory, path_scene(kind="trajectory", file=str(file)).trajectory
     assert np.array_equal(sample_trajectory(written, t), sample_trajectory(read, t))
     assert sample_trajectory(read, np.array([9.0]))[0, 0] == pytest.approx([2.0, 1.0], abs=ROUNDING)
 
@@ -214,8 +214,8 @@ def test_an_invalid_file_is_a_single_line_error(tmp_path: File, name: str, text:
 def test_byte_order_marks_and_empty_lines_are_ignored(tmp_path: File) -> None:
     """A byte order mark and empty lines change nothing."""
     (tmp_path / "way.csv").write_text("\ufeff" + CSV.replace("\n3", "\n\n3") + "\n\n")
-    path, t = path_scene(kind="trajectory", file=str(tmp_path / "way.csv")).path, np.linspace(0.0, 4.0, 9)
-    assert np.array_equal(sample_trajectory(path, t), sample_trajectory(path_scene(**TABLE).path, t))
+    path, t = path_scene(kind="trajectory", file=str(tmp_path / "way.csv")).trajectory, np.linspace(0.0, 4.0, 9)
+    assert np.array_equal(sample_trajectory(path, t), sample_trajectory(path_scene(**TABLE).trajectory, t))
 
 
 ROWS = {
