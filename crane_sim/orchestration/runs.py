@@ -154,8 +154,8 @@ def _nodes(scene: "Scene", file: str, settings: _RunSettings) -> Iterator[tuple[
     if settings.operator:
         yield OPERATOR, "crane_control.nodes", common | dict(settings.operator.parameters)
     if has_tracker:
-        bagged = {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
-        yield "tracker", "crane_control.nodes", scene_only | bagged
+        recorders = {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
+        yield "tracker", "crane_control.nodes", scene_only | recorders
     if settings.recorder:
         yield "recorder", "crane_sim.ros", scene_only | settings.recorder
 

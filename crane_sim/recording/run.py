@@ -91,9 +91,7 @@ class RecordedRun:
     lyapunov: Numbers | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
     contact: Numbers | None  # (K,) N, normal force of a surface on a load that may touch one
     frames: Frames
-    states: dict[
-        str, Changes
-    ]  # by track, such as "brakes" or "fall 2": (s, state from then on); calm ones are left out
+    states: dict[str, Changes]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
     events: list[tuple[float, str]]  # (s, what happened)
     summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
 

@@ -122,8 +122,8 @@ def _events(batches: Batches) -> list[tuple[float, str]]:
 
 
 def _state_changes(batches: Batches) -> dict[str, Changes]:
-    """Return the changes of state of all tracks, by name."""
-    tracks: dict[str, Changes] = {}
+    """Return the timelines of states, by name."""
+    timelines: dict[str, Changes] = {}
     for entity in sorted(name for name in batches if name.startswith("states/")):
         rows = [
             (step, float(time) / 1e9, state[0])
@@ -133,8 +133,8 @@ def _state_changes(batches: Batches) -> dict[str, Changes]:
                 batch["step"].to_pylist(), _nanoseconds(batch), batch["StateChange:state"].to_pylist(), strict=True
             )
         ]
-        tracks[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, state in sorted(rows)]
-    return tracks
+        timelines[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, state in sorted(rows)]
+    return timelines
 
 
 def _properties(batches: Batches, entity: str) -> dict[str, Any]:

@@ -49,4 +49,4 @@ class ErrorRate:
         last, self._last = self._last, (state.stamp, error)
         if last is None or state.stamp == last[0]:
             return np.zeros_like(error)
-        return (error - last[1]) / ((state.stamp - last[0]) / messages.SECOND)
+        return (error - last[1]) / ((state.stamp - last[0]) / messages.NS_PER_S)

@@ -190,7 +190,7 @@ class TrajectoryAction:
     def _publish_feedback(self, followed: _Followed, state: State, desired: Array, actual: Array) -> None:
         feedback = self._action.Feedback(joint_names=list(self._names))
         messages.set_stamp(feedback.header.stamp, state.stamp)
-        elapsed = round((state.t - followed.goal.waypoints.start) * messages.SECOND)
+        elapsed = round((state.t - followed.goal.waypoints.start) * messages.NS_PER_S)
         for point, rows in ((feedback.desired, desired), (feedback.actual, actual), (feedback.error, desired - actual)):
             _fill_point(point, rows, max(elapsed, 0))
         followed.handle.publish_feedback(feedback)
@@ -219,4 +219,4 @@ class TrajectoryAction:
 def _fill_point(point: JointTrajectoryPoint, rows: Array, elapsed: int) -> None:
     """Fill a point from positions and velocities (2, nu), at a time [ns] from the start."""
     point.positions, point.velocities = rows[0].tolist(), rows[1].tolist()
-    point.time_from_start.sec, point.time_from_start.nanosec = divmod(elapsed, messages.SECOND)
+    point.time_from_start.sec, point.time_from_start.nanosec = divmod(elapsed, messages.NS_PER_S)

@@ -89,7 +89,7 @@ def waypoints_of(message: JointTrajectory, now: float, period: float, period_ns:
             "positions": tuple(point.positions),
             "velocities": tuple(point.velocities),
             "accelerations": tuple(point.accelerations),
-            "time_from_start": point.time_from_start.sec + point.time_from_start.nanosec / messages.SECOND,
+            "time_from_start": point.time_from_start.sec + point.time_from_start.nanosec / messages.NS_PER_S,
         }
         for point in message.points
     ]
@@ -118,7 +118,7 @@ def read_goal(request: Any, names: Sequence[str], now: float, period: float, per
     immediate, leeway = not messages.nanoseconds(trajectory.header.stamp), request.goal_time_tolerance
     on_the_way = _tolerances("path_tolerance", request.path_tolerance, names)
     at_the_end = _tolerances("goal_tolerance", request.goal_tolerance, names)
-    seconds = leeway.sec + leeway.nanosec / messages.SECOND
+    seconds = leeway.sec + leeway.nanosec / messages.NS_PER_S
     goal = Goal(waypoints, immediate, on_the_way, at_the_end, seconds if seconds > 0.0 else inf)
     if not goal.end > now:
         line = f"the last point is {now - goal.end:g} s ago"

@@ -1,4 +1,4 @@
-"""Tracks of states that follow from the steps of a run, block by block."""
+"""Timelines of states that follow from the steps of a run, block by block."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crane_sim.recording.states import BRAKES, CONTACT, EFFORTS, ZERO, Rules
+from crane_sim.recording.states import BRAKES, CONTACT, EFFORTS, ZERO, TimelineInputs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -16,45 +16,44 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Block, Layout
 
 
-class StateTracks:
-    """The states of a run so far, from which only changes are recorded."""
+class StateTimelines:
+    """The last states of a run's timelines, from which their changes follow."""
 
-    def __init__(self, layout: Layout, rules: Rules) -> None:
-        """Begin before the first step, all calm."""
-        self._layout, self._rules = layout, rules
-        self._now: dict[str, str] = {}
+    def __init__(self, layout: Layout, inputs: TimelineInputs) -> None:
+        """Begin before the first step, all in their normal states."""
+        self._layout, self._inputs = layout, inputs
+        self._last: dict[str, str] = {}
         self._tripped = np.zeros(len(layout.actuated), dtype=bool)
 
     def changes(self, block: Block) -> Iterator[tuple[str, NDArray[np.int64], list[str]]]:
-        """Yield (track, steps at which its state changes, the states from then on) of the next block."""
-        for track, calm, excited, where in self._tracks(block):
-            values = np.where(where, excited, calm)
-            yield from self._note(track, calm, block.step, values)
+        """Yield (timeline, steps at which its state changes, the states from then on) of the next block."""
+        for timeline, normal, other, where in self._evaluate(block):
+            yield from self._find_changes(timeline, normal, block.step, np.where(where, other, normal))
 
     def change(
-        self, track: str, calm: str, step: int, state: str
+        self, timeline: str, normal: str, step: int, state: str
     ) -> Iterator[tuple[str, NDArray[np.int64], list[str]]]:
-        """Yield the change of a track at one step, as `changes` does."""
-        yield from self._note(track, calm, np.array([step]), np.array([state]))
+        """Yield the change of a timeline at one step, as `changes` does; `normal` is the state that it begins in."""
+        yield from self._find_changes(timeline, normal, np.array([step]), np.array([state]))
 
-    def _note(self, track: str, calm: str, step: NDArray[np.int64], values: Any) -> Any:
-        known = track in self._now
-        before = np.concatenate([[self._now.get(track, calm)], values[:-1]])
+    def _find_changes(self, timeline: str, normal: str, step: NDArray[np.int64], values: Any) -> Any:
+        known = timeline in self._last
+        before = np.concatenate([[self._last.get(timeline, normal)], values[:-1]])
         rows = np.flatnonzero(values != before)
         if not rows.size:
             return
-        self._now[track] = str(values[-1])
+        self._last[timeline] = str(values[-1])
         steps, states = step[rows], [str(state) for state in values[rows]]
         if not known and steps[0] > 1:
-            steps, states = np.concatenate([[1], steps]), [calm, *states]
-        yield track, steps, states
+            steps, states = np.concatenate([[1], steps]), [normal, *states]
+        yield timeline, steps, states
 
-    def _tracks(self, block: Block) -> Iterator[tuple[str, str, Any, Any]]:
-        """Yield (track, calm state, the other one, where that holds (K,)) of what follows from steps."""
+    def _evaluate(self, block: Block) -> Iterator[tuple[str, str, Any, Any]]:
+        """Yield (timeline, normal state, the other one, whether it is in that one (K,)) for the steps of a block."""
         layout = self._layout
         if layout.actuated and layout.commanded:
             yield BRAKES, "released", "acting", block.braked
-        if layout.actuated and self._rules.limited and layout.effort_units == layout.command_units:
+        if layout.actuated and self._inputs.only_limits_change_efforts and layout.effort_units == layout.command_units:
             yield (
                 EFFORTS,
                 "free",
@@ -69,10 +68,10 @@ class StateTracks:
         yield from self._limit_switches(block)
 
     def _limit_switches(self, block: Block) -> Iterator[tuple[str, str, str, Any]]:
-        """Yield the tracks of limit switches: one that has tripped stays so."""
-        if self._rules.switches is None:
+        """Yield the timelines of limit switches; a switch that has tripped stays so."""
+        if self._inputs.limit_switches is None:
             return
-        q, (low, high) = block.q[:, self._layout.driven], self._rules.switches
+        q, (low, high) = block.q[:, self._layout.driven], self._inputs.limit_switches
         tripped = np.logical_or.accumulate((q > high) | (q < low), axis=0) | self._tripped
         self._tripped = tripped[-1]
         for name, each in zip(self._layout.actuated, tripped.T, strict=True):
