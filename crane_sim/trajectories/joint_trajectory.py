@@ -61,8 +61,8 @@ class Waypoints(NamedTuple):
     points: Annotated[tuple[Point, ...], Field(min_length=1)]  # in the order of time
     start: Real = 0.0  # s, from which the points' times count
 
-    def complaint(self) -> str:
-        """Return what is wrong as a whole, in one line; empty when nothing is."""
+    def find_error(self) -> str:
+        """Return one line on points that make no path from rest to rest, empty when they do."""
         return self.describe_mismatch() or self.describe_end_velocity(0) or self.describe_end_velocity()
 
     def describe_mismatch(self) -> str:

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.controller.coordinate_motion import ErrorRate, coordinate_names, motion_sensor
+from crane_sim.ros.controller.coordinate_motion import VelocityErrorDifferentiator, coordinate_names, make_motion_reader
 from crane_sim.ros.controller.deferred_server import DeferredServer
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, read_goal
@@ -69,10 +69,10 @@ class TrajectoryAction:
         self._followed: _Followed | None = None
         self._server: DeferredServer | None = None
         self._action: Any = None
-        self._rate = ErrorRate()
+        self._rate = VelocityErrorDifferentiator()
         path = trajectory_of_law(law)
         if path is not None:
-            self._names, self._measure = coordinate_names(path, scene), motion_sensor(path, scene)
+            self._names, self._measure = coordinate_names(path, scene), make_motion_reader(path, scene)
             self._find_action()
 
     def activate(self, active: bool) -> None:
@@ -161,7 +161,7 @@ class TrajectoryAction:
             return law
         if self._followed:
             self._preempt(self._followed.handle)
-        self._rate = ErrorRate()
+        self._rate = VelocityErrorDifferentiator()
         self._stops, self._followed = False, _Followed(handle, goal, new, to_piecewise_polynomial(new), state.stamp)
         return with_trajectory(law, new)
 

@@ -113,8 +113,8 @@ def read_goal(request: Any, names: Sequence[str], now: float, period: float, per
         waypoints = waypoints_of(trajectory, now, period, period_ns)
     except ValidationError as error:
         raise GoalError(GoalCode.INVALID_GOAL, one_line(error, Waypoints)) from None
-    if complaint := waypoints.describe_mismatch() or waypoints.describe_end_velocity():
-        raise GoalError(GoalCode.INVALID_GOAL, complaint)
+    if error := waypoints.describe_mismatch() or waypoints.describe_end_velocity():
+        raise GoalError(GoalCode.INVALID_GOAL, error)
     immediate, leeway = not messages.nanoseconds(trajectory.header.stamp), request.goal_time_tolerance
     on_the_way = _tolerances("path_tolerance", request.path_tolerance, names)
     at_the_end = _tolerances("goal_tolerance", request.goal_tolerance, names)
