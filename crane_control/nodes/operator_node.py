@@ -16,7 +16,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.operator.desk import Desk, Mode, SoftLimits
 from crane_sim.operator.drives import driven_joints
 from crane_sim.operator.inputs import DEVICES, LEVELS, Demand, Keyboard
-from crane_sim.operator.levers import assign
+from crane_sim.operator.levers import make_lever_assignment
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
@@ -76,7 +76,7 @@ class OperatorNode:
         self.fault, self._host, self._settings = "", host, settings
         self._scene = scene = load_scene(settings.scene).with_external_commands()
         joints, changes = driven_joints(scene), [part for part in settings.mapping.split(",") if part]
-        self._assignment = assign(scene.actuated, changes)
+        self._assignment = make_lever_assignment(scene.actuated, changes)
         self._desk = Desk(joints, settings.device_timeout, settings.assistance)
         self._limits, self._brakes = SoftLimits(joints, scene.period), Brakes(host)
         self._keyboard = Keyboard(self._assignment)

@@ -17,7 +17,7 @@ def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
     """Yield a ROS domain id: `domain_id`, or one that no other process on this machine reserves until the block ends.
 
     Raises:
-        RuntimeError: all are taken; one line.
+        RuntimeError: all are taken; the message is one line.
     """
     if domain_id is not None:
         yield domain_id

@@ -127,7 +127,7 @@ class Plant:
         """Activate or clear a fault of the scene from the next period on, independent of its schedule.
 
         Raises:
-            ValueError: there is no such fault; one line.
+            ValueError: there is no such fault; the message is one line.
         """
         if self._hardware is None or name not in self.faults:
             known = unknown_key(name, self.faults, "fault")

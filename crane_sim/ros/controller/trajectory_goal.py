@@ -33,7 +33,7 @@ class GoalCode(IntEnum):
 
 
 class GoalError(ValueError):
-    """A goal that cannot be followed; one line, and its code."""
+    """A goal that cannot be followed: a message of one line, and the code of the action's result."""
 
     def __init__(self, code: GoalCode, line: str) -> None:
         """Give the reason."""
