@@ -25,18 +25,18 @@ class StateTimelines:
         self._last: dict[str, str] = {}
         self._tripped = np.zeros(len(layout.actuated), dtype=bool)
 
-    def changes(self, block: Block) -> Iterator[tuple[str, NDArray[np.int64], list[str]]]:
+    def find_changes(self, block: Block) -> Iterator[tuple[str, NDArray[np.int64], list[str]]]:
         """Yield (timeline, steps at which its state changes, the states from then on) of the next block."""
         for timeline, normal, other, where in self._evaluate(block):
-            yield from self._find_changes(timeline, normal, block.step, np.where(where, other, normal))
+            yield from self._compare(timeline, normal, block.step, np.where(where, other, normal))
 
-    def change(
+    def find_change(
         self, timeline: str, normal: str, step: int, state: str
     ) -> Iterator[tuple[str, NDArray[np.int64], list[str]]]:
-        """Yield the change of a timeline at one step, as `changes` does; `normal` is the state that it begins in."""
-        yield from self._find_changes(timeline, normal, np.array([step]), np.array([state]))
+        """Yield the change of a timeline, which begins in the state `normal`, at one step, as `find_changes` does."""
+        yield from self._compare(timeline, normal, np.array([step]), np.array([state]))
 
-    def _find_changes(self, timeline: str, normal: str, step: NDArray[np.int64], values: Any) -> Any:
+    def _compare(self, timeline: str, normal: str, step: NDArray[np.int64], values: Any) -> Any:
         known = timeline in self._last
         before = np.concatenate([[self._last.get(timeline, normal)], values[:-1]])
         rows = np.flatnonzero(values != before)

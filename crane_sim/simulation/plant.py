@@ -142,7 +142,7 @@ class Plant:
                 brakes hold, they are ignored.
 
         Raises:
-            ValueError: there are not nu efforts, or none where the scene has no source of its own; one line.
+            ValueError: there are not nu efforts, or none for a scene without a source; the message is one line.
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
         self._check_efforts(u)

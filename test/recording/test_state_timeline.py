@@ -76,7 +76,7 @@ def test_timelines_follow_from_steps(rollout: crane_sim.Rollout) -> None:
     timelines, found = StateTimelines(layout, TimelineInputs(None, True)), dict[str, list[tuple[int, str]]]()
     for rows in (slice(0, 15), slice(15, None)):
         part = block._replace(**{name: each[rows] for name, each in block._asdict().items() if each is not None})
-        for timeline, steps, states in timelines.changes(part):
+        for timeline, steps, states in timelines.find_changes(part):
             found.setdefault(timeline, []).extend(zip(steps.tolist(), states, strict=True))
     assert found == {
         "brakes": [(1, "released"), (11, "acting"), (13, "released")],

@@ -81,7 +81,7 @@ class RunWriter:
             widths = [values.size // len(block.step)] * len(those)
             self._rec.send_columns(channel.entity, time[channel.stride], columns.partition(widths))
             self._widen_span(channel.entity, values[np.isfinite(values)])
-        for timeline, steps, states in self._timelines.changes(block):
+        for timeline, steps, states in self._timelines.find_changes(block):
             self._log_states(timeline, times(self._layout, steps), states)
         self._stage.draw(block)
         self._check()
@@ -102,7 +102,7 @@ class RunWriter:
 
     def add_timeline_state(self, timeline: str, normal: str, step: int, state: str) -> None:
         """Add that a timeline, which begins in the state `normal`, has another one from the start of a step on."""
-        for _, steps, states in self._timelines.change(timeline, normal, step, state):
+        for _, steps, states in self._timelines.find_change(timeline, normal, step, state):
             self._log_states(timeline, times(self._layout, steps), states)
 
     def events(self, events: Sequence[tuple[float, str]]) -> None:

@@ -69,7 +69,7 @@ def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNames
         options: by name.
 
     Raises:
-        ValueError: a parameter is unknown, or its value is not possible; the message is one line.
+        ValueError: a parameter is unknown, or its value is invalid; the message is one line.
     """
     overrides, known = read_overrides(node), COMMON | dict(options)
     if unknown := sorted(overrides.keys() - known.keys()):
