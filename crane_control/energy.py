@@ -30,7 +30,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
         raise SceneError(f"control.law = 'energy': not for crane = {nominal.crane!r}; possible: {[*BUILDERS]}")
     if nominal.trajectory is not None:
         raise SceneError(
-            "reference.path: control.law = 'energy' cannot follow a path, it goes to reference.q; leave the path out"
+            "reference.path: control.law = 'energy' follows no path, it goes to reference.q; leave the path out"
         )
     check_one_rope("energy", nominal)
     return BUILDERS[nominal.crane](settings, nominal)
