@@ -35,7 +35,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Record one run."""
     path = tmp_path_factory.mktemp("recording") / "run.rrd"
     session, rows = Session(SCENE, path), list(steps_of(SCENE))
-    session.state("simulation", "stopped", 1, "playing")
+    session.add_timeline_state("simulation", "stopped", 1, "playing")
     session.write(rows[:500])
     session.write(rows[500:])
     session.pace(STEPS, 12.5)
