@@ -115,13 +115,21 @@ def adaptation_step(learner, elapsed):
 def _(learner, pendulum, sample, measurement):
     entries, last_time = learner.state.entries, learner.state.last_time
     for i in range(2):
-        entries[i], entries[2 + i] = measurement.y[i], measurement.dy[i]
-        entries[4 + i], entries[6 + i] = measurement.y[i] - sample.goal[0][i], measurement.dy[i] - sample.goal[1][i]
+        entries[i], entries[2 + i] = measurement.position[i], measurement.velocity[i]
+        entries[4 + i], entries[6 + i] = (
+            measurement.position[i] - sample.goal[0][i],
+            measurement.velocity[i] - sample.goal[1][i],
+        )
     entries[8] = sample.t
     elapsed = sample.t - last_time[0]
     last_time[0] = sample.t
     return Estimate(
-        measurement.y, measurement.dy, adaptation_step(learner, elapsed), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0)
+        measurement.position,
+        measurement.velocity,
+        adaptation_step(learner, elapsed),
+        (0.0, 0.0),
+        (0.0, 0.0),
+        (1.0, 1.0),
     )
 
 

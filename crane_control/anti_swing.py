@@ -156,6 +156,6 @@ def _tables(options: Settings, scene: Scene) -> list[Table]:
     for name, table in options.speeds.items():
         if name not in scene.actuated:
             raise SceneError(f"control.speeds: {unknown_key(name, scene.actuated, 'joint')}")
-        if complaint := table.complaint():
-            raise SceneError(f"control.speeds.{name}: {complaint}")
+        if error := table.find_error():
+            raise SceneError(f"control.speeds.{name}: {error}")
     return [options.speeds.get(name, Table((0.0,), (0.0,))) for name in scene.actuated]

@@ -1,8 +1,8 @@
-"""Assistance for an operator: ZV shaping of velocity commands as they come, and feedback of the swing.
+"""Assistance for an operator: zero-vibration (ZV) shaping of velocity commands during operation, and swing feedback.
 
-The feedback is that of the law `anti_swing`: k times the angle by which the payload is ahead along the direction in
-which the joint moves its suspension point, whatever the crane's coordinates are. With that feedback the swing has
-the poles s² + 2 z w s + w² = 0, for which the shaper is made. Frequency and gain follow the rope's length.
+The feedback is that of the law `anti_swing`: the speed k φ, φ the angle by which the payload is ahead of the plumb line
+in the direction in which the joint moves its suspension point. It gives the swing the characteristic polynomial
+s² + 2 z w s + w², for which the shaper is designed. Frequency w and gain k = 2 z w l follow the rope's length l.
 """
 
 from collections import deque
@@ -19,33 +19,33 @@ from crane_sim.simulation.metrics import derive_instant
 from crane_sim.trajectories.shaping import impulses
 
 DAMPING = 0.1
-"""Ratio z that the feedback gives the swing."""
-_UPDATE_PERIOD = 0.5  # s between two updates for the configuration
-_TIME_TOLERANCE = 1e-6  # s by which instants may differ by rounding
+"""Damping ratio z that the feedback gives the swing."""
+_UPDATE_PERIOD = 0.5  # s between two updates of shaper and gains for the present configuration
+_TIME_TOLERANCE = 1e-6  # s, of instants that differ by rounding
 
 
 class Assistance:
     """A shaper of velocity commands with feedback of the swing, which damps it.
 
     Attributes:
-        delay: s after which the last impulse of the shaper has come.
+        delay: s, of the shaper's last impulse.
     """
 
     def __init__(self, scene: Scene) -> None:
         """Initialise at the scene's initial configuration.
 
         Raises:
-            SceneError: nothing swings below an actuated joint; one line.
+            SceneError: nothing swings below an actuated joint.
         """
         self._scene, self._gravity = scene, gravity(scene)
-        self._past: deque[tuple[float, tuple[float, ...]]] = deque()  # operator's speeds and when they began
+        self._past: deque[tuple[float, tuple[float, ...]]] = deque()  # (s from which it is held, operator's speeds)
         self._next_update, self.delay = 0.0, 0.0
         self._update_gains(scene.initial_q)
         if not np.any(self._feedback):
             raise SceneError("assistance: no actuated joint moves a point below which the load swings")
 
     def record_command(self, t: float, speeds: Sequence[float]) -> None:
-        """Take the operator's speeds (nu,) from t [s] on; also while assistance is off."""
+        """Record the operator's speeds (nu,), held from t [s] on; to be called while assistance is off, too."""
         if self._past and t < self._past[-1][0]:  # the plant was reset
             self._past.clear()
             self._next_update = 0.0
@@ -76,9 +76,9 @@ class Assistance:
         return (0.0,) * len(self._scene.actuated)
 
     def _update_gains(self, q: Sequence[float]) -> None:
-        """Set shaper and feedback for the rope's length at joint positions q (nq,)."""
+        """Update the shaper and the gains of the feedback for the rope's length at joint positions q (nq,)."""
         length, ahead, _ = swing_geometry(replace(self._scene, initial_q=tuple(q)))
         frequency = sqrt(self._gravity / length)
         self._weights, self._delays = impulses("zv", frequency, DAMPING)
         self.delay = self._delays[-1]
-        self._feedback = 2.0 * DAMPING * frequency * ahead  # k = 2 z w l, and the angle is offset / l
+        self._feedback = 2.0 * DAMPING * frequency * ahead  # k φ = 2 z w l · offset / l

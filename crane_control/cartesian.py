@@ -8,7 +8,7 @@ from crane_control.tracking.multirate import MultirateTracker, make_multirate, t
 from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
 from crane_control.tracking.tip_servo import Servo, compute_cable_state, compute_suspension_efforts
 from crane_control.tracking.tracker import INITIAL_DAMPING, Gains, Tracker
-from crane_control.tracking.vision import Vision, make_camera
+from crane_control.tracking.vision import CameraSettings, make_camera
 from crane_sim import system
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
@@ -80,7 +80,7 @@ class Settings(NamedTuple):
     kd: NonNegative | None = None  # 1/s, of the payload's error; left out: by the law's own damping
     servo: Servo | None = None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
     feedforward: Forward = Forward()  # to the suspension point
-    vision: Vision | None = None  # a camera; left out: the law sees every state
+    vision: CameraSettings | None = None  # a camera; left out: the law sees every state
     tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own, see Two rates in `ros.md`;
     # left out: it is sampled every period
 

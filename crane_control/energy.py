@@ -9,7 +9,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.laws import Law
 from crane_sim.scenes.scene import Scene
 
-LAWS: dict[str, Callable[[Mapping[str, Any], Scene], Law]] = {
+BUILDERS: dict[str, Callable[[Mapping[str, Any], Scene], Law]] = {
     "knuckle": knuckle_load_estimation.build,
     "overhead": overhead_energy.build,
 }
@@ -23,12 +23,14 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
     """Return the energy-based law for the crane of the nominal scene.
 
     Raises:
-        SceneError: there is none for this crane, the law does not accept the settings or the scene, or the scene has a
+        SceneError: no such law exists for this crane, the law rejects the settings or the scene, or the scene has a
             path.
     """
-    if nominal.crane not in LAWS:
-        raise SceneError(f"control.law = 'energy': there is none for crane = {nominal.crane!r}; possible: {[*LAWS]}")
+    if nominal.crane not in BUILDERS:
+        raise SceneError(f"control.law = 'energy': not for crane = {nominal.crane!r}; possible: {[*BUILDERS]}")
     if nominal.trajectory is not None:
-        raise SceneError("reference.path: control.law = 'energy' follows none, it goes to reference.q; leave it out")
+        raise SceneError(
+            "reference.path: control.law = 'energy' follows no path, it goes to reference.q; leave the path out"
+        )
     check_one_rope("energy", nominal)
-    return LAWS[nominal.crane](settings, nominal)
+    return BUILDERS[nominal.crane](settings, nominal)

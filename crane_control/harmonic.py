@@ -43,7 +43,7 @@ from crane_sim.scenes.scene import Scene
 
 WITHOUT_CAMERA = TrackingDefaults(stiffness=1.25, damping=0.65, ramp=1.6, velocity_feedforward=True)
 WITH_CAMERA = TrackingDefaults(stiffness=2.0, damping=0.65, ramp=0.6, velocity_feedforward=True)
-"""The gains rise faster: that accelerates the tip no more than the camera's noise does."""
+"""The shorter ramp of the gains accelerates the tip no more than the noise of the camera does."""
 
 
 class ObserverSettings(NamedTuple):
@@ -51,9 +51,9 @@ class ObserverSettings(NamedTuple):
 
     frequency: Positive | None = None  # rad/s, initial; left out: 20 % below the natural frequency of the pendulum
     lead: NonNegative | None = None  # s, τ, prediction time; left out: the lag of the suspension point
-    ramp: NonNegative | None = None  # s, rise time of u and of the gains; left out: the law's own
-    noise: Positive = 1e-4  # m, standard deviation of the measured position, or that of the camera if larger
-    noise_rate: Positive = 1e-3  # m/s, standard deviation of the measured velocity, where there is no camera
+    ramp: NonNegative | None = None  # s, rise time of u and of the gains; left out: 1.6 s, with a camera 0.6 s
+    noise: Positive = 1e-4  # m, standard deviation of the measured position; that of the camera, if larger
+    noise_rate: Positive = 1e-3  # m/s, standard deviation of the measured velocity; not used with a camera
     push: Positive = 0.005  # m/s, standard deviation of the process noise of the payload's velocity after one second
     wander: Positive = 1.5  # m/s³, standard deviation of the process noise of the disturbance's rate after one second
     detune: Positive = 0.5  # 1/s², standard deviation of the process noise of the squared frequency after one second
@@ -94,11 +94,11 @@ def compute_compensation(observer, t, x):
 
 @routine
 def update_filter(observer, pendulum, sample, measurement):
-    """Predict the filter up to a Sample and correct it by its Measurement."""
+    """Predict the filter's state up to the time of a Sample, and correct it by the Measurement at that time."""
     ekf = observer.ekf
     x, last_time, last_tip = ekf.state.x, ekf.state.last_time, ekf.state.last_tip
     if last_time[0] < 0.0:
-        begin_filter(ekf, sample.t, measurement.y, measurement.dy, sample.tip)
+        begin_filter(ekf, sample.t, measurement.position, measurement.velocity, sample.tip)
     h = sample.t - last_time[0]
     if h > 0.0:  # a second call at the same time adds nothing
         for i in range(2):
@@ -110,7 +110,7 @@ def update_filter(observer, pendulum, sample, measurement):
             if measurement.new:
                 correct(ekf, i, Y, measurement.raw[i], omega_sq, sample.tip[i], rate, measurement.age)
             if observer.velocity_measured:
-                correct(ekf, i, V, measurement.dy[i], omega_sq, sample.tip[i], rate, 0.0)
+                correct(ekf, i, V, measurement.velocity[i], omega_sq, sample.tip[i], rate, 0.0)
         last_time[0] = sample.t
 
 
@@ -139,13 +139,13 @@ def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> H
         )
     omega_sq = tracker.pendulum.gravity / tracker.pendulum.length
     theta = 0.64 * omega_sq if settings.frequency is None else settings.frequency**2
-    deviation = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.deviation)
+    position_std = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.noise_std)
     process_noise = np.array(
         [1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0]
     )
-    initial_variance = np.array([deviation**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
+    initial_variance = np.array([position_std**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
     ekf = Filter(
-        (deviation**2, settings.noise_rate**2),
+        (position_std**2, settings.noise_rate**2),
         theta,
         initial_variance,
         process_noise,

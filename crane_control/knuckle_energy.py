@@ -44,7 +44,7 @@ class ControlParameters(NamedTuple):
     target: tuple[float, float, float]  # rad
     moments: tuple[float, float]  # N m, of the weight on boom and jib when they are horizontal
     winch: Winch | None
-    saturation: float | None  # rad, of the slew's position error; None: linear
+    error_saturation: float | None  # rad, r; None: linear
 
 
 class EnergyLaw(NamedTuple):
@@ -63,14 +63,14 @@ class EnergyLaw(NamedTuple):
 
 
 @generic
-def saturated_spring(saturation, error):
-    """Return (error, energy) per stiffness of a spring, the error saturated at `saturation` if that is given."""
+def saturated_spring(error_saturation, error):
+    """Return (force, energy), each divided by the stiffness, of a spring whose force saturates; None: a linear one."""
     return error, 0.5 * error**2
 
 
 @saturated_spring.register(float)
-def _(saturation, error):
-    root = sqrt(1.0 + (error / saturation) ** 2)
+def _(error_saturation, error):
+    root = sqrt(1.0 + (error / error_saturation) ** 2)
     return error / root, error * error / (1.0 + root)
 
 
@@ -100,7 +100,7 @@ def _(winch, q, v):
 def control_action(parameters, q, v):
     """Return the efforts (nu,) of the law."""
     kp, kd, target = parameters.kp, parameters.kd, parameters.target
-    slew = kp[0] * saturated_spring(parameters.saturation, target[0] - q[0])[0] - kd[0] * v[0]
+    slew = kp[0] * saturated_spring(parameters.error_saturation, target[0] - q[0])[0] - kd[0] * v[0]
     boom = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + parameters.moments[0] * cos(q[1])
     jib = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + parameters.moments[1] * cos(q[2])
     return append_winch_effort(parameters.winch, (slew, boom, jib), q, v)
@@ -130,19 +130,19 @@ def compute_lyapunov(law, t, q, v):
     x = system.state(p, t, q, v)
     pose = forward_kinematics(p.support, x[0])
     rope_state = rope_kinematics(pose, x[1])
-    value, rate = winch_lyapunov_terms(parameters.winch, q, v)
+    value, value_rate = winch_lyapunov_terms(parameters.winch, q, v)
     value = (
         value
         + system.kinetic(p, x)
         + p.load.mass * p.gravity * (rope_state.length + rope_state.n[2] * rope_state.length)
     )
     value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), rope_state.length)
-    value = value + parameters.kp[0] * saturated_spring(parameters.saturation, parameters.target[0] - q[0])[1]
+    value = value + parameters.kp[0] * saturated_spring(parameters.error_saturation, parameters.target[0] - q[0])[1]
     for i in range(1, 3):
         value = value + 0.5 * parameters.kp[i] * (parameters.target[i] - q[i]) ** 2
     for i in range(3):
-        rate = rate - parameters.kd[i] * v[i] * v[i]
-    return value, rate + system.power(p, t, x, (0.0, 0.0, 0.0, 0.0))
+        value_rate = value_rate - parameters.kd[i] * v[i] * v[i]
+    return value, value_rate + system.power(p, t, x, (0.0, 0.0, 0.0, 0.0))
 
 
 class Adaptation(NamedTuple):

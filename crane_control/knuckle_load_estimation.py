@@ -1,16 +1,19 @@
 """The energy law for the knuckle crane with a payload of unknown mass, which it estimates from the rope's tension.
 
 Vertical motion of the payload: m (z'' + g) = -T n_z, n the unit vector from tip to payload, z its height, T the
-tension, computed from the winch's effort. Two equal low-pass filters of rate λ, a of z'' + g and p of -T n_z, begin at
-their steady state for the nominal mass m0 at rest; the law compensates the weight of m̂ = p / a in place of that of m0:
+tension, computed from the winch's effort. Two equal low-pass filters of rate λ, a of z'' + g and f of -T n_z, begin at
+their steady state for the nominal mass m0 at rest; the law compensates the weight of m̂ = f / a in place of that of m0:
 
-    a' = λ (z'' + g - a),  p' = λ (-T n_z - p),  a(0) = g,  p(0) = m0 g,  m̂ = p / a.
+    a' = λ (z'' + g - a),  f' = λ (-T n_z - f),  a(0) = g,  f(0) = m0 g,  m̂ = f / a.
 
 No acceleration is measured: over a period, the mean of z'' is the change of z' divided by the time.
 
+Symbols: β, γ elevations of boom and jib, lB, lJ their lengths, d length of the rope; kdβ, kdγ, kdd the law's gains on
+their rates; V the energy that the plain law shapes (`knuckle_energy`), here for the true mass m.
+
 Proof that W does not increase (force-driven rope, no friction on the payload, base at rest, all but m nominal,
-continuous), with V of the plain law for the true m, B = lB²/kdβ + lJ²/kdγ + 1/kdd and W = V + ½ (B/λ) (p - m a)²:
-1. (p - m a)' = -λ (p - m a): equal filters of equal inputs, so their difference decays for any motion of the crane.
+continuous), with B = lB²/kdβ + lJ²/kdγ + 1/kdd and W = V + ½ (B/λ) (f - m a)²:
+1. (f - m a)' = -λ (f - m a): equal filters of equal inputs, so their difference decays for any motion of the crane.
    It is (m0 - m) g at the start and always (m̂ - m) a, hence m̂ tends to m.
 2. The law overcompensates the weight by (m̂ - m) g: V' = -Σ kd q'² + (m̂ - m) g b·q', b = (lB cos β, lJ cos γ, -1) for
    boom, jib and rope. By Young's inequality, joint by joint, V' ≤ ¼ B g² (m̂ - m)².
@@ -41,11 +44,11 @@ from crane_sim.scenes.scene import Scene
 MIN_ACCELERATION = 0.5  # of g: the estimate is updated above it only, by step 3 of the proof
 
 
-class MassEstimator(NamedTuple):
+class MassEstimatorState(NamedTuple):
     """State of the estimator between commands."""
 
-    filters: Any  # (2,): a [m/s²], p [N]
-    previous: Any  # (3,) of the previous command: t [s], z' [m/s], -n_z
+    filters: Any  # (2,): a [m/s²], f [N]
+    previous: Any  # (3,) at the previous command: t [s], z' [m/s], -n_z
     winch_effort: Any  # (1,) N, effort applied by the winch since then
     mass: Any  # (1,) kg, m̂
 
@@ -55,8 +58,8 @@ class AdaptiveEnergyLaw(NamedTuple):
 
     parameters: ControlParameters  # for the nominal mass
     nominal: Crane
-    rate: float  # 1/s
-    estimator: MassEstimator
+    filter_rate: float  # 1/s, λ
+    estimator: MassEstimatorState
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
@@ -64,9 +67,9 @@ class AdaptiveEnergyLaw(NamedTuple):
 
     def with_initial_state(self) -> "AdaptiveEnergyLaw":
         """Return the law with an estimator at its initial state."""
-        return self._replace(estimator=make_estimator(self.nominal))
+        return self._replace(estimator=make_estimator_state(self.nominal))
 
-    def lyapunov_of(self, mass: float, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> float:
+    def compute_lyapunov_for_mass(self, mass: float, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> float:
         """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
         nominal, winch = self.nominal, self.parameters.winch
         boom, jib = nominal.support.boom, nominal.support.jib
@@ -77,14 +80,14 @@ class AdaptiveEnergyLaw(NamedTuple):
         compensation_bound = (
             boom.length**2 / self.parameters.kd[1] + jib.length**2 / self.parameters.kd[2] + 1.0 / winch.kd
         )
-        weight_error = (nominal.load.mass - mass) * nominal.gravity * exp(-self.rate * t)
-        return value + 0.5 * compensation_bound / self.rate * weight_error**2
+        weight_error = (nominal.load.mass - mass) * nominal.gravity * exp(-self.filter_rate * t)
+        return value + 0.5 * compensation_bound / self.filter_rate * weight_error**2
 
 
-def make_estimator(nominal: Crane) -> MassEstimator:
+def make_estimator_state(nominal: Crane) -> MassEstimatorState:
     """Return the estimator of a law, at its steady state for the nominal payload at rest."""
     m, g = nominal.load.mass, nominal.gravity
-    return MassEstimator(np.array([g, m * g]), np.array([0.0, 0.0, 1.0]), np.array([-m * g]), np.array([m]))
+    return MassEstimatorState(np.array([g, m * g]), np.array([0.0, 0.0, 1.0]), np.array([-m * g]), np.array([m]))
 
 
 @routine
@@ -93,33 +96,35 @@ def update_estimate(law, t, q, v):
     p, (filters, previous, winch_effort, mass) = law.nominal, law.estimator
     x = system.state(p, t, q, v)
     rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
-    elapsed, rate, up = t - previous[0], x[1][5], -rope_state.n[2]
+    elapsed, velocity_z, up = t - previous[0], x[1][5], -rope_state.n[2]
     if elapsed > 0.0:
-        gain = 1.0 - exp(-law.rate * elapsed)
+        gain = 1.0 - exp(-law.filter_rate * elapsed)
         tension = -add_spring(p.cable.spring, winch_effort[0], rope_state.length)
-        filters[0] += gain * ((rate - previous[1]) / elapsed + p.gravity - filters[0])
+        filters[0] += gain * ((velocity_z - previous[1]) / elapsed + p.gravity - filters[0])
         filters[1] += gain * (0.5 * (previous[2] + up) * tension - filters[1])
     if filters[0] > MIN_ACCELERATION * p.gravity:
         mass[0] = max(filters[1] / filters[0], 0.0)
-    previous[0], previous[1], previous[2] = t, rate, up
+    previous[0], previous[1], previous[2] = t, velocity_z, up
     return mass[0]
 
 
 @kernel
-def with_payload(parameters, p, mass):
-    """Return the parameters for a payload of another mass [kg]."""
+def retune_for_payload_mass(parameters, p, mass):
+    """Return the parameters with the gravity compensation for a payload of another mass [kg]."""
     extra_weight, winch = (mass - p.load.mass) * p.gravity, parameters.winch
     moments = (
         parameters.moments[0] + extra_weight * p.support.boom.length,
         parameters.moments[1] + extra_weight * p.support.jib.length,
     )
     rope = Winch(winch.kp, winch.kd, winch.target, winch.weight + extra_weight)
-    return ControlParameters(parameters.kp, parameters.kd, parameters.target, moments, rope, parameters.saturation)
+    return ControlParameters(
+        parameters.kp, parameters.kd, parameters.target, moments, rope, parameters.error_saturation
+    )
 
 
 @system.command.register(AdaptiveEnergyLaw)
 def _(law, t, q, v):
-    efforts = control_action(with_payload(law.parameters, law.nominal, update_estimate(law, t, q, v)), q, v)
+    efforts = control_action(retune_for_payload_mass(law.parameters, law.nominal, update_estimate(law, t, q, v)), q, v)
     law.estimator.winch_effort[0] = min(efforts[3], 0.0)  # a rope transmits tension only
     return efforts
 
@@ -141,10 +146,10 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | AdaptiveEn
         return law
     if law.parameters.winch is None:
         raise SceneError(
-            "control.adaptation: estimates the mass from the winch's force; possible: rope.drive = 'force'"
+            "control.adaptation: the mass is estimated from the winch's force; possible: rope.drive = 'force'"
         )
     if law.nominal.gravity == 0.0:
         raise SceneError("gravity = 0.0: without weight the mass cannot be estimated, leave out control.adaptation")
     if not nominal.sampled:
         raise SceneError("control.period = 'continuous': a law that estimates the mass has memory; give a period")
-    return AdaptiveEnergyLaw(law.parameters, law.nominal, options.rate, make_estimator(law.nominal))
+    return AdaptiveEnergyLaw(law.parameters, law.nominal, options.rate, make_estimator_state(law.nominal))

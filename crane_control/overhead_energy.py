@@ -5,9 +5,10 @@ So the law shapes kinetic energy too: with the force T sin α of the rope on the
 
     F = M/μ f + (M/μ - 1) T sin α,   f = kp e / √(1 + (e/r)²) - kd x',   F_hoist = kp_h e_h - kd_h l' - m g,
 
-e, e_h the errors. Then the trolley of mass M moves as one of the apparent mass μ under the force f.
+with the errors e of the trolley's position x and e_h of the rope's length l, the swing angle α from the vertical
+and the mass m of the payload. Then the trolley of mass M moves as one of the apparent mass μ under the force f.
 
-Proof that V never rises (planar crane, one rigid taut link, nominal parameters, continuous law), V = energy of payload
+Proof that V never rises (planar crane, a rigid taut rope, nominal parameters, continuous law), V = energy of payload
 and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)) + ½ kp_h e_h²:
 1. M x'' = F + T sin α gives μ x'' = f + T sin α. The rope's power is -T (x' sin α + l') on the
    payload, T l' on the drum.
@@ -18,8 +19,8 @@ and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)
    the computed one. k = sin²α / (sin²α + M/m + M/J), J the reflected mass of the hoist; without a hoist M/J is 0.
 V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
 
-Default gains: linearised, trolley and swing have s⁴ + d s³ + (1 + p + m/μ) s² + d s + p in units of ω = √(g/l), with
-d = kd / (μ ω), p = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω; the hoist's two are there too.
+Default gains: linearised, trolley and swing have s⁴ + δ s³ + (1 + κ + m/μ) s² + δ s + κ in units of ω = √(g/l), with
+δ = kd / (μ ω), κ = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω; the hoist's two are there too.
 The saturation r of the position error (setting `reach`) limits the speed to about r ω / 4.
 """
 
@@ -51,13 +52,13 @@ class FixedLength(NamedTuple):
     length: float  # m
 
 
-class Hoist(NamedTuple):
-    """Control of a force-driven hoist."""
+class HoistControl(NamedTuple):
+    """Control of a force-driven hoist that winds the rope."""
 
     kp: float  # N/m
     kd: float  # N s/m
     target: float  # m
-    reflected_mass: float  # kg, of drum and drive at the cable
+    reflected_mass: float  # kg, of drum and drive, at the rope
 
 
 class OverheadEnergyLaw(NamedTuple):
@@ -66,12 +67,12 @@ class OverheadEnergyLaw(NamedTuple):
     kp: float  # N/m
     kd: float  # N s/m
     target: float  # m
-    error_saturation: float  # m, r: the trolley is pulled by less than kp r
+    error_saturation: float  # m, r: kp r bounds the proportional force on the trolley
     apparent_mass: float  # kg
     trolley_mass: float  # kg
     payload_mass: float  # kg
     gravity: float  # m/s²
-    rope: FixedLength | Hoist
+    rope: FixedLength | HoistControl
     friction: Friction | None = None  # of the trolley, which the law does not act on
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
@@ -84,12 +85,12 @@ class OverheadEnergyLaw(NamedTuple):
 
 
 @generic
-def cable_state(rope, q, v):
-    """Return (length, rate, number of joints up to the swing) of the nominal link."""
+def get_rope_state(rope, q, v):
+    """Return (length [m], its rate [m/s], number of joints up to the swing) of the rope."""
     return rope.length, 0.0, 2
 
 
-@cable_state.register(Hoist)
+@get_rope_state.register(HoistControl)
 def _(rope, q, v):
     return q[1], v[1], 3
 
@@ -100,24 +101,25 @@ def hoist_control(rope, q, v, weight):
     return (), 0.0, 0.0, (0.0, 0.0)
 
 
-@hoist_control.register(Hoist)
+@hoist_control.register(HoistControl)
 def _(rope, q, v, weight):
-    error, rate = rope.target - q[1], v[1]
-    force = rope.kp * error - rope.kd * rate - weight
-    value = 0.5 * rope.kp * error * error + 0.5 * rope.reflected_mass * rate * rate
-    return (force,), 1.0 / rope.reflected_mass, force / rope.reflected_mass, (value, -rope.kd * rate * rate)
+    error, length_rate = rope.target - q[1], v[1]
+    force = rope.kp * error - rope.kd * length_rate - weight
+    value = 0.5 * rope.kp * error * error + 0.5 * rope.reflected_mass * length_rate * length_rate
+    terms = value, -rope.kd * length_rate * length_rate
+    return (force,), 1.0 / rope.reflected_mass, force / rope.reflected_mass, terms
 
 
 @kernel
 def control_action(law, q, v):
     """Return the efforts (nu,) of the law."""
     m, mu = law.payload_mass, law.apparent_mass
-    (length, _, n), error = cable_state(law.rope, q, v), law.target - q[0]
-    swing, rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
+    (length, _, n), error = get_rope_state(law.rope, q, v), law.target - q[0]
+    swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     s, c = sin(swing), cos(swing)
     force = law.kp * error / sqrt(1.0 + (error / law.error_saturation) ** 2) - law.kd * v[0]
     efforts, inverse_mass, hoist_acc, _ = hoist_control(law.rope, q, v, m * law.gravity)
-    relative_acc = length * rate * rate + law.gravity * c - s * force / mu - hoist_acc
+    relative_acc = length * swing_rate * swing_rate + law.gravity * c - s * force / mu - hoist_acc
     tension = relative_acc / (1.0 / m + s * s / mu + inverse_mass)
     ratio = law.trolley_mass / mu
     return (ratio * force + (ratio - 1.0) * tension * s, *efforts)
@@ -151,11 +153,11 @@ def compute_friction_loss(law, s, inverse_mass, v):
 @entry_point
 def compute_lyapunov(law, q, v):
     """Compiled `lyapunov`."""
-    length, length_rate, n = cable_state(law.rope, q, v)
-    swing, rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
+    length, length_rate, n = get_rope_state(law.rope, q, v)
+    swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     _, inverse_mass, _, (value, value_rate) = hoist_control(law.rope, q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
-    across, up = v[0] + length_rate * s + length * c * rate, -length_rate * c + length * s * rate
+    across, up = v[0] + length_rate * s + length * c * swing_rate, -length_rate * c + length * s * swing_rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
     value = value + 0.5 * law.apparent_mass * v[0] * v[0]
     value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.error_saturation) ** 2))
@@ -187,10 +189,10 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     hoisted_mass = m + model.hoist.reflected_mass if has_hoist else 0.0
     kp = _gains("kp", options.kp, (0.25 * m * omega**2, hoisted_mass * omega**2), len(target))
     kd = _gains("kd", options.kd, (m * omega, 2.0 * hoisted_mass * omega), len(target))
-    rope = Hoist(kp[1], kd[1], length, model.hoist.reflected_mass) if has_hoist else FixedLength(length)
+    rope = HoistControl(kp[1], kd[1], length, model.hoist.reflected_mass) if has_hoist else FixedLength(length)
     masses = options.apparent_mass or 0.25 * m, model.trolley.mass, m
-    trolley_loop = kp[0], kd[0], target[0], options.reach
-    return OverheadEnergyLaw(*trolley_loop, *masses, model.gravity, rope, model.trolley.friction)
+    trolley_control = kp[0], kd[0], target[0], options.reach
+    return OverheadEnergyLaw(*trolley_control, *masses, model.gravity, rope, model.trolley.friction)
 
 
 def _read_target(nominal: Scene) -> tuple[float, ...]:

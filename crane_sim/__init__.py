@@ -11,7 +11,7 @@ read_recording: a recorded run, as arrays with the names of simulate's; run.plot
 acceleration, energy: the equations of a scene; linearise: its linear ones about rest.
 identify: parameters of a scene from a recording or a ROS bag of a rig, with confidence intervals.
 study.run: many runs as one table (import crane_sim.study).
-SceneError: a scene that is not possible; SimulationError: a run that could not go on.
+SceneError: an invalid scene; SimulationError: a run that could not go on.
 
 Names are imported when they are first used, so that a node pays only for what it needs.
 """

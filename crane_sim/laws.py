@@ -148,7 +148,7 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
         raise
     except ValueError as error:
         raise SceneError(f"control: {error}") from None
-    except Exception as error:  # an external package: any error of it is one line for the user
+    except Exception as error:  # of an external package: whatever it is, the user gets a one-line error
         raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
 
 
@@ -219,7 +219,7 @@ def fast_half(law: Any) -> Any:
 
 
 class LawError(RuntimeError):
-    """A law that raised, or returned no vector of efforts; one line."""
+    """A law raised an exception, or did not return a vector of efforts; the message is one line."""
 
 
 def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:

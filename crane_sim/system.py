@@ -20,18 +20,22 @@ from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
 
 
+EVENT_LOG_CAPACITY = 1000
+"""Number of events that the log of a run keeps."""
+
+
 class Retake(NamedTuple):
-    """The equations change fast just before an event: a longer step can miss that."""
+    """Marks equations that change fast just before an event, which a longer step can miss: as friction by Stribeck."""
 
 
 class Switching(NamedTuple):
-    """The model's equations switch."""
+    """The model's equations switch at events."""
 
-    capacity: int = 1000  # number of events that are kept
+    capacity: int = EVENT_LOG_CAPACITY  # number of events that the log keeps
     positions: int = (
         0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
     )
-    retake: Any = None  # `Retake`: steps that events end are held to the tolerance, too
+    retake: Any = None  # `Retake`: a step that an event ends is repeated until it is within the tolerance, too
 
 
 @stage_generic

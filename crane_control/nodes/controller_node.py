@@ -14,7 +14,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.laws import fast_half, slow_half
 from crane_sim.ros.common import messages, node_host
-from crane_sim.ros.common.command_wire import CommandWire
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.controller.law_node import Diagnostics, LawNode, OutputTopic, make_law
@@ -35,7 +35,7 @@ PARAMETERS = {
         2.0, "s in which the joints come to rest after a trajectory that was cancelled or left", 1e-3, 3600.0, live=True
     ),
 }
-_COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM)
+_COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
 
 
 class ControllerNode(LawNode):
@@ -48,9 +48,9 @@ class ControllerNode(LawNode):
         self._goals = TrajectoryAction(node, scene, self._law, settings)
         self._next_reference, self._referred = 0, self._law  # ns; the law whose path ends at the reference
         self._command = b""  # the newest, serialized
-        self._command_wire = CommandWire(scene)
+        self._command_codec = CommandCodec(scene)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
-        self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM)
+        self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM_QOS)
         half, lockstep = slow_half(self._law), settings.mode == RunMode.LOCKSTEP
         self._setpoints = Setpoints(node, half.names, lockstep, self._answer) if half else None
 
@@ -91,7 +91,7 @@ class ControllerNode(LawNode):
             return
         self._answers.publish(self._command)  # first of all: the plant waits for it
         if state.stamp >= self._next_reference and self._scene.reference:
-            self._next_reference = state.stamp + messages.SECOND
+            self._next_reference = state.stamp + messages.NS_PER_S
             messages.set_stamp(self._reference.header.stamp, state.stamp)
             self._references.publish(self._reference)
 
@@ -102,7 +102,7 @@ class ControllerNode(LawNode):
         effort = self._ask_law(state)
         if effort is None:
             return False
-        self._command = self._command_wire.encode(state.stamp, effort)
+        self._command = self._command_codec.encode(state.stamp, effort)
         self._last_state = state
         self._update_reference()
         return True

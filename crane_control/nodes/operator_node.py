@@ -16,9 +16,9 @@ from crane_sim.files.errors import SceneError
 from crane_sim.operator.desk import Desk, Mode, SoftLimits
 from crane_sim.operator.drives import driven_joints
 from crane_sim.operator.inputs import DEVICES, LEVELS, Demand, Keyboard
-from crane_sim.operator.levers import assign
+from crane_sim.operator.levers import make_lever_assignment
 from crane_sim.ros.common import messages, node_host
-from crane_sim.ros.common.command_wire import CommandWire
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers, serve_responder
@@ -76,7 +76,7 @@ class OperatorNode:
         self.fault, self._host, self._settings = "", host, settings
         self._scene = scene = load_scene(settings.scene).with_external_commands()
         joints, changes = driven_joints(scene), [part for part in settings.mapping.split(",") if part]
-        self._assignment = assign(scene.actuated, changes)
+        self._assignment = make_lever_assignment(scene.actuated, changes)
         self._desk = Desk(joints, settings.device_timeout, settings.assistance)
         self._limits, self._brakes = SoftLimits(joints, scene.period), Brakes(host)
         self._keyboard = Keyboard(self._assignment)
@@ -85,14 +85,14 @@ class OperatorNode:
         self._assistance, self._assistance_unavailable = _assistance(scene)
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self._warm_up()
-        self._reader, self._wire = StateReader(host.node, scene), CommandWire(scene)
+        self._reader, self._codec = StateReader(host.node, scene), CommandCodec(scene)
         self._last: State | None = None
         self._speeds = (0.0,) * len(joints)
         self._next_panel, self._counts = 0.0, {"stops": 0, "losses": 0}
-        self._commands = host.node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
+        self._commands = host.node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
         self._activation = ActivationBuffer(self._on_state)
         self._states = host.node.create_subscription(
-            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM, raw=True
+            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS, raw=True
         )
 
     def activate(self, active: bool) -> None:
@@ -142,7 +142,7 @@ class OperatorNode:
         operator = self._desk.take(self._demand(now), now)
         q, v = ([values[i] for i in self._driven] for values in (state.q, state.v))
         self._speeds = self._limits.take(self._assisted_speeds(state, operator), q, v)
-        self._commands.publish(self._wire.encode(state.stamp, self._speeds))
+        self._commands.publish(self._codec.encode(state.stamp, self._speeds))
         if self._brakes.request(self._desk.braked, now):
             self._limits.reset()
         self._count(before)

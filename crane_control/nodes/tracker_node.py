@@ -20,7 +20,7 @@ PARAMETERS = {
     "law": Option("", "control law; empty: the scene's own"),
     "expected_recorders": Option(0, "subscribers of the demands besides the controller", 0, 100),
 }
-_DEMANDS = OutputTopic(JointTrajectory, "tip_demand", messages.STREAM)
+_DEMANDS = OutputTopic(JointTrajectory, "tip_demand", messages.STREAM_QOS)
 
 
 class TwoRateLaw(NamedTuple):

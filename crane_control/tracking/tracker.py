@@ -74,8 +74,8 @@ class Sample(NamedTuple):
 class Estimate(NamedTuple):
     """Estimates of a disturbance estimator at one sample: payload, disturbance, compensation."""
 
-    y: tuple[float, float]  # m
-    dy: tuple[float, float]  # m/s
+    position: tuple[float, float]  # m, of the payload
+    velocity: tuple[float, float]  # m/s
     u: tuple[float, float]  # m/s², compensation of the disturbance
     du: tuple[float, float]  # m/s³, its rate of change, 0 where unknown
     d: tuple[float, float]  # m/s², the estimated disturbance
@@ -85,7 +85,7 @@ class Estimate(NamedTuple):
 @generic
 def estimate(disturbance_estimator, pendulum, sample, measurement):
     """Return the Estimate at a Sample; without an estimator, the measured state and no disturbance."""
-    return Estimate(measurement.y, measurement.dy, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
+    return Estimate(measurement.position, measurement.velocity, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
 @generic
@@ -122,8 +122,8 @@ def compute_tip_setpoint(tracker, t, tip, y, dy):
     estimates = estimate(tracker.disturbance_estimator, tracker.pendulum, Sample(t, tip, goal), measurement)
     gravity, base_acc = base_acceleration(tracker.base, tracker.pendulum.gravity, t)
     length = tracker.pendulum.length
-    omega_sq0 = pendulum_omega_sq(length / estimates.length_ratio[0], gravity, estimates.y, tip)
-    omega_sq1 = pendulum_omega_sq(length / estimates.length_ratio[1], gravity, estimates.y, tip)
+    omega_sq0 = pendulum_omega_sq(length / estimates.length_ratio[0], gravity, estimates.position, tip)
+    omega_sq1 = pendulum_omega_sq(length / estimates.length_ratio[1], gravity, estimates.position, tip)
     x0, v0 = axis_setpoint(tracker.gains, t, omega_sq0, estimates, tip, goal, jerk, base_acc, 0)
     x1, v1 = axis_setpoint(tracker.gains, t, omega_sq1, estimates, tip, goal, jerk, base_acc, 1)
     forward = tracker.gains.acceleration
@@ -145,11 +145,11 @@ def axis_setpoint(gains, t, omega_sq, estimates, tip, goal, jerk, base_acc, i):
 
     The velocity neglects the rate of ω²; the payload's acceleration in it is that of the model.
     """
-    acceleration = omega_sq * (tip[i] - estimates.y[i]) + estimates.d[i]
-    e, de = estimates.y[i] - goal[0][i], estimates.dy[i] - goal[1][i]
+    acceleration = omega_sq * (tip[i] - estimates.position[i]) + estimates.d[i]
+    e, de = estimates.position[i] - goal[0][i], estimates.velocity[i] - goal[1][i]
     (factor, factor_rate), initial_kd = compute_ramp(gains.ramp, t), 2.0 * INITIAL_DAMPING * sqrt(omega_sq)
     kp, kd = factor * gains.kp + (1.0 - factor) * omega_sq, factor * gains.kd + (1.0 - factor) * initial_kd
     w = goal[2][i] - kd * de - kp * e + estimates.u[i] - base_acc[i]
     rate = jerk[i] + estimates.du[i] - kd * (acceleration - goal[2][i]) - kp * de
     rate -= factor_rate * ((gains.kd - initial_kd) * de + (gains.kp - omega_sq) * e)
-    return estimates.y[i] + w / omega_sq, gains.velocity * (estimates.dy[i] + rate / omega_sq)
+    return estimates.position[i] + w / omega_sq, gains.velocity * (estimates.velocity[i] + rate / omega_sq)

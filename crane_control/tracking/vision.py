@@ -18,7 +18,7 @@ from crane_sim.scenes.scene import Scene
 MAX_FRAMES = 10_000_000
 
 
-class Vision(NamedTuple):
+class CameraSettings(NamedTuple):
     """A camera that measures the payload: late, noisy, filtered frames; velocities by backward difference."""
 
     rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which the measurement is held
@@ -33,18 +33,18 @@ class CameraState(NamedTuple):
 
     counts: Any  # (3,) int64: frames taken, frames used, index of the interval in which the next frame is due
     queue: Any  # (n, 3): time taken [s], x, y [m] of frames that are delayed by the latency; a ring buffer
-    newest: Any  # (3,) time [s], x, y [m] of the last frame used
+    last_used_frame: Any  # (3,) time taken [s], x, y [m]
     filtered: Any  # (4,) x, y [m], their rates [m/s]
 
 
 class Camera(NamedTuple):
-    """A camera with its drawn noise and its state."""
+    """A camera: its parameters, the noise drawn for the run, and its state."""
 
     interval: float  # s, between frames
     latency: float  # s
-    corner: float  # 1/s, of the filter; infinite where there is none
-    deviation: float  # m, of the noise
-    noise: Any  # (frames, 2) m, drawn
+    corner_rad_s: float  # rad/s, corner frequency of the low-pass filter; infinite where there is none
+    noise_std: float  # m, standard deviation of the noise of each coordinate
+    noise_samples: Any  # (frames, 2) m, noise of each frame
     state: CameraState
 
     def with_initial_state(self) -> "Camera":
@@ -55,14 +55,14 @@ class Camera(NamedTuple):
 class Measurement(NamedTuple):
     """The payload's measured state relative to the base, horizontal coordinates."""
 
-    y: tuple[float, float]  # m
-    dy: tuple[float, float]  # m/s
-    raw: tuple[float, float]  # m, as measured, unfiltered
-    age: float  # s, of `raw`
-    new: bool  # whether `raw` is new since the last call
+    position: tuple[float, float]  # m, filtered
+    velocity: tuple[float, float]  # m/s
+    raw: tuple[float, float]  # m, position in the last frame used, unfiltered
+    age: float  # s, since that frame was taken
+    new: bool  # whether that frame was not used before this call
 
 
-def make_camera(settings: Vision | None, nominal: Scene) -> Camera | None:
+def make_camera(settings: CameraSettings | None, nominal: Scene) -> Camera | None:
     """Return the camera for a run of the nominal scene, None where the law measures the payload exactly.
 
     Raises:
@@ -76,9 +76,9 @@ def make_camera(settings: Vision | None, nominal: Scene) -> Camera | None:
             f"control.vision.rate = {settings.rate:g}: makes {frames:.0f} frames, at most {MAX_FRAMES:.0e}"
         )
     noise = np.random.default_rng(settings.seed).normal(0.0, settings.noise, (frames, 2))
-    corner = inf if settings.low_pass is None else 2.0 * pi * settings.low_pass
+    corner_rad_s = inf if settings.low_pass is None else 2.0 * pi * settings.low_pass
     size = int(np.ceil(settings.latency * settings.rate)) + 2  # frames within the latency at one time, at most
-    return Camera(1.0 / settings.rate, settings.latency, corner, settings.noise, noise, _empty(size))
+    return Camera(1.0 / settings.rate, settings.latency, corner_rad_s, settings.noise, noise, _empty(size))
 
 
 def _empty(size: int) -> CameraState:
@@ -86,24 +86,24 @@ def _empty(size: int) -> CameraState:
 
 
 @generic
-def measure(camera, t, y, dy):
-    """Return the Measurement at time t [s] of a payload at y (2,) [m] with velocity dy (2,) [m/s]."""
-    return Measurement(y, dy, y, 0.0 * t, True)  # 0.0 * t types the age for numba, as a camera's
+def measure(camera, t, position, velocity):
+    """Return the Measurement at time t [s] of a payload at a position (2,) [m] with a velocity (2,) [m/s]."""
+    return Measurement(position, velocity, position, 0.0 * t, True)  # 0.0 * t types the age for numba, as a camera's
 
 
 @measure.register(Camera)
-def _(camera, t, y, dy):
-    return take_frame(camera, t, y)
+def _(camera, t, position, velocity):
+    return take_frame(camera, t, position)
 
 
 @routine
-def take_frame(camera, t, y):
-    """Return the Measurement of a camera: takes a frame if one is due, and filters the frames that have arrived."""
-    counts, queue, newest, filtered = camera.state
+def take_frame(camera, t, position):
+    """Return the Measurement of a camera, which takes a frame if one is due, and filters those that have arrived."""
+    counts, queue, last_used_frame, filtered = camera.state
     tolerance = 1e-9 * camera.interval  # rounding of the times
     if t >= counts[2] * camera.interval - tolerance:
-        row, noise = counts[0] % len(queue), camera.noise[counts[0] % len(camera.noise)]
-        queue[row, 0], queue[row, 1], queue[row, 2] = t, y[0] + noise[0], y[1] + noise[1]
+        row, noise = counts[0] % len(queue), camera.noise_samples[counts[0] % len(camera.noise_samples)]
+        queue[row, 0], queue[row, 1], queue[row, 2] = t, position[0] + noise[0], position[1] + noise[1]
         if counts[0] == 0:  # a first frame without latency: the payload's position before the run is known
             filter_frame(camera, queue[row])
         counts[0] += 1
@@ -114,20 +114,24 @@ def take_frame(camera, t, y):
         counts[1] += 1
         new = True
     return Measurement(
-        (filtered[0], filtered[1]), (filtered[2], filtered[3]), (newest[1], newest[2]), t - newest[0], new
+        (filtered[0], filtered[1]),
+        (filtered[2], filtered[3]),
+        (last_used_frame[1], last_used_frame[2]),
+        t - last_used_frame[0],
+        new,
     )
 
 
 @routine
 def filter_frame(camera, frame):
     """Update the filter with a frame (time, x, y)."""
-    newest, filtered = camera.state.newest, camera.state.filtered
+    last_used_frame, filtered = camera.state.last_used_frame, camera.state.filtered
     first = camera.state.counts[1] == 0
-    elapsed = camera.interval if first else frame[0] - newest[0]
-    gain = 1.0 - exp(-camera.corner * elapsed)
+    elapsed = camera.interval if first else frame[0] - last_used_frame[0]
+    gain = 1.0 - exp(-camera.corner_rad_s * elapsed)
     for i in range(2):
         previous = frame[1 + i] if first else filtered[i]
         filtered[i] = previous + gain * (frame[1 + i] - previous)
         filtered[2 + i] = (filtered[i] - previous) / elapsed
     for i in range(3):
-        newest[i] = frame[i]
+        last_used_frame[i] = frame[i]

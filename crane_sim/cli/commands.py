@@ -16,11 +16,11 @@ from crane_sim.cli.compare import compare_runs
 from crane_sim.cli.help_lines import HELP, CommandGroup
 from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
-from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
+from crane_sim.cli.run_options import RunOptions, check_recording, ensure_writable_folder, run_options
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
 from crane_sim.cli.tune import tune
-from crane_sim.cli.viewing import clip, output_of, recording_of, replay, shot, view
+from crane_sim.cli.viewing import check_output, clip, recording_of, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.read import read_recording
@@ -105,7 +105,7 @@ def plot(runs: tuple[Path, ...], output: Path | None) -> None:
     from crane_sim.evaluation.report.figure import KINDS, save_comparison_figure, save_run_figure
 
     recordings = [recording_of(run) for run in runs or (None,)]
-    file = output_of(output, recordings[0], *KINDS)
+    file = check_output(output, recordings[0], *KINDS)
     if len(recordings) == 1:
         save_run_figure(read_recording(recordings[0]), file)
     else:
@@ -129,12 +129,12 @@ def write_report(run: Path | None, output: Path | None) -> None:
         install_groups("plots", "study")
         from crane_sim.evaluation.report.study_page import save_study_page
 
-        file = output_of(output, run / "report", ".html")
+        file = check_output(output, run / "report", ".html")
         save_study_page(run, file)
         print(file)
         return
     recording = recording_of(run)
-    file = output_of(output, recording, ".html")
+    file = check_output(output, recording, ".html")
     save_page(read_recording(recording), file)
     print(file)
 
@@ -147,7 +147,7 @@ def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
     """List the catalogue, one line each."""
     if names and folder is None:
         raise SceneError("--scene: belongs to --save FOLDER; leave it out, or say where the page is")
-    check_folder(folder)
+    ensure_writable_folder(folder)
     if folder is not None:
         install_groups("plots")
         from crane_sim.evaluation.documentation.scenes_page import save_page
@@ -214,7 +214,7 @@ def describe(scene: str | None, python: bool, ros2_control: bool, folder: str | 
     """
     from crane_sim.evaluation.documentation import api_page, scene_format
 
-    check_folder(folder)
+    ensure_writable_folder(folder)
     if (scene is None) == ros2_control:
         raise SceneError(f"crane describe {scene or '--ros2-control'}: SCENE and --ros2-control belong together")
     if scene is not None:
@@ -272,7 +272,7 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
     """
     from crane_sim.evaluation.reproduce import show
 
-    check_folder(folder)
+    ensure_writable_folder(folder)
     install_groups(*["plots"] * (folder is not None))
     show(item, as_json, folder)
 
@@ -295,7 +295,7 @@ def league(
 
     if samples is None and (output is not None or cranes):
         raise click.UsageError("-o and --crane are for --samples")
-    check_folder(folder)
+    ensure_writable_folder(folder)
     install_groups(*["plots"] * (folder is not None and samples is None))
     if samples is None:
         command.league(as_json, folder)

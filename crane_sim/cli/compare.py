@@ -13,7 +13,7 @@ from rich.table import Table
 
 from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
-from crane_sim.cli.viewing import output_of, recording_of
+from crane_sim.cli.viewing import check_output, recording_of
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.figure_units import figure_row, shown_unit
 
@@ -32,7 +32,7 @@ def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json:
     from crane_sim.recording.comparison import compare
 
     if output is not None:
-        output_of(output, Path(runs[0]), ".html", ".rrd")
+        check_output(output, Path(runs[0]), ".html", ".rrd")
         _check_is_no_run(output, runs)
     if laws:
         names = _law_names(laws, runs)
@@ -45,7 +45,8 @@ def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json:
         print(json.dumps(report.json_value(comparison.to_dict())))
     else:
         _print(comparison)
-        print(*[output] * (output is not None))
+        if output is not None:
+            print(output)
 
 
 def _check_is_no_run(output: Path, runs: Sequence[str]) -> None:
@@ -96,7 +97,7 @@ def _print(comparison: Comparison) -> None:
     """Print the metrics that differ or matter, and the largest differences of every quantity."""
     names, console = comparison.names, Console()
     first, *others = names
-    _print_figures(comparison, console)
+    _print_metrics(comparison, console)
     for name, run in zip(names, comparison.runs, strict=True):
         if not run.finished:
             console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True)
@@ -105,7 +106,7 @@ def _print(comparison: Comparison) -> None:
     for name, differences in zip(others, comparison.differences, strict=True):
         for quantity, each in differences.items():
             unit, factor = shown_unit(each.unit)
-            largest, rms = _format_figure(factor * each.largest), _format_figure(factor * each.rms)
+            largest, rms = _format_number(factor * each.largest), _format_number(factor * each.rms)
             table.add_row(name, quantity, largest, f"{each.at:g}", rms, unit)
     console.print(table)
     for name, left_out in zip(others, comparison.not_compared, strict=True):
@@ -114,11 +115,11 @@ def _print(comparison: Comparison) -> None:
             console.print(line, highlight=False, soft_wrap=True)
 
 
-def _print_figures(comparison: Comparison, console: Console) -> None:
+def _print_metrics(comparison: Comparison, console: Console) -> None:
     """Print the metrics of every run, and their differences from the first."""
     first, *others = comparison.names
-    heads = ("figure", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
-    table = Table(*heads, title="figures", title_justify="left")
+    heads = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
+    table = Table(*heads, title="metrics", title_justify="left")
     cranes = [run.crane for run in comparison.runs]
     for key, values in comparison.metrics.items():
         label, unit, shown = figure_row(key, cranes, values)
@@ -126,5 +127,5 @@ def _print_figures(comparison: Comparison, console: Console) -> None:
     console.print(table)
 
 
-def _format_figure(value: float) -> str:
+def _format_number(value: float) -> str:
     return f"{value:.5g}"

@@ -18,7 +18,7 @@ from crane_sim.files.errors import SceneError, shorten
 from crane_sim.operator.drives import driven_joints, with_operator_drives
 from crane_sim.operator.gamepad import MISSING
 from crane_sim.operator.inputs import DEVICES
-from crane_sim.operator.levers import Assignment, assign
+from crane_sim.operator.levers import Assignment, make_lever_assignment
 
 DEFAULT_TOPIC = "/joy"
 _TOPIC = re.compile(r"~?/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS
@@ -58,7 +58,7 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     options.check()
     _check_device(given)
     loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
-    speeds, assignment = _parse_speeds(given["speeds"]), assign(loaded.actuated, given["mapping"])
+    speeds, assignment = _parse_speeds(given["speeds"]), make_lever_assignment(loaded.actuated, given["mapping"])
     with report.compiling(hidden=as_json):
         ready = with_operator_drives(loaded, given["duration"], speeds)
         _warm(ready)

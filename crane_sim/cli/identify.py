@@ -51,7 +51,7 @@ def identify_parameters(
 
     loaded = load_scene_with_options(scene, settings=settings)
     folder = output or Path("runs") / f"identify-{run.stem}"
-    check_output(folder)
+    prepare_output_folder(folder)
     options = {} if segment is None else {"segment": segment}
     with report.compiling(hidden=as_json):
         found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
@@ -67,7 +67,7 @@ def _names(text: str) -> list[str]:
     return [name for name in map(str.strip, text.split(",")) if name]
 
 
-def check_output(folder: Path) -> None:
+def prepare_output_folder(folder: Path) -> None:
     """Make the folder; SceneError: it cannot be made, or the picture cannot be drawn."""
     if find_spec("matplotlib") is None:
         raise SceneError("the picture needs the Python package matplotlib (pip install matplotlib)")

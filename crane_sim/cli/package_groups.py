@@ -40,7 +40,7 @@ def install_groups(*names: str) -> None:
     """Install those groups that the tree's environment lacks; an environment of another making is left as it is.
 
     Raises:
-        RuntimeError: the packages could not be installed; one line.
+        RuntimeError: the packages could not be installed; the message is one line.
     """
     if not is_of_this_tree() or all(map(_is_installed, names)):
         return

@@ -21,8 +21,8 @@ from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeout
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
-_PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of names of frames
-_NAMESPACE = re.compile(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS, without the slash before it
+_PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of frame names
+_NAMESPACE = re.compile(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # as ROS allows it, without the leading slash
 _NOT_INSTALLED = "which is not installed (pip install"
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
@@ -30,12 +30,12 @@ _OPTIONS = {
     "mode": click.option("--mode", default="lockstep", help="lockstep | realtime (default lockstep)."),
     "rate": click.option("--rate", type=float, help="realtime: simulated seconds per second."),
     "record": click.option(
-        "--record", type=click.Path(path_type=Path), help="The recording (default: runs/SCENE-TIME.rrd)."
+        "--record", type=click.Path(path_type=Path), help="File of the recording (default: runs/SCENE-TIME.rrd)."
     ),
     "no_record": click.option("--no-record", is_flag=True, help="Write no recording."),
-    "mcap": click.option("--mcap", type=click.Path(path_type=Path), help="Write the ROS messages, too: FILE.mcap."),
+    "mcap": click.option("--mcap", type=click.Path(path_type=Path), help="Also write the ROS messages to FILE.mcap."),
     "live": click.option(
-        "--live", is_flag=True, help="Let Rerun viewers on this machine watch; best with --mode realtime."
+        "--live", is_flag=True, help="Stream to Rerun viewers on this machine; best with --mode realtime."
     ),
     "domain_id": click.option("--domain-id", type=int, help="ROS domain id, 0 .. 232; a free one when left out."),
     "no_controller": click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
@@ -47,23 +47,25 @@ _OPTIONS = {
     ),
     "restart": click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
     "on_silence": click.option(
-        "--on-silence", help=f"realtime: action at the time-out of commands: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."
+        "--on-silence", help=f"realtime: action when no command arrives in time: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}."
     ),
     "command_stamps": click.option(
         "--command-stamps",
-        help="With --no-controller: stamps of commands: that of the state answered, ROS time (in lockstep /clock then "
-        f"leads), or any: {' | '.join(COMMAND_STAMPS)} (default state).",
+        help="With --no-controller: stamp that a command must have: that of the state that it answers, ROS time (in "
+        f"lockstep /clock then leads by one period), or any: {' | '.join(COMMAND_STAMPS)} (default state).",
     ),
     "tf": click.option("--tf", help=f"Transforms on /tf and /tf_static: {' | '.join(TRANSFORM_SCOPES)} (default all)."),
     "frame_prefix": click.option(
-        "--frame-prefix", help="Begins the names of frames but world: several cranes in one ROS domain."
+        "--frame-prefix", help="Prefix of all TF frame names except `world`, for several cranes in one ROS domain."
     ),
-    "namespace": click.option("--namespace", help="Of the nodes and their topics (default: the kind of crane)."),
+    "namespace": click.option(
+        "--namespace", help="Namespace of the nodes and their topics (default: the kind of crane)."
+    ),
     "beside": click.option(
-        "--beside", help="lockstep: namespaces of other cranes on the same clock, with commas between them."
+        "--beside", help="lockstep: namespaces of other cranes on the same clock, separated by commas."
     ),
-    "no_clock": click.option("--no-clock", is_flag=True, help="Leave /clock to another crane."),
-    "paused": click.option("--paused", is_flag=True, help="Begin paused, until a service plays the run."),
+    "no_clock": click.option("--no-clock", is_flag=True, help="Do not publish /clock: another crane does."),
+    "paused": click.option("--paused", is_flag=True, help="Begin paused, until resumed by a service call."),
     "fifo": click.option("--fifo", type=int, help="realtime: priority 1 .. 99 of the plant (SCHED_FIFO); 0: none."),
 }
 
@@ -127,7 +129,7 @@ class RunOptions(NamedTuple):
         self._check_files()
 
     def _check_names(self) -> None:
-        """Raise SceneError for a name that ROS does not have."""
+        """Raise SceneError for an invalid ROS name."""
         if self.frame_prefix is not None and not _PREFIX.fullmatch(self.frame_prefix):
             raise SceneError(
                 f"--frame-prefix = {self.frame_prefix!r}: possible: letters, digits, _ and /, such as west/"
@@ -150,7 +152,7 @@ class RunOptions(NamedTuple):
                 raise SceneError(f"{option} = {value}: only with --no-controller, which lets a node of yours command")
 
     def _check_clock(self) -> None:
-        """Raise SceneError where the clock of a run is not what other options need."""
+        """Raise SceneError for options that contradict each other about the clock of a run."""
         if self.beside is not None and self.mode == "realtime":
             raise SceneError(
                 f"--beside = {self.beside}: only in lockstep, in real time the wall clock is shared by all"
@@ -163,7 +165,7 @@ class RunOptions(NamedTuple):
             raise SceneError("--no-clock: not with --command-stamps ros, which is led by the clock in lockstep")
 
     def check_scene(self, scene: "Scene") -> None:
-        """Raise SceneError for an option that the scene has no use for."""
+        """Raise SceneError for an option that has no effect on the scene."""
         if self.beside is not None and not scene.sampled:
             raise SceneError(
                 f"--beside = {self.beside}: {scene.name} takes no commands; possible: scenes with a sampled law"
@@ -188,7 +190,7 @@ class RunOptions(NamedTuple):
         record = None if self.no_record else self.record or _default_recording(scene)
         for option, path in (("--record", record), ("--mcap", self.mcap)):
             if path is not None:
-                check_writable(option, path)
+                ensure_writable_file(option, path)
         set_options = {"rate": self.rate, "on_silence": self.on_silence, "fifo": self.fifo}
         set_options |= {"command_stamps": self.command_stamps, "tf": self.tf, "frame_prefix": self.frame_prefix}
         set_options |= {"namespace": self.namespace, "beside": self.beside}
@@ -206,8 +208,8 @@ class RunOptions(NamedTuple):
         }
 
 
-def check_folder(folder: str | None) -> None:
-    """Create the folder of `--save`; raise a single-line SceneError where pages cannot be written into it."""
+def ensure_writable_folder(folder: str | None) -> None:
+    """Create the folder of `--save`; raise a single-line SceneError where no file can be written into it."""
     if folder is None:
         return
     try:
@@ -224,7 +226,7 @@ def check_recording(path: Path | None) -> None:
         return
     if find_spec("rerun") is None:
         raise SceneError(f"--record: needs the Python package rerun-sdk, {_NOT_INSTALLED} 'crane_sim[rerun]')")
-    check_writable("--record", path)
+    ensure_writable_file("--record", path)
 
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -259,8 +261,8 @@ def _check_mcap(path: Path) -> None:
             raise SceneError(f"--mcap {path}: {partial_file} is in the way{reason}")
 
 
-def check_writable(option: str, path: Path) -> None:
-    """Make the folder of a file; raise a single-line SceneError where the file cannot be written."""
+def ensure_writable_file(option: str, path: Path) -> None:
+    """Create the folder of a file; raise a single-line SceneError where the file cannot be written."""
     if path.is_dir():
         raise SceneError(f"{option} {path}: is a folder")
     if path.exists() and not path.is_file():

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from crane_sim.cli.help_lines import HELP, CommandGroup
 from crane_sim.cli.package_groups import install_groups
-from crane_sim.cli.run_options import check_folder
+from crane_sim.cli.run_options import ensure_writable_folder
 from crane_sim.evaluation.soak.figures import Figure
 
 _OUTPUT = ("as_json", "folder")  # options of the output, which change no figure
@@ -21,7 +21,7 @@ _Measure = Callable[[], tuple[Sequence[Figure], dict[str, Any]]]
 
 @click.group(cls=CommandGroup, context_settings=HELP)
 def soak() -> None:
-    """Run a soak test and print its figures; exit code 1 where a promise was not kept."""
+    """Run a soak test and print its figures; exit code 1 where one fails its requirement."""
 
 
 _seed = click.option("--seed", type=int, default=0, help="Seed of the random instants.")
@@ -29,7 +29,7 @@ _seed = click.option("--seed", type=int, default=0, help="Seed of the random ins
 
 def _output(command: _Command) -> _Command:
     """Add the output options."""
-    command = click.option("--save", "folder", metavar="FOLDER", help="Also write page, plot and data there.")(command)
+    command = click.option("--save", "folder", metavar="FOLDER", help="Also write page, plot and data here.")(command)
     return click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")(command)
 
 
@@ -38,7 +38,7 @@ def _output(command: _Command) -> _Command:
 @_seed
 @_output
 def kill(count: int, seed: int, **output: Any) -> None:
-    """SIGKILL on controller and recorder in turn, at random instants of one run with --restart."""
+    """Kill controller and recorder in turn at random instants of one run with --restart."""
     from crane_sim.evaluation.soak.kill import soak as measure
 
     _report(lambda: measure(count, seed=seed), **output)
@@ -49,7 +49,7 @@ def kill(count: int, seed: int, **output: Any) -> None:
 @_seed
 @_output
 def signals(count: int, seed: int, **output: Any) -> None:
-    """SIGINT and SIGTERM at random instants of the start, the run and the shutdown of `crane run`."""
+    """Interrupt `crane run` by SIGINT and SIGTERM at random instants of its start, run and shutdown."""
     from crane_sim.evaluation.soak.signals import soak as measure
 
     _report(lambda: measure(count, seed=seed), **output)
@@ -59,7 +59,7 @@ def signals(count: int, seed: int, **output: Any) -> None:
 @click.option("--minutes", type=click.FloatRange(0.1), default=30.0, help="Minutes of wall time.")
 @_output
 def memory(minutes: float, **output: Any) -> None:
-    """Resident memory of the nodes, and their rate, over a long lockstep run."""
+    """Measure resident memory and step rate of the nodes in a long lockstep run."""
     from crane_sim.evaluation.soak.memory import soak as measure
 
     _report(lambda: measure(minutes * 60.0), **output)
@@ -69,7 +69,7 @@ def memory(minutes: float, **output: Any) -> None:
 @click.option("--steps", type=click.FloatRange(1e4), default=1e7, help="Number of control periods.")
 @_output
 def inprocess(steps: float, **output: Any) -> None:
-    """Resident memory and rate of `Plant.advance` and `simulate`, without ROS."""
+    """Measure resident memory and step rate of `Plant.advance` and `simulate`, without ROS."""
     from crane_sim.evaluation.soak.inprocess import soak as measure
 
     _report(lambda: measure(int(steps)), **output)
@@ -79,7 +79,7 @@ def inprocess(steps: float, **output: Any) -> None:
 @click.option("--count", type=click.IntRange(2), default=50, help="Number of runs.")
 @_output
 def determinism(count: int, **output: Any) -> None:
-    """One scene over processes, executors and load: every run has the same state_sha256."""
+    """Run one scene with varied processes, executors and load; each run must have the same state_sha256."""
     from crane_sim.evaluation.soak.determinism import soak as measure
 
     _report(lambda: measure(count), **output)
@@ -89,7 +89,7 @@ def determinism(count: int, **output: Any) -> None:
 @click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Seconds of real time.")
 @_output
 def realtime(seconds: float, **output: Any) -> None:
-    """1 kHz in real time: rate, overruns against a subscriber's count, period error against a loop that only sleeps."""
+    """Run at 1 kHz in real time: rate, overruns, and period error beside that of a loop that only sleeps."""
     from crane_sim.evaluation.soak.realtime import soak as measure
 
     _report(lambda: measure(seconds), **output)
@@ -98,7 +98,7 @@ def realtime(seconds: float, **output: Any) -> None:
 @soak.command("page")
 @click.option("--save", "folder", metavar="FOLDER", required=True, help="Folder of the data.")
 def rewrite_page(folder: str) -> None:
-    """Rewrite page and plots from the saved data."""
+    """Write page and plots again from the saved data."""
     install_groups("plots")
     from crane_sim.evaluation.soak.store import write_page
 
@@ -106,9 +106,9 @@ def rewrite_page(folder: str) -> None:
 
 
 def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
-    """Print and save the figures of a soak; exit with 1 where a promise was not kept."""
+    """Print and save the figures of a soak; exit with 1 where one fails its requirement."""
     part = str(click.get_current_context().info_name)
-    check_folder(folder)
+    ensure_writable_folder(folder)
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
         figures, data = measure()
     if folder is not None:
@@ -120,7 +120,7 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
         print(json.dumps({"part": part, "figures": [figure._asdict() for figure in figures], "data": data}))
     else:
         Console().print(_format_table(part, figures))
-    if not all(figure.kept for figure in figures):
+    if not all(figure.passed for figure in figures):
         raise SystemExit(1)
 
 
@@ -131,8 +131,8 @@ def _command_line(part: str) -> str:
 
 
 def _format_table(part: str, figures: Sequence[Figure]) -> Table:
-    table = Table("figure", "", "promised", title=f"soak: {part}", title_justify="left")
+    table = Table("figure", "measured", "required", title=f"soak: {part}", title_justify="left")
     for figure in figures:
-        verdict = "" if figure.kept else "  not kept"
-        table.add_row(figure.what, figure.format_value(), figure.promise + verdict)
+        verdict = "" if figure.passed else "  failed"
+        table.add_row(figure.what, figure.format_value(), figure.requirement + verdict)
     return table

@@ -11,7 +11,7 @@ import click
 from rich.console import Console
 from rich.progress import Progress
 
-from crane_sim.cli.run_options import VIEWER_PORT, check_writable
+from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.files.errors import SceneError
 
@@ -64,7 +64,7 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
     from crane_sim.recording.rerun.screenshot import Shown, picture
 
     recording = recording_of(run)
-    output = output_of(output, recording, ".png")
+    output = check_output(output, recording, ".png")
     for line in picture(recording, output, at, Shown(tab, view)):
         print(f"crane: {line}", file=sys.stderr)
     print(output)
@@ -91,7 +91,7 @@ def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any)
     from crane_sim.recording.rerun.screenshot import Shown
 
     recording = recording_of(run)
-    output = output_of(output, recording, ".gif", ".mp4")
+    output = check_output(output, recording, ".gif", ".mp4")
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True) as bar:
         task = bar.add_task("pictures")
         write_clip(recording, output, Cut(**cut), Shown(tab, view), lambda k, n: bar.update(task, completed=k, total=n))
@@ -142,8 +142,8 @@ def recording_of(run: Path | None) -> Path:
     return recordings[-1]
 
 
-def output_of(output: Path | None, recording: Path, *suffixes: str) -> Path:
-    """Return the file to write: `output`, or the recording's name with the first suffix; its folder is made.
+def check_output(output: Path | None, recording: Path, *suffixes: str) -> Path:
+    """Return the file to write: `output`, or the recording's name with the first suffix; its folder is created.
 
     Raises:
         SceneError: it has another suffix, or cannot be written.
@@ -151,7 +151,7 @@ def output_of(output: Path | None, recording: Path, *suffixes: str) -> Path:
     file = output or recording.with_suffix(suffixes[0])
     if file.suffix not in suffixes:
         raise SceneError(f"--output {file}: must end in {' or '.join(suffixes)}")
-    check_writable("--output", file)
+    ensure_writable_file("--output", file)
     return file
 
 

@@ -77,7 +77,7 @@ def frame_accelerations(
     }
 
 
-def motions_aboard(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
+def frame_motions_in_base(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
     """Return the motions of all frames relative to the base, in its axes, at joint positions and rates (nq,)."""
     return _chain_motions(tree.motions(q, v), BASE)
 

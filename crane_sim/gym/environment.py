@@ -61,7 +61,7 @@ class CraneEnv(gymnasium.Env[Array, Array]):
             crane: kind of crane, see `scene`.
 
         Raises:
-            SceneError: the scene is not possible, takes no commands, has no goal, or lacks a bound.
+            SceneError: the scene is invalid, takes no commands, has no goal, or lacks a bound.
         """
         self.scene = task_scene(scene, crane)
         self.action_space = action_space(self.scene, max_effort)

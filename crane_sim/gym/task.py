@@ -47,7 +47,7 @@ def task_scene(scene: SceneSource | None, crane: str) -> Scene:
     """Return the scene, the crane's default one where it is None, that takes its commands from outside.
 
     Raises:
-        SceneError: the scene is not possible, takes no commands, or says nowhere where the payload should be.
+        SceneError: the scene is invalid, takes no commands, or says nowhere where the payload should be.
     """
     loaded = (load_scene(*DEFAULT_SCENES[crane]) if scene is None else load_scene(scene)).with_external_commands()
     drawn = loaded.document.get("uncertain") or {}

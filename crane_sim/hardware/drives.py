@@ -13,7 +13,7 @@ from crane_sim import system
 from crane_sim.hardware.brakes import clip, compute_brake_effort
 from crane_sim.hardware.servos import command_servos, demanded_effort, enter_phases, latch_servos
 from crane_sim.hardware.stiff_servos import add_imposed_efforts
-from crane_sim.numerics.arrays import assign, store
+from crane_sim.numerics.arrays import copy_into, store
 from crane_sim.numerics.jit import lean_kernel, routine
 
 
@@ -65,8 +65,8 @@ def drive_efforts(p, u, t, x):
     """Return the efforts (nu,) of drives and brakes in state x at time t [s]."""
     drives = u.records
     q, v = system.actuated_joints(p, x)
-    assign(drives.position, q)
-    assign(drives.velocity, v)
+    copy_into(drives.position, q)
+    copy_into(drives.velocity, v)
     for i in range(len(drives)):
         drive = drives[i]
         demanded = demanded_effort(u.servos, drive, i, t, effort_at(drive, t - u.begin))
@@ -90,7 +90,7 @@ def accept_command(p, u, x, queue, k, command):
         delayed = queue[(k - drive.delay) % depth, i]
         drive.effort = 0.0 if abs(delayed) < drive.deadband else delayed
         drive.target = min(max(drive.effort, drive.low), drive.high)
-    assign(drives.target, system.saturate(p, system.efforts_from_row(p, drives.target)))
+    copy_into(drives.target, system.saturate(p, system.efforts_from_row(p, drives.target)))
     saturated = command_servos(u.servos, drives, p, u.begin, x, k == 0)
     for i in range(len(drives)):
         drive = drives[i]
@@ -102,19 +102,19 @@ def accept_command(p, u, x, queue, k, command):
 @lean_kernel
 def next_breakpoint(u, t, end):
     """Return the first time after t [s] at which a rate limit stops binding, `end` if there is none before it."""
-    least = 1e-9 * (end - u.begin)  # s: nearer to either end there is none
+    least = 1e-9 * (end - u.begin)  # s: a breakpoint closer to either end is rounding, and ignored
     for i in range(len(u.records)):
         drive = u.records[i]
-        kink = u.begin + ramp_time(abs(drive.target - drive.origin), drive.rate_limit, drive.lag)
-        if not drive.engaged and t + least < kink < end - least:
-            end = kink
+        break_time = u.begin + ramp_time(abs(drive.target - drive.origin), drive.rate_limit, drive.lag)
+        if not drive.engaged and t + least < break_time < end - least:
+            end = break_time
     return enter_phases(u.servos, t, end, least)
 
 
 @routine
-def latch(p, u, t, x):
-    """Store the efforts of the drives at the end of a period, time t [s] and state x: the next one begins with them."""
-    assign(u.records.effort, system.effort(u, p, t, x))
+def latch_efforts(p, u, t, x):
+    """Store the drives' efforts at the end of a period, time t [s] and state x, with which the next period begins."""
+    copy_into(u.records.effort, system.effort(u, p, t, x))
     for i in range(len(u.records)):
         drive = u.records[i]
         drive.origin = drive.effort if drive.engaged else effort_at(drive, t - u.begin)

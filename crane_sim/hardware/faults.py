@@ -6,7 +6,7 @@ from crane_sim.hardware.brakes import engage
 from crane_sim.numerics.jit import routine
 
 KINDS = ("sensor_stuck", "sensor_loss", "effort_loss", "stuck", "payload")
-"""Names of the kinds of faults; kernels take their indices."""
+"""Names of the kinds of faults; compiled functions take their indices."""
 SENSOR_STUCK, SENSOR_LOSS, EFFORT_LOSS, JOINT_STUCK, PAYLOAD = range(5)
 SCHEDULED = -1.0
 """Override that leaves a fault to its schedule; others are 0, off, and 1, on."""
@@ -80,8 +80,8 @@ def apply_to_drives(faults, active, drives, braking):
 
 
 @routine
-def payload_mass(faults, active, mass):
-    """Return the payload's mass [kg] with the active faults: `mass` without one, else the last one's."""
+def compute_payload_mass(faults, active, mass):
+    """Return the payload's mass [kg]: that of the last active fault of the payload, `mass` while there is none."""
     for i in range(len(active)):
         if active[i] > 0.0 and faults.kind[i] == PAYLOAD:
             mass = faults.value[i]

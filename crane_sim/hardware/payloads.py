@@ -5,7 +5,7 @@ from typing import NamedTuple
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.overhead.double import DoubleCrane
 from crane_sim.models.overhead.elastic import ElasticCrane
-from crane_sim.models.overhead.modes import Switches
+from crane_sim.models.overhead.modes import EventLimits
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
@@ -17,18 +17,18 @@ from crane_sim.numerics.states import replace_field
 
 
 class PayloadFault(NamedTuple):
-    """Faults that change the payload."""
+    """Marks a crane whose payload faults may change."""
 
     nominal_mass: float  # kg, of the payload without them
 
 
 @generic
-def with_payload(fault, p, mass):
-    """Return the crane p with a payload of this mass [kg]; as it is where no fault changes it."""
+def apply_payload_fault(fault, p, mass):
+    """Return the crane p with a payload of this mass [kg]; p itself in scenes without faults of the payload."""
     return p
 
 
-@with_payload.register(PayloadFault)
+@apply_payload_fault.register(PayloadFault)
 def _(fault, p, mass):
     return replace_payload(p, mass)
 
@@ -48,15 +48,15 @@ def replace_last(masses, mass):
 
 
 @generic
-def switches_with_mass(switches, mass):
-    """Return the switches of a crane with this payload from now on.
+def replace_event_masses(limits, mass):
+    """Return the limits of the events of a crane with this payload [kg] from now on.
 
-    All masses of the schedule become this one: scenes with faults of the payload have no events that change it.
+    All masses of scheduled changes become this one: scenes with faults of the payload have no events that change it.
     """
-    return switches
+    return limits
 
 
-@switches_with_mass.register(Switches)
+@replace_event_masses.register(EventLimits)
 def _(s, mass):
     masses = s.masses.copy()
     for i in range(len(masses)):
@@ -74,7 +74,7 @@ def _(p, mass):
 @replace_payload.register(RodCrane)
 def _(p, mass):
     p = replace_field(p, "cable", replace_field(p.cable, "payload", mass))
-    return replace_field(p, "switches", switches_with_mass(p.switches, mass))
+    return replace_field(p, "event_limits", replace_event_masses(p.event_limits, mass))
 
 
 @replace_payload.register(DoubleCrane)
@@ -92,4 +92,4 @@ def _(p, mass):
 @replace_payload.register(ElasticCrane)
 def _(p, mass):
     p = replace_field(p, "cable", replace_field(p.cable, "masses", replace_last(p.cable.masses, mass)))
-    return replace_field(p, "switches", switches_with_mass(p.switches, mass))
+    return replace_field(p, "event_limits", replace_event_masses(p.event_limits, mass))

@@ -1,6 +1,6 @@
 """State and parameters of the hardware of a run, as structured arrays: one record for each drive and each sensor.
 
-Kernels take an array whole or one of its records, whose fields have these names, and change them in place.
+Compiled functions take an array, or one of its records as an object with these attributes, and change them in place.
 """
 
 from typing import Any
@@ -81,27 +81,27 @@ SENSOR = np.dtype(
         ("dropout", float),  # probability that a sample is lost
         ("truth", float),  # true joint's position or velocity
         ("sample", float),  # last one
-        ("shown", float),  # to the law and on the topics
+        ("reading", float),  # measured value, for the law and the topics
         ("stuck", np.bool_),  # a fault: the last value is held
         ("lost", np.bool_),  # a fault: the value is zero
     ]
 )
 """The sensor of one joint's position or velocity."""
-COUNTERS = np.dtype(
+TOTALS = np.dtype(
     [
         ("braking", np.bool_),  # all brakes are to be engaged in the periods that follow
         ("braked", np.int64),  # periods in which they were engaged
         ("saturated", np.int64),  # periods in which a command was limited
         ("lost_samples", np.int64),
-        ("payload_mass", float),  # kg, 0 where no fault changes it
+        ("payload_mass", float),  # kg, at present; 0 in scenes without faults of the payload
         ("payload_energy", float),  # J, brought by changes of the payload
     ]
 )
-"""Counters of a run."""
+"""Totals of a run, and the two states that belong to no drive or sensor: engaged brakes and the payload's mass."""
 
 
 def make_records(kind: Any, count: int) -> Any:
-    """Return records of DRIVE, SERVO, SENSOR or COUNTERS (count,), all fields 0."""
+    """Return records of DRIVE, SERVO, SENSOR or TOTALS (count,), all fields 0."""
     return np.zeros(count, kind).view(np.recarray)
 
 
@@ -122,7 +122,7 @@ def effort_servos(nu: int) -> Any:
 
 
 def ideal_sensors(nq: int) -> Any:
-    """Return records of sensors that show the truth: of the positions, then of the velocities (2 nq,)."""
+    """Return records of sensors that measure the truth: of the positions, then of the velocities (2 nq,)."""
     sensors = make_records(SENSOR, 2 * nq)
     sensors.every = 1
     return sensors

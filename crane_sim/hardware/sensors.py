@@ -49,7 +49,7 @@ def sense(seed, sensors, ring, k, q, v):
             for d in range(depth):
                 ring[d, j] = sensor.sample
         if not sensor.stuck:
-            sensor.shown = ring[(k - sensor.delay) % depth, j]
+            sensor.reading = ring[(k - sensor.delay) % depth, j]
         if sensor.lost:
-            sensor.shown = 0.0
+            sensor.reading = 0.0
     return losses

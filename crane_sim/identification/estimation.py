@@ -117,7 +117,7 @@ def identify(
         `estimates` with `key`, `value`, `deviation`, `low`, `high`; `overrides()` for `load_scene`; `warnings`.
 
     Raises:
-        SceneError: a key, a joint or the run is not possible, the scene cannot repeat the run at all, or the run does
+        SceneError: a key, a joint or the run is invalid, the scene cannot repeat the run at all, or the run does
             not determine a parameter.
     """
     if not parameters or len(set(parameters)) < len(parameters):

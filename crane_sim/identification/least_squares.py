@@ -70,7 +70,7 @@ def estimate_deviation(shooting: Shooting, point: Point) -> Array:
 
 
 def evaluate_cost(shooting: Shooting, deviation: Array, point: Point) -> float:
-    """Return half the sum of squared residuals; infinite where the scene is not possible or its run fails."""
+    """Return half the sum of squared residuals; infinite where the scene is invalid or its run fails."""
     try:
         residual = subtract_prediction(shooting, point) / deviation
     except SceneError:

@@ -41,7 +41,7 @@ def measurements_of(source: Source, scene: Scene) -> Measurements:
     """Return what a recording or a bag, by its path, or a run that is here has of a scene's crane.
 
     Raises:
-        SceneError: it cannot be read, or is of another crane; one line.
+        SceneError: it cannot be read, or is of another crane; the message is one line.
     """
     if isinstance(source, Path | str):
         return read_measurements(source, scene)
@@ -54,7 +54,7 @@ def read_measurements(path: Path | str, scene: Scene) -> Measurements:
     """Return what a recording FILE.rrd or a bag FILE.mcap of a scene's crane has: its positions and commands only.
 
     Raises:
-        SceneError: it cannot be read, or is of another crane; one line.
+        SceneError: it cannot be read, or is of another crane; the message is one line.
     """
     file = Path(path)
     if file.suffix == ".rrd":

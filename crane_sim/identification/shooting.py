@@ -109,7 +109,7 @@ class Shooting:
         return np.exp(logarithms) * self.nominal
 
     def scene_of(self, logarithms: Array) -> Scene:
-        """Return the scene with parameters (p,) given by their logarithms; SceneError: it is not possible."""
+        """Return the scene with parameters (p,) given by their logarithms; SceneError: it is invalid."""
         return load_scene(self._document, dict(zip(self.parameters, self.values(logarithms).tolist(), strict=True)))
 
     def predict(self, point: Point) -> Array:

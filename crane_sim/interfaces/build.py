@@ -21,7 +21,7 @@ def build(name: str, on_progress: Callable[[int, int], None]) -> None:
     What an interrupted build has finished is used again. The package becomes importable last, and at once.
 
     Raises:
-        RuntimeError: it could not be built; one line.
+        RuntimeError: it could not be built; the message is one line.
     """
     folder, staged = toolchain.FOLDER / name, toolchain.FOLDER / f"{name}-installed"
     shutil.rmtree(staged, ignore_errors=True)

@@ -20,7 +20,7 @@ def check_machine() -> None:
     """Check that this machine can build packages.
 
     Raises:
-        RuntimeError: something is missing; one line says what.
+        RuntimeError: something is missing; the message says what in one line.
     """
     if sys.prefix == sys.base_prefix:
         raise RuntimeError(f"{sys.prefix} is no virtual environment: install the packages with apt or colcon")
@@ -38,7 +38,7 @@ def make_tools() -> None:
     """Make the environment of the generators, unless an earlier build left it complete.
 
     Raises:
-        RuntimeError: the wheels could not be installed; one line.
+        RuntimeError: the wheels could not be installed; the message is one line.
     """
     lock = config_folder().parent / Path("requirements", "interfaces.lock")
     complete = _TOOLS / "crane.stamp"
@@ -87,7 +87,7 @@ def log_run(command: list[str], what: str, **variables: str) -> None:
     """Run a program of the build; what it says goes into the log.
 
     Raises:
-        RuntimeError: it failed; one line says `what` could not be made.
+        RuntimeError: it failed; the message says in one line that `what` could not be made.
     """
     LOG.parent.mkdir(parents=True, exist_ok=True)
     with LOG.open("a") as log:

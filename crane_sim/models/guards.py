@@ -1,7 +1,7 @@
 """Guards: which of them has failed, as one number, and which event that makes.
 
-A guard is a pair (value, number): the model goes on in its modes while the value is not negative. The number is of the
-guard's kind and of an index, of an axis, a link, an end; an event's number has the outcome as well.
+A guard is a pair (value, number): the discrete modes of the model stay as they are while the value is not negative. The
+number encodes the guard's kind and an index, of an axis, a link or an end; that of an event also its outcome.
 """
 
 from enum import IntEnum
@@ -60,7 +60,7 @@ def smaller_guard(best, value, number):
 
 @lean_generic
 def travel_guard(limits, best, q, number):
-    """Return the smallest guard, limits (low, high) of a coordinate at q counted in; None are no limits."""
+    """Return the smaller one of `best` and the guard of a coordinate's limits (low, high) at q; None: no limits."""
     return best
 
 

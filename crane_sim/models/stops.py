@@ -22,7 +22,7 @@ class Stops(NamedTuple):
 
 
 @lean_generic
-def switching_of(stops, positions):
+def make_switching(stops, positions):
     """Return the result of `system.switching` for a crane with these stops, None for a crane without.
 
     Args:
@@ -32,7 +32,7 @@ def switching_of(stops, positions):
     return None
 
 
-@switching_of.register(Stops)
+@make_switching.register(Stops)
 def _(stops, positions):
     return Switching(1, 0 if stops.taut > 0.0 else positions, None)
 

@@ -176,17 +176,17 @@ def dense(typing_context, row):
 
 
 def store(rows: Any, i: int, first: int, values: tuple[float, ...]) -> None:
-    """Write the values into row i from column `first` on; there may be none."""
+    """Copy the values, any number of them, into row i from column `first` on."""
     rows[i, first : first + len(values)] = values
 
 
-def assign(out: Any, values: tuple[float, ...]) -> None:
-    """Write the values into an array of as many; there may be none."""
+def copy_into(out: Any, values: tuple[float, ...]) -> None:
+    """Copy the values into an array of the same length, which may be 0."""
     out[:] = values
 
 
-@overload(assign, jit_options=OPTIONS)
-def _assign(out, values):
+@overload(copy_into, jit_options=OPTIONS)
+def _copy_into(out, values):
     def each(out, values):
         for j in range(len(values)):
             out[j] = values[j]

@@ -1,10 +1,12 @@
-"""Decorators for compiled functions: the only file that imports numba, with the arithmetic modules of this folder.
+"""Decorators of compiled functions; numba is imported here and in the arithmetic modules of this folder, nowhere else.
 
-- `entry_point`: compiled, called from Python, machine code cached on disk.
-- `kernel`: compiled, inlined into its callers; `routine`: compiled, called by them.
-- `generic`: a kernel with one body for each type of its first argument, like functools.singledispatch.
-- `lean_` before these: without reference counting (LEAN), for functions that allocate and return no array.
-- `routine_generic`, `stage_generic`: `generic` with bodies that are routines, or optimised before they are copied.
+- `entry_point`: a function that Python calls; its machine code is cached on disk.
+- `kernel`: a function that only compiled code calls, inlined into every caller; `routine`: one that is not inlined.
+- `generic`: a function with single dispatch: a kernel with one implementation for each type of its first argument, like
+  functools.singledispatch, chosen at compile time.
+- `lean_` before these: compiled without reference counting (LEAN), for functions that allocate and return no array.
+- `routine_generic`: `generic` with implementations that are not inlined; `stage_generic`: with implementations that are
+  optimised before they are inlined, for what a step of an integrator holds many copies of (its stages).
 
 A scene's physics is a tree of NamedTuples, and dispatch on their types is at compile time. Numba therefore
 compiles exactly what a scene is made of, an absent part (None) costs nothing, and functions are never arguments, so
@@ -45,7 +47,7 @@ intrinsic: Any = _intrinsic
 
 
 class LinkedLibrary(JITCodeLibrary):
-    """Library of LLVM code that callers link in; it has no machine code of its own."""
+    """Library of LLVM code that is linked into its callers, and not compiled to machine code by itself."""
 
     optimized = False
     _final_module: Any
@@ -129,25 +131,25 @@ OPTIONS: Any = {
     "pipeline_class": _LinkedCompiler,
     "_nrt": True,  # explicit: functions would inherit it from their first caller
 }
-"""Compile options of every kernel: IEEE division, no reassociation, inlining into the caller."""
+"""Compile options of kernels: IEEE division, no reassociation, inlining into the caller."""
 LEAN: Any = OPTIONS | {"_nrt": False}
 """Compile options without reference counting, for functions that allocate nothing and return numbers only: saves about
 six nanoseconds for each array argument. An array that such a function returned, or received from a counted function,
 would be freed twice, or never."""
 
 
-_LOCK_TIMEOUT = 120.0  # s; the largest piece takes a third of that on a busy machine
+_LOCK_TIMEOUT = 120.0  # s; the largest function compiles in a third of that on a busy machine
 
 
 class _CheckedCache(FunctionCache):
     """Numba's on-disk cache, disabled as soon as sources on disk differ from the ones in memory.
 
-    What one process compiles, others that need the same wait for, and load.
+    While a process compiles a function, others that need the same function wait for it, and load it from the disk.
     """
 
     def __init__(self, f: Function) -> None:
         super().__init__(f)
-        self._locks: dict[Any, FileLock] = {}  # of what this process is compiling, by its signature
+        self._locks: dict[Any, FileLock] = {}  # of functions that this process is compiling, by signature
 
     def load_overload(self, sig, target_context):
         if not _is_trusted():
@@ -170,7 +172,7 @@ class _CheckedCache(FunctionCache):
         return Path(self.cache_path, f"{key}.lock")
 
 
-_outside: list[str] = []  # kernels of other packages, whose files the digest does not cover
+_outside: list[str] = []  # files of compiled functions in other packages, which the digest does not cover
 
 
 def _is_trusted() -> bool:
@@ -184,13 +186,13 @@ def _note_origin(f: Function) -> None:
 
 
 def kernel(f: Function) -> Function:
-    """Compile `f` as an inlined function: its code becomes part of every caller."""
+    """Compile `f` as a function that is inlined into every caller."""
     _note_origin(f)
     return numba.njit(f, **OPTIONS)
 
 
 def routine(f: Function) -> Function:
-    """Compile `f` as a function that is not inlined: for long bodies, whose copies would cost minutes to compile."""
+    """Compile `f` as a function that is not inlined: for long ones, whose copies would cost minutes to compile."""
     _note_origin(f)
     return numba.njit(f, **(OPTIONS | {"forceinline": False}))
 
@@ -218,8 +220,11 @@ def entry_point(f: Function) -> Function:
     return dispatcher
 
 
-class _RareCollection(event.Listener):
-    """Collects garbage rarely during compilation, whose objects are many and seldom in cycles: a sixth of its time."""
+class _RareGarbageCollection(event.Listener):
+    """Raises the threshold of garbage collection while numba compiles.
+
+    The compiler makes many objects, few of them in cycles: collections would take a sixth of its time, and free little.
+    """
 
     def __init__(self) -> None:
         self._depth, self._usual = 0, gc.get_threshold()
@@ -236,7 +241,7 @@ class _RareCollection(event.Listener):
             gc.set_threshold(*self._usual)
 
 
-event.register("numba:compile", _RareCollection())
+event.register("numba:compile", _RareGarbageCollection())
 
 
 class _OnStart(event.Listener):
@@ -254,65 +259,65 @@ class _OnStart(event.Listener):
 
 @contextmanager
 def watch_compiling(callback: Callable[[], object]) -> Iterator[None]:
-    """Call `callback` whenever a kernel is compiled within the block, but not when one is read from the cache."""
+    """Call `callback` whenever a function is compiled within the block, but not when one is loaded from the cache."""
     with event.install_listener("numba:compile", _OnStart(callback)):
         yield
 
 
-class Generic(Protocol):
-    """A function with dispatch on the type of its first argument."""
+class TypeDispatched(Protocol):
+    """A function with single dispatch: its implementation depends on the type of its first argument."""
 
     def __call__(self, *args: Any) -> Any:
-        """Call the body for these arguments."""
+        """Call the implementation for these arguments."""
         ...
 
     def register(self, cls: type) -> Callable[[Function], Function]:
-        """Return a decorator that adds the body for first arguments of class `cls`."""
+        """Return a decorator that adds the implementation for first arguments of class `cls`."""
         ...
 
     def has_implementation(self, cls: type) -> bool:
-        """Return whether a body is registered for `cls`."""
+        """Return whether an implementation is registered for `cls`."""
         ...
 
 
-def lean_generic(f: Function) -> Generic:
-    """Return a `generic` function whose bodies are lean kernels."""
+def lean_generic(f: Function) -> TypeDispatched:
+    """Return a `generic` function whose implementations are inlined, without reference counting."""
     return generic(f, LEAN)
 
 
-def routine_generic(f: Function) -> Generic:
-    """Return a `generic` function whose bodies are routines."""
+def routine_generic(f: Function) -> TypeDispatched:
+    """Return a `generic` function whose implementations are not inlined."""
     return generic(f, OPTIONS | {"forceinline": False})
 
 
-def lean_routine_generic(f: Function) -> Generic:
-    """Return a `generic` function whose bodies are lean routines."""
+def lean_routine_generic(f: Function) -> TypeDispatched:
+    """Return a `generic` function whose implementations are not inlined, without reference counting."""
     return generic(f, LEAN | {"forceinline": False})
 
 
-def stage_generic(f: Function) -> Generic:
-    """Return a `generic` function whose bodies are optimised before they are copied into the stages of a step."""
+def stage_generic(f: Function) -> TypeDispatched:
+    """Return a `generic` function whose implementations are optimised before they are inlined, once for all copies."""
     return generic(f, OPTIONS | {"pipeline_class": _OptimizedCompiler})
 
 
-def generic(f: Function, options: Any = OPTIONS) -> Generic:
-    """Return a function with dispatch on the type of its first argument, in Python and in kernels alike.
+def generic(f: Function, options: Any = OPTIONS) -> TypeDispatched:
+    """Return a function with single dispatch on the type of its first argument, in Python and in compiled code alike.
 
-    `f.register(Type)` adds the body for a NamedTuple class, for `tuple` (any other tuple), for `float`, `np.ndarray` or
-    `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default implementation.
+    `f.register(Type)` adds the implementation for a NamedTuple class, for `tuple` (any other tuple), for `float`,
+    `np.ndarray` or `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default.
     """
     table = functools.singledispatch(f)
-    bodies = _Bodies(table.dispatch)
+    implementations = _Implementations(table.dispatch)
 
     @functools.wraps(f)
     def call(*args: Any) -> Any:
-        return bodies[type(args[0])](*args)
+        return implementations[type(args[0])](*args)
 
     def register(cls: type) -> Callable[[Function], Function]:
-        def add(body: Function) -> Function:
-            _note_origin(body)
-            bodies.clear()
-            return table.register(cls)(body)
+        def add(implementation: Function) -> Function:
+            _note_origin(implementation)
+            implementations.clear()
+            return table.register(cls)(implementation)
 
         return add
 
@@ -326,16 +331,16 @@ def generic(f: Function, options: Any = OPTIONS) -> Generic:
     return generic_call
 
 
-class _Bodies(dict[type, Function]):
-    """Bodies by class, once they were looked up: singledispatch's own cache takes as long as a small kernel."""
+class _Implementations(dict[type, Function]):
+    """Implementations by class that were looked up: singledispatch's own cache takes as long as a small kernel."""
 
     def __init__(self, dispatch: Callable[[type], Function]) -> None:
         super().__init__()
         self._dispatch = dispatch
 
     def __missing__(self, cls: type) -> Function:
-        body = self[cls] = self._dispatch(cls)
-        return body
+        implementation = self[cls] = self._dispatch(cls)
+        return implementation
 
 
 def _python_type(t: types.Type) -> type:

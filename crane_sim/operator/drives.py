@@ -64,7 +64,7 @@ def with_operator_drives(
         speeds: largest speeds of joints, in place of the scene's or the usual ones.
 
     Raises:
-        SceneError: there is nothing to drive, or a joint takes positions; one line.
+        SceneError: there is nothing to drive, or a joint takes positions; the message is one line.
     """
     speeds = speeds or {}
     _check(scene, speeds)

@@ -35,7 +35,7 @@ class Gamepad:
         """Open the device file `path`, or the first gamepad of this machine.
 
         Raises:
-            SceneError: there is none, or it cannot be read; one line.
+            SceneError: there is none, or it cannot be read; the message is one line.
         """
         self._device = _open(path)
         self.name = self._device.name

@@ -1,4 +1,4 @@
-"""Levers: which key, axis and button of an operator's device does what, by the name of a joint.
+"""Levers: the keys, the axis and the buttons of an operator's device that move each joint.
 
 Axes and buttons are numbered as by the node `game_controller_node` of ROS's package joy, whose axes are positive to the
 left and forwards. Levers follow what is usual on cranes: the left one slews or travels, the right one hoists (pulled
@@ -11,28 +11,28 @@ from typing import NamedTuple
 from crane_sim.files.errors import SceneError, shorten, unknown_key
 
 AXES = ("left stick across", "left stick along", "right stick across", "right stick along")
-"""The axes that are used, by their numbers."""
+"""Names of the axes of a game controller, by their numbers."""
 NO_AXIS = -1
 BUTTON_NAMES = {1: "B", 3: "Y", 6: "start", 9: "left shoulder"}
 
 
 class Lever(NamedTuple):
-    """What moves a joint."""
+    """The two keys and the axis of a game controller that command one joint's speed."""
 
     joint: str
-    keys: tuple[str, str]  # for its positive and its negative direction
-    directions: tuple[str, str]  # these in words
-    axis: int  # of a controller, NO_AXIS: none
-    sign: float = 1.0  # of the joint's speed where the axis is positive
+    keys: tuple[str, str]  # for positive and for negative speed
+    directions: tuple[str, str]  # positive and negative, in words
+    axis: int  # number on the game controller, or NO_AXIS
+    sign: float = 1.0  # of the joint's speed at positive values of the axis
 
 
 class Buttons(NamedTuple):
-    """Numbers of a controller's buttons."""
+    """Numbers of the buttons of a game controller, by what they do."""
 
-    dead_man: int = 9  # is to be held
+    dead_man: int = 9  # enables motion while it is held
     stop: int = 1  # emergency stop
-    release: int = 6  # ends it
-    assistance: int = 3  # on and off
+    release: int = 6  # resets the emergency stop
+    assistance: int = 3  # switches assistance on and off
 
 
 class Assignment(NamedTuple):
@@ -58,15 +58,15 @@ _KINDS = {
 _SPARE_KEYS = (("t", "g"), ("y", "h"), ("u", "j"), ("i", "k"), ("o", "l"))
 
 
-def assign(joints: Sequence[str], changes: Sequence[str] = ()) -> Assignment:
+def make_lever_assignment(joints: Sequence[str], changes: Sequence[str] = ()) -> Assignment:
     """Return the levers of the actuated joints, and the buttons.
 
     Args:
-        joints: their names; one that no kind of crane has known yet gets keys and an axis that are free.
+        joints: names of the actuated joints; one that is not in `_KINDS` gets keys and an axis that are still free.
         changes: `NAME=NUMBER` each: the axis of a joint, with a minus sign if inverted, or one of `Buttons`.
 
     Raises:
-        SceneError: a change is no such thing; one line.
+        SceneError: a change is invalid.
     """
     levers: list[Lever] = []
     for joint in joints:
@@ -104,7 +104,7 @@ def _apply_changes(assignment: Assignment, changes: Sequence[str]) -> Assignment
 
 
 def axis_name(lever: Lever) -> str:
-    """Return where a lever is on a controller, in words."""
+    """Return the name of a lever's axis on the game controller, '-' without one."""
     if lever.axis == NO_AXIS:
         return "-"
     name = AXES[lever.axis] if lever.axis < len(AXES) else f"axis {lever.axis}"

@@ -11,7 +11,7 @@ from typing import Any
 
 from crane_sim.orchestration.process import ForkedProcess
 
-_START_TIMEOUT = 0.5  # s in which a process that was just forked reports its start, or is killed with the fork server
+_START_TIMEOUT = 0.5  # s for the report of a process that was just forked, unless it was killed with the fork server
 
 
 class Child:
@@ -20,12 +20,13 @@ class Child:
     Attributes:
         ready: it has matched its peers.
         summary: its report at the end of its work, None before.
-        fault: one line on what went wrong, empty while nothing did.
+        fault: why it has failed, one line; empty while it has not.
         exited: whether the process has exited.
-        fatal: the fault was reported by the node; a restart cannot help.
+        fatal: it has reported bad input or a run that cannot go on (event "fault"): a restart would fail, too.
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
-        bagged: the last step whose messages reached it.
+        last_bag_step: the last step whose messages have reached the bag on the disk, of a recorder.
+        report_fd: file descriptor of the pipe from which its reports are read.
         active: it is neither deactivated nor, as the plant, paused.
         resets: number of resets of the plant that it has recorded, of a recorder.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
@@ -33,18 +34,18 @@ class Child:
     """
 
     def __init__(self, name: str, start: Callable[[int, int], ForkedProcess]) -> None:
-        """Create the process with `start(control, report)`: its ends of the two pipes for requests and for reports."""
+        """Create the process by `start(control_fd, report_fd)`: its ends of two pipes, for requests and for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.exited, self.fatal = True, False, False, False
-        self.step = self.recorded = self.bagged = self.resets = 0
+        self.step = self.recorded = self.last_bag_step = self.resets = 0
         self.summary: dict[str, Any] | None = None
         self.panel: dict[str, Any] = {}
-        control, self._control = os.pipe()
-        self.reports, report = os.pipe()
-        self._process = start(control, report)
-        os.close(control)
-        os.close(report)
-        self._rest, self._cause = b"", ""
+        control_fd, self._control_fd = os.pipe()
+        self.report_fd, node_report_fd = os.pipe()
+        self._process = start(control_fd, node_report_fd)
+        os.close(control_fd)
+        os.close(node_report_fd)
+        self._incomplete_line, self._exception = b"", ""
 
     @property
     def pid(self) -> int:
@@ -54,29 +55,29 @@ class Child:
     def send(self, line: str) -> None:
         """Send one request to the node; an exited one is detected where its reports are read."""
         try:
-            os.write(self._control, line.encode() + b"\n")
+            os.write(self._control_fd, line.encode() + b"\n")
         except BrokenPipeError:
             return
 
     def read(self) -> None:
         """Read the reports that have arrived."""
-        data = os.read(self.reports, 65536)
+        data = os.read(self.report_fd, 65536)
         if not data:
             self._on_exit()
             return
-        *lines, self._rest = (self._rest + data).split(b"\n")
+        *lines, self._incomplete_line = (self._incomplete_line + data).split(b"\n")
         for line in lines:
             self._handle_report(json.loads(line))
 
     def close_control_pipe(self) -> None:
         """Close the pipe of its requests: the node detects it and shuts down."""
-        os.close(self._control)
+        os.close(self._control_fd)
 
     def send_signal(self, number: int) -> None:
         """Send a signal to the process, if it is alive."""
         self._process.send_signal(number)
 
-    def wait_exited(self, deadline: float) -> bool:
+    def wait_for_exit(self, deadline: float) -> bool:
         """Wait for the exit until an instant [s] of the monotonic clock; return whether the process has exited."""
         try:
             self._process.wait(max(deadline - time.monotonic(), 0.0))
@@ -87,11 +88,11 @@ class Child:
     def close(self) -> None:
         """Wait for the exit of the process, and close the pipe of its reports."""
         self._process.wait()
-        os.close(self.reports)
+        os.close(self.report_fd)
 
-    def wait_started(self) -> None:
-        """Wait for the process id of a child that was being forked when the group was shut down."""
-        while not (self.pid or self.exited) and select.select([self.reports], [], [], _START_TIMEOUT)[0]:
+    def wait_for_start(self) -> None:
+        """Wait for the report of its process id: it may have been forked just as the group was shut down."""
+        while not (self.pid or self.exited) and select.select([self.report_fd], [], [], _START_TIMEOUT)[0]:
             self.read()
 
     def _handle_report(self, event: dict[str, Any]) -> None:
@@ -106,7 +107,8 @@ class Child:
                 self.active = active
             case {"event": "progress", "step": int(step), **more}:
                 self.step = step
-                self.recorded, self.bagged, self.resets = (more.get(key, 0) for key in ("recorded", "bagged", "resets"))
+                self.recorded, self.resets = more.get("recorded", 0), more.get("resets", 0)
+                self.last_bag_step = more.get("last_bag_step", 0)
             case {"event": "waiting", "why": str(why)}:
                 self.waiting = why
             case {"event": "panel", **shown}:
@@ -117,8 +119,8 @@ class Child:
                 self.summary = summary
             case {"event": "fault", "why": str(why)}:
                 self.fault, self.fatal = why, True
-            case {"event": "failed", "why": str(why)}:
-                self._cause = f": {why}"
+            case {"event": "exception", "why": str(why)}:  # its exit follows, and is the fault
+                self._exception = f": {why}"
 
     def _on_exit(self) -> None:
         self.exited = True
@@ -127,4 +129,4 @@ class Child:
             ending = "ended, its exit code is unknown" if self.pid else "could not be started"
         else:
             ending = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
-        self.fault = self.fault or f"it {ending}{self._cause}"
+        self.fault = self.fault or f"it {ending}{self._exception}"

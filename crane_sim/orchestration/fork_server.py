@@ -1,7 +1,7 @@
 """The fork server: a program that imports the simulator once, and then forks a node of a run for each request.
 
-It never imports ROS: the middleware is started in the forked process, which then has its threads. For standbys, which
-have to be ready at once, it also loads the compiled code of a scene.
+It never imports ROS: the middleware is started in the forked process, which then has its threads. It also loads the
+compiled code of a scene for standbys, processes that have to be ready at once when they replace a node.
 """
 
 import gc
@@ -26,7 +26,7 @@ MODULES = ("crane_sim.simulation.plant", "crane_control", "crane_sim.recording.l
 
 
 def preload(scene: Scene) -> None:
-    """Load the compiled code of the scene's law and of its derived quantities."""
+    """Load the compiled code of the scene's law, of its fast half where it has two, and of its derived quantities."""
     if scene.law is not None:
         fast_half(scene.law)(0.0, scene.initial_q, scene.initial_v)
         scene.law(0.0, scene.initial_q, scene.initial_v)
@@ -35,28 +35,28 @@ def preload(scene: Scene) -> None:
 
 class _Node(NamedTuple):
     pid: int
-    report: int  # its pipe of reports
+    report_fd: int  # of the pipe of its reports
 
 
-class ForkedNodes:
-    """The forked nodes, each with the pipe on which its exit is reported."""
+class ForkServer:
+    """Forks the nodes that are requested, and reports the exit of each on the pipe of its reports."""
 
     def __init__(self, channel: socket.socket) -> None:
         """Serve the requests of a channel."""
         self._channel = channel
-        self._nodes: dict[int, _Node] = {}  # by the handle of the process
+        self._nodes: dict[int, _Node] = {}  # by the pidfd of the process
         self._selector = selectors.DefaultSelector()
         self._selector.register(channel, selectors.EVENT_READ)
 
     def serve(self) -> None:
         """Fork and reap until the supervisor has closed the channel."""
-        open_channel = True
-        while open_channel:
+        channel_is_open = True
+        while channel_is_open:
             for key, _ in self._selector.select():
                 if key.fd != self._channel.fileno():
                     self._reap(key.fd)
                 else:
-                    open_channel = self._take_request()
+                    channel_is_open = self._take_request()
         for key, _ in self._selector.select(0):
             if key.fd in self._nodes:
                 self._reap(key.fd)
@@ -74,42 +74,42 @@ class ForkedNodes:
             self._fork(request, *fds)
         return True
 
-    def _fork(self, request: list[str], control: int, report: int) -> None:
-        bind = set_parent_death_signal()
+    def _fork(self, request: list[str], control_fd: int, report_fd: int) -> None:
+        request_death_with_parent = set_parent_death_signal()
         pid = os.fork()
         if pid == 0:
-            bind()  # until its id is reported, no other process could kill it
-            _report_event(report, "started", pid=os.getpid())
+            request_death_with_parent()  # until its id is reported, the supervisor cannot kill it
+            _report_event(report_fd, "started", pid=os.getpid())
             clear_parent_death_signal()
             self._close_inherited()
-            os._exit(run_node(request, control, report))
-        os.close(control)
-        handle = os.pidfd_open(pid)
-        self._nodes[handle] = _Node(pid, report)
-        self._selector.register(handle, selectors.EVENT_READ)
+            os._exit(run_node(request, control_fd, report_fd))
+        os.close(control_fd)
+        pidfd = os.pidfd_open(pid)
+        self._nodes[pidfd] = _Node(pid, report_fd)
+        self._selector.register(pidfd, selectors.EVENT_READ)
 
-    def _reap(self, handle: int) -> None:
-        node = self._nodes.pop(handle)
-        self._selector.unregister(handle)
-        os.close(handle)
+    def _reap(self, pidfd: int) -> None:
+        node = self._nodes.pop(pidfd)
+        self._selector.unregister(pidfd)
+        os.close(pidfd)
         _, status = os.waitpid(node.pid, 0)
-        _report_event(node.report, "exited", code=os.waitstatus_to_exitcode(status))
-        os.close(node.report)
+        _report_event(node.report_fd, "exited", code=os.waitstatus_to_exitcode(status))
+        os.close(node.report_fd)
 
     def _close_inherited(self) -> None:
         self._selector.close()
         self._channel.close()
-        for handle, node in self._nodes.items():
-            os.close(handle)
-            os.close(node.report)
+        for pidfd, node in self._nodes.items():
+            os.close(pidfd)
+            os.close(node.report_fd)
 
 
-def run_node(request: list[str], control: int, report: int) -> int:
+def run_node(request: list[str], control_fd: int, report_fd: int) -> int:
     """Run the node of a request (module, arguments) in this forked process; return its exit code."""
     os.setsid()
     module, *arguments = request
     Path("/proc/self/comm").write_text(module.rpartition(".")[2])  # as `top` and `ps -e` show it
-    sys.argv = [module, *arguments, "-p", f"control_fd:={control}", "-p", f"report_fd:={report}"]
+    sys.argv = [module, *arguments, "-p", f"control_fd:={control_fd}", "-p", f"report_fd:={report_fd}"]
     try:
         return import_module(module).main()
     except BaseException:  # nothing may return into the fork server's own loop
@@ -117,9 +117,9 @@ def run_node(request: list[str], control: int, report: int) -> int:
         return 1
 
 
-def _report_event(report: int, event: str, **fields: int) -> None:
+def _report_event(report_fd: int, event: str, **fields: int) -> None:
     try:
-        os.write(report, (json.dumps({"event": event, **fields}) + "\n").encode())
+        os.write(report_fd, (json.dumps({"event": event, **fields}) + "\n").encode())
     except BrokenPipeError:
         return
 
@@ -130,7 +130,7 @@ def main() -> int:
     for module in MODULES:
         import_module(module)
     gc.freeze()  # a collection in a fork would copy all pages of what is imported
-    ForkedNodes(socket.socket(fileno=int(channel))).serve()
+    ForkServer(socket.socket(fileno=int(channel))).serve()
     return 0
 
 

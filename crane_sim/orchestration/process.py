@@ -19,14 +19,14 @@ class ForkedProcess:
 
     def __init__(self) -> None:
         """Create it before its start is reported."""
-        self.pid, self._handle = 0, -1
+        self.pid, self._pidfd = 0, -1
         self._code: int | None = None
 
     def on_started(self, pid: int) -> None:
         """Record its process id."""
         self.pid = pid
         with suppress(ProcessLookupError):  # it may have exited by now
-            self._handle = os.pidfd_open(pid)
+            self._pidfd = os.pidfd_open(pid)
 
     def on_exit(self, code: int) -> None:
         """Record its exit code."""
@@ -38,22 +38,22 @@ class ForkedProcess:
         Raises:
             subprocess.TimeoutExpired: it has not exited within so many seconds.
         """
-        if self._handle >= 0:
-            if not select.select([self._handle], [], [], timeout)[0]:
+        if self._pidfd >= 0:
+            if not select.select([self._pidfd], [], [], timeout)[0]:
                 raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
-            os.close(self._handle)
-            self._handle = -1
+            os.close(self._pidfd)
+            self._pidfd = -1
         return self._code
 
     def send_signal(self, sig: int) -> None:
         """Send a signal to a process that may have exited."""
-        if self._handle >= 0:
+        if self._pidfd >= 0:
             with suppress(ProcessLookupError):
-                signal.pidfd_send_signal(self._handle, sig)
+                signal.pidfd_send_signal(self._pidfd, sig)
 
 
-class ForkServer:
-    """The client of a process that has imported the simulator and forks nodes, which need not import it."""
+class ForkServerClient:
+    """The fork server's process, and the socket of the requests to it (see `fork_server`)."""
 
     def __init__(self, env: Mapping[str, str]) -> None:
         """Start the server; requests wait until it has imported the simulator."""
@@ -70,14 +70,14 @@ class ForkServer:
         server_end.close()
 
     def preload(self, scene_file: Path) -> None:
-        """Order that the compiled code of a scene is loaded, which later forks then need not do."""
+        """Request that the compiled code of a scene is loaded, which later forks then need not do."""
         with suppress(OSError):
             self._channel.send(json.dumps(str(scene_file)).encode())
 
-    def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> ForkedProcess:
-        """Order a fork with its ends of two pipes; an exited server is detected where the reports end."""
+    def spawn(self, module: str, arguments: Sequence[str], control_fd: int, report_fd: int) -> ForkedProcess:
+        """Request a fork that gets these ends of its two pipes; an exited server is detected where the reports end."""
         with suppress(OSError):
-            socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control, report])
+            socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control_fd, report_fd])
         return ForkedProcess()
 
     def kill(self) -> None:

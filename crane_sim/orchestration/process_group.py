@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.process import ForkServer
+from crane_sim.orchestration.process import ForkServerClient
 
 
 class _GracePeriods(NamedTuple):
@@ -44,7 +44,7 @@ class ProcessGroup:
         self.deadline = inf
         self._env, self._interrupts = env, interrupts
         self._selector = selectors.DefaultSelector()
-        self._fork_server: ForkServer | None = None
+        self._fork_server: ForkServerClient | None = None
 
     def __enter__(self) -> Self:
         """Enter the block."""
@@ -60,7 +60,7 @@ class ProcessGroup:
             child.send("finish")
             child.close_control_pipe()
         for child in self.children:
-            child.wait_started()
+            child.wait_for_start()
             if self.shutting_down and not child.ready:
                 child.send_signal(signal.SIGKILL)
         self._terminate_all()
@@ -91,7 +91,7 @@ class ProcessGroup:
             start = time.monotonic()
             while alive and time.monotonic() < (limit := self._grace_limit(start, stage)):
                 instant = min(time.monotonic() + _POLL, limit)
-                alive = [child for child in alive if not child.wait_exited(instant)]
+                alive = [child for child in alive if not child.wait_for_exit(instant)]
             for child in alive:
                 child.send_signal(number)
         for child in self.children:
@@ -112,14 +112,14 @@ class ProcessGroup:
         arguments = ["--ros-args", "-r", f"__ns:=/{namespace}", "-r", f"__node:={name}"]
         for key, value in settings.items():
             arguments += ["-p", f"{key}:={json.dumps(value)}"]
-        child = Child(name, lambda control, report: server.spawn(module, arguments, control, report))
+        child = Child(name, lambda *pipe_ends: server.spawn(module, arguments, *pipe_ends))
         self.children.append(child)
-        self._selector.register(child.reports, selectors.EVENT_READ, child)
+        self._selector.register(child.report_fd, selectors.EVENT_READ, child)
         return child
 
-    def _start_fork_server(self) -> ForkServer:
+    def _start_fork_server(self) -> ForkServerClient:
         """Return the fork server, which is started with the first use."""
-        self._fork_server = self._fork_server or ForkServer(self._env)
+        self._fork_server = self._fork_server or ForkServerClient(self._env)
         return self._fork_server
 
     def remove(self, child: Child) -> None:

@@ -122,6 +122,6 @@ class RecorderRole(Role):
     def _resume_state(self, exited: Child) -> str:
         successor = self.active
         successor.step, successor.recorded = exited.step, exited.recorded
-        successor.bagged, successor.resets = exited.bagged, exited.resets
-        progress = {"after": exited.step, "recorded": exited.recorded, "bagged": exited.bagged, "resets": exited.resets}
-        return json.dumps(progress | {"since": self.start_time, "number": self.restarts + 1})
+        successor.last_bag_step, successor.resets = exited.last_bag_step, exited.resets
+        steps = {"after": exited.step, "recorded": exited.recorded, "last_bag_step": exited.last_bag_step}
+        return json.dumps(steps | {"resets": exited.resets} | {"since": self.start_time, "number": self.restarts + 1})

@@ -17,7 +17,7 @@ def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
     """Yield a ROS domain id: `domain_id`, or one that no other process on this machine reserves until the block ends.
 
     Raises:
-        RuntimeError: all are taken; one line.
+        RuntimeError: all are taken; the message is one line.
     """
     if domain_id is not None:
         yield domain_id
@@ -50,7 +50,7 @@ def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
     """Return the environment of a node in `domain`: Fast DDS over the loopback interface, PYTHONPATH with this package.
 
     Raises:
-        RuntimeError: the environment names another profile of Fast DDS, and there is no such file; one line.
+        RuntimeError: the environment names a profile of Fast DDS that does not exist; the message is one line.
     """
     package_root = Path(__file__).parents[2]
     profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")

@@ -80,7 +80,7 @@ def run(
         namespace: of the nodes; None: the kind of crane.
         beside: in lockstep, namespaces of other cranes on the same clock, with commas between them.
         clock: the plant publishes /clock; of several cranes in one domain one does.
-        paused: begin paused, until a service plays the run.
+        paused: begin paused, until resumed by a service call.
         operator: commands the crane through the node `operator`, with `controller` False, in realtime.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
         on_progress: called with (steps done, steps in all) about ten times a second.
@@ -154,8 +154,8 @@ def _nodes(scene: "Scene", file: str, settings: _RunSettings) -> Iterator[tuple[
     if settings.operator:
         yield OPERATOR, "crane_control.nodes", common | dict(settings.operator.parameters)
     if has_tracker:
-        bagged = {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
-        yield "tracker", "crane_control.nodes", scene_only | bagged
+        recorders = {"expected_recorders": int(bool(settings.recorder.get("mcap")))}
+        yield "tracker", "crane_control.nodes", scene_only | recorders
     if settings.recorder:
         yield "recorder", "crane_sim.ros", scene_only | settings.recorder
 

@@ -74,7 +74,7 @@ def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str
     recorder = role.active
     if recorder.summary is None:
         recorder.send_signal(signal.SIGKILL)  # before it creates a file that would stay unfinished
-        recorder.wait_exited(time.monotonic() + _KILL_TIMEOUT)
+        recorder.wait_for_exit(time.monotonic() + _KILL_TIMEOUT)
     return recorder.summary
 
 

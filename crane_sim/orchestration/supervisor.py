@@ -19,7 +19,7 @@ _SHUTDOWN_SUMMARY_TIMEOUT = 0.8  # s for that once a shutdown is requested
 
 
 class RunError(RuntimeError):
-    """The run cannot go on; one line."""
+    """The run cannot go on; the message is one line."""
 
 
 class Callbacks(NamedTuple):

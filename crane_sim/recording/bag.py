@@ -40,7 +40,7 @@ def read_bag(path: Path) -> BaggedRun:
     """Return the run in a bag.
 
     Raises:
-        UnreadableRecording: the file is damaged, or lacks the scene or messages; one line.
+        UnreadableRecording: the file is damaged, or lacks the scene or messages; the message is one line.
     """
     properties = read_metadata(path, RUN)
     if "scene_file" not in properties:

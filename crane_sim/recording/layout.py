@@ -28,7 +28,7 @@ from crane_sim.recording.camera import (
     of_suspended,
     suspended_scales,
 )
-from crane_sim.recording.states import Rules, rules_of
+from crane_sim.recording.states import TimelineInputs, make_timeline_inputs
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension
 from crane_sim.simulation.hardware import is_sensed, sensed_coordinates
 
@@ -146,7 +146,7 @@ class Layout(NamedTuple):
     has_targets: bool  # the actuated joints have targets
     undriven: bool  # nothing drives the actuated joints
     lyapunov: bool  # the law comes with a Lyapunov function
-    rules: Rules  # what timelines of states follow from
+    timeline_inputs: TimelineInputs  # what timelines of states follow from, beside the steps
     properties: Mapping[str, Any]  # run properties that are known at the start
     sensed: tuple[int, ...] = ()  # coordinates, and nq + i for rates, whose measured values are known beside true ones
     paced: bool = True  # the run has a real-time factor: it is one over ROS
@@ -233,7 +233,7 @@ def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
-        rules=rules_of(scene.hardware),
+        timeline_inputs=make_timeline_inputs(scene.hardware),
         properties=_scene_properties(scene, truth) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
         sensed=sensed_coordinates(scene.hardware, len(scene.joint_names)) if truth else (),
     )

@@ -50,8 +50,8 @@ class Crane(NamedTuple):
         return [self.joint_names.index(name) for name in self.actuated]
 
 
-class Frames(NamedTuple):
-    """What only a picture needs, at F instants, about 30 in a second."""
+class AnimationFrames(NamedTuple):
+    """Positions that only pictures need, at F instants, about 30 per second."""
 
     t: Numbers  # (F,) s
     nodes: Numbers  # (F, N, 3) m, polyline base .. tip .. payload in the world
@@ -90,10 +90,8 @@ class RecordedRun:
     potential: Numbers  # (K,) J, from height 0 of the world
     lyapunov: Numbers | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
     contact: Numbers | None  # (K,) N, normal force of a surface on a load that may touch one
-    frames: Frames
-    states: dict[
-        str, Changes
-    ]  # by track, such as "brakes" or "fall 2": (s, state from then on); calm ones are left out
+    frames: AnimationFrames
+    states: dict[str, Changes]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
     events: list[tuple[float, str]]  # (s, what happened)
     summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
 

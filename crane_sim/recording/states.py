@@ -1,7 +1,8 @@
-"""Timelines of states: what of a run is in one of a few states at any time, such as brakes, ropes and faults.
+"""Timelines of states: of what is in one of a few states at any time of a run, such as brakes, ropes and faults.
 
-The states of a track follow from the steps of a run, from its figures, or from its events; messages of a plant add to
-them. A track begins calm and is recorded only if it ever leaves that state.
+A timeline is a list of changes of state. It follows from the steps of a run, from its figures, or from its events;
+messages of a plant add to it. It begins in its normal state ("released", "taut" …), and is recorded only if that
+changes.
 """
 
 from __future__ import annotations
@@ -23,43 +24,44 @@ Changes = list[tuple[float, str]]  # (s, state from then on), in the order of ti
 
 BRAKES, EFFORTS, CONTACT = "brakes", "efforts", "contact"
 CONTROLLER, COMMANDS, STOP, SIMULATION = "controller", "commands", "emergency stop", "simulation"
-ZERO = 1e-6  # N: tensions and forces below it are rounding of nothing
+ZERO = 1e-6  # N: tensions and forces below it are rounding errors of 0
 
-CALM, STOPPING, FAILING, LOOSE, TOUCHING, OTHER = "#c3cad1", "#c8332b", "#9450b3", "#d9730d", "#2a9d5c", "#1f6fb4"
+NORMAL_COLOR, STOPPING_COLOR, FAULT_COLOR = "#c3cad1", "#c8332b", "#9450b3"
+WARNING_COLOR, CONTACT_COLOR, OTHER_COLOR = "#d9730d", "#2a9d5c", "#1f6fb4"
 COLORS = {
-    "released": CALM,
-    "acting": STOPPING,
-    "off": CALM,
-    "on": FAILING,
-    "pressed": STOPPING,
-    "taut": CALM,
-    "slack": LOOSE,
-    "pushes": STOPPING,
-    "free": CALM,
-    "limited": LOOSE,
-    "apart": CALM,
-    "touches": TOUCHING,
-    "clear": CALM,
-    "tripped": STOPPING,
-    "answers": CALM,
-    "silent": STOPPING,
-    "accepted": CALM,
-    "refused": LOOSE,
-    "playing": CALM,
-    "paused": LOOSE,
-    "stopped": CALM,
-    "quitting": CALM,
-    "moves": CALM,
-    "sticks": OTHER,
-    "slips forwards": CALM,
-    "slips backwards": CALM,
-    "meshes": CALM,
-    "pushes forwards": CALM,
-    "pushes backwards": CALM,
-    "is in its play": LOOSE,
-    "does not push any more": CALM,
+    "released": NORMAL_COLOR,
+    "acting": STOPPING_COLOR,
+    "off": NORMAL_COLOR,
+    "on": FAULT_COLOR,
+    "pressed": STOPPING_COLOR,
+    "taut": NORMAL_COLOR,
+    "slack": WARNING_COLOR,
+    "pushes": STOPPING_COLOR,
+    "free": NORMAL_COLOR,
+    "limited": WARNING_COLOR,
+    "apart": NORMAL_COLOR,
+    "touches": CONTACT_COLOR,
+    "clear": NORMAL_COLOR,
+    "tripped": STOPPING_COLOR,
+    "answers": NORMAL_COLOR,
+    "silent": STOPPING_COLOR,
+    "accepted": NORMAL_COLOR,
+    "refused": WARNING_COLOR,
+    "playing": NORMAL_COLOR,
+    "paused": WARNING_COLOR,
+    "stopped": NORMAL_COLOR,
+    "quitting": NORMAL_COLOR,
+    "moves": NORMAL_COLOR,
+    "sticks": OTHER_COLOR,
+    "slips forwards": NORMAL_COLOR,
+    "slips backwards": NORMAL_COLOR,
+    "meshes": NORMAL_COLOR,
+    "pushes forwards": NORMAL_COLOR,
+    "pushes backwards": NORMAL_COLOR,
+    "is in its play": WARNING_COLOR,
+    "does not push any more": NORMAL_COLOR,
 }
-"""Colours of states, on white paper; of others, such as masses of a payload, `OTHER`."""
+"""Colours of states, on white paper; others, such as masses of a payload, have `OTHER_COLOR`."""
 
 EVENTS = (
     (re.compile(r"the (?P<name>.+) (?P<state>sticks|slips forwards|slips backwards)"), "friction of the {}", "moves"),
@@ -70,79 +72,83 @@ EVENTS = (
         "as at the start",
     ),
 )
-"""Events that change a state: pattern, name of the track, and its state before the first one."""
+"""Events that change a state: pattern, name of the timeline, and its state before the first event."""
 
 
-class Switches(NamedTuple):
-    """Limit switches of the actuated joints."""
+class LimitSwitches(NamedTuple):
+    """Positions of the limit switches of the actuated joints."""
 
     low: Numbers  # (nu,) m or rad, infinite without one
     high: Numbers
 
 
-class Rules(NamedTuple):
-    """What states follow from, beside a run's steps."""
+class TimelineInputs(NamedTuple):
+    """What timelines follow from, beside a run's steps."""
 
-    switches: Switches | None  # None without any
-    limited: bool  # efforts differ from commands only where they are limited
+    limit_switches: LimitSwitches | None  # None without any
+    only_limits_change_efforts: bool  # an applied effort differs from its command only where a limit acts
 
 
-def rules_of(hardware: Any) -> Rules:
-    """Return the rules for a scene's `HardwareConfig`, None for ideal drives."""
+def make_timeline_inputs(hardware: Any) -> TimelineInputs:
+    """Return what timelines follow from, by a scene's `HardwareConfig`, None for ideal drives."""
     if hardware is None:
-        return Rules(None, True)
+        return TimelineInputs(None, True)
     drives = hardware.drives
-    switches = Switches(np.array(drives.switch_low), np.array(drives.switch_high))
-    fitted = bool(np.isfinite([switches.low, switches.high]).any())
-    return Rules(switches if fitted else None, bool(hardware.ideal))
+    switches = LimitSwitches(np.array(drives.switch_low), np.array(drives.switch_high))
+    has_switches = bool(np.isfinite([switches.low, switches.high]).any())
+    return TimelineInputs(switches if has_switches else None, bool(hardware.ideal))
 
 
-def states_of_faults(summary: Mapping[str, Any]) -> dict[str, Changes]:
-    """Return the tracks of faults, by the figures of a run."""
-    tracks: dict[str, Changes] = defaultdict(list)
+def make_fault_timelines(summary: Mapping[str, Any]) -> dict[str, Changes]:
+    """Return the timelines of faults by name, from the figures of a run."""
+    timelines: dict[str, Changes] = defaultdict(lambda: [(0.0, "off")])
     for each in summary.get("faults", ()):
-        track = tracks[f"fault {each['name']}"] or [(0.0, "off")]
-        track.append((float(each["t"]), "on" if each["on"] else "off"))
-        tracks[f"fault {each['name']}"] = track
-    return dict(tracks)
+        timelines[f"fault {each['name']}"].append((float(each["t"]), "on" if each["on"] else "off"))
+    return dict(timelines)
 
 
-def states_of_events(events: Sequence[tuple[float, str]]) -> dict[str, Changes]:
-    """Return the tracks of what switches by events: friction that sticks, drives in their play, the payload's mass."""
-    tracks: dict[str, Changes] = {}
-    for t, what in events:
-        for pattern, name, calm in EVENTS:
-            if found := pattern.fullmatch(what):
-                changes = tracks.setdefault(name.format(found["name"]), [(0.0, calm)])
+def make_event_timelines(events: Sequence[tuple[float, str]]) -> dict[str, Changes]:
+    """Return the timelines by name that follow from events [s, text]: of friction, drives with play, the payload."""
+    timelines: dict[str, Changes] = {}
+    for t, text in events:
+        for pattern, name, first_state in EVENTS:
+            if found := pattern.fullmatch(text):
+                changes = timelines.setdefault(name.format(found["name"]), [(0.0, first_state)])
                 changes.append((t, found["state"]))
-    return tracks
+    return timelines
 
 
-def color_of(state: str) -> str:
+def get_color(state: str) -> str:
     """Return the colour of a state, as #rrggbb."""
-    return COLORS.get(state, OTHER)
+    return COLORS.get(state, OTHER_COLOR)
+
+
+def is_normal(state: str) -> bool:
+    """Return whether a state is one of normal operation, which pictures draw in grey."""
+    return get_color(state) == NORMAL_COLOR
 
 
 class Span(NamedTuple):
-    """A stretch of time in which a track keeps its state."""
+    """An interval of time in which a timeline keeps its state."""
 
     begin: float  # s
     end: float
     state: str
 
 
-def spans_of(changes: Changes, begin: float, end: float, least: float) -> list[Span]:
-    """Return the stretches of a track between two times [s], neighbours of different states.
+def make_spans(changes: Changes, begin: float, end: float, min_duration: float) -> list[Span]:
+    """Return the spans of a timeline between two times [s]; those that follow each other have different states.
 
-    One shorter than `least` [s] joins the one before it, but where that is calm: so no short excitement is lost.
+    A span shorter than `min_duration` [s] is merged into the one before it, unless that one's state is normal: a short
+    departure from the normal state stays visible.
     """
     times = [min(max(t, begin), end) for t, _ in changes] + [end]
     spans: list[Span] = []
     for (_, state), first, last in zip(changes, times[:-1], times[1:], strict=True):
         if last <= first:
             continue
-        joins = spans and last - first < least and color_of(spans[-1].state) != CALM
-        if spans and (joins or spans[-1].state == state):
+        is_merged = spans and last - first < min_duration and not is_normal(spans[-1].state)
+        if spans and (is_merged or spans[-1].state == state):
             spans[-1] = spans[-1]._replace(end=last)
         else:
             spans.append(Span(first, last, state))

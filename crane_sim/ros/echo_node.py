@@ -12,13 +12,13 @@ from crane_sim import load_scene
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene that gives joint names and period: a name of the catalogue or a path"),
     "role": Option("ping", "ping sends states, pong answers with commands", choices=("ping", "pong")),
     "steps": Option(1000, "exchanges", 1, 1_000_000_000),
-    "packed": Option(False, "pack and unpack messages as plant and controller do, not by the generated classes"),
+    "packed": Option(False, "serialize by JointStateCodec, as plant and controller do, not by the generated classes"),
 }
 
 
@@ -31,12 +31,15 @@ class Ping:
         self._period, self._steps, self._k = scene.period_ns, settings.steps, 0
         self._state = messages.state_message(scene.joint_names)
         self._q, self._v, self._applied = scene.initial_q, scene.initial_v, (0.0,) * len(scene.joint_names)
-        self._out, self._in = JointWire(scene.joint_names, STATE), JointWire(scene.actuated, EFFORT)
-        self._packed = settings.packed
-        callback: Any = self._on_packed if settings.packed else self._on_command
-        self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
+        self._encoder, self._decoder = (
+            JointStateCodec(scene.joint_names, STATE),
+            JointStateCodec(scene.actuated, EFFORT),
+        )
+        self._use_codec = settings.packed
+        callback: Any = self._on_serialized if settings.packed else self._on_command
+        self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM_QOS)
         self._commands = node.create_subscription(
-            JointState, "joint_commands", callback, messages.STREAM, raw=settings.packed
+            JointState, "joint_commands", callback, messages.STREAM_QOS, raw=settings.packed
         )
 
     def missing(self) -> str:
@@ -54,14 +57,14 @@ class Ping:
 
     def _send(self) -> None:
         self._k += 1
-        if self._packed:
-            self._states.publish(self._out.encode(self._k * self._period, self._q, self._v, self._applied))
+        if self._use_codec:
+            self._states.publish(self._encoder.encode(self._k * self._period, self._q, self._v, self._applied))
             return
         messages.set_stamp(self._state.header.stamp, self._k * self._period)
         self._states.publish(self._state)
 
-    def _on_packed(self, data: bytes) -> None:
-        if self._in.decode(data).stamp == self._k * self._period:
+    def _on_serialized(self, data: bytes) -> None:
+        if self._decoder.decode(data).stamp == self._k * self._period:
             self._send()
 
     def _on_command(self, message: JointState) -> None:
@@ -77,11 +80,14 @@ class Pong:
         scene = load_scene(settings.scene)
         self._command = messages.effort_message(scene.actuated)
         self._effort = (0.0,) * len(scene.actuated)
-        self._out, self._in = JointWire(scene.actuated, EFFORT), JointWire(scene.joint_names, STATE)
-        callback: Any = self._on_packed if settings.packed else self._on_state
-        self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM)
+        self._encoder, self._decoder = (
+            JointStateCodec(scene.actuated, EFFORT),
+            JointStateCodec(scene.joint_names, STATE),
+        )
+        callback: Any = self._on_serialized if settings.packed else self._on_state
+        self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
         self._states = node.create_subscription(
-            JointState, "joint_states", callback, messages.DEEP_STREAM, raw=settings.packed
+            JointState, "joint_states", callback, messages.DEEP_STREAM_QOS, raw=settings.packed
         )
 
     def missing(self) -> str:
@@ -95,8 +101,8 @@ class Pong:
             host.spin()
         return {}
 
-    def _on_packed(self, data: bytes) -> None:
-        self._commands.publish(self._out.encode(self._in.decode(data).stamp, self._effort))
+    def _on_serialized(self, data: bytes) -> None:
+        self._commands.publish(self._encoder.encode(self._decoder.decode(data).stamp, self._effort))
 
     def _on_state(self, message: JointState) -> None:
         self._command.header.stamp = message.header.stamp

@@ -11,10 +11,10 @@ from typing import TextIO
 
 from crane_sim import load_scene
 from crane_sim.ros.common import node_host
-from crane_sim.ros.common.command_wire import CommandWire
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.recorder.subscriptions import PolledSubscription
 
 PARAMETERS = {
@@ -31,19 +31,19 @@ class Monitor:
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Subscribe."""
         scene = load_scene(settings.scene)
-        self._commands = CommandWire(scene)
-        states, efforts = JointWire(scene.joint_names, STATE), JointWire(scene.actuated, EFFORT)
-        wires: dict[str, JointWire | CommandWire] = {"s": states, "e": efforts, "c": self._commands}
+        self._commands = CommandCodec(scene)
+        states, efforts = JointStateCodec(scene.joint_names, STATE), JointStateCodec(scene.actuated, EFFORT)
+        codecs: dict[str, JointStateCodec | CommandCodec] = {"s": states, "e": efforts, "c": self._commands}
         self._subscriptions = [
-            (letter, wires[letter], PolledSubscription(host.node, name, _ignore)) for letter, name in _TOPICS.items()
+            (letter, codecs[letter], PolledSubscription(host.node, name, _ignore)) for letter, name in _TOPICS.items()
         ]
 
     def write(self, file: TextIO) -> None:
         """Write the messages that have come."""
-        for letter, wire, subscription in self._subscriptions:
+        for letter, codec, subscription in self._subscriptions:
             for message in subscription.take_all():
-                frame = wire.decode(message.data)
-                numbers = self._commands.values(frame) if wire is self._commands else frame.effort
+                frame = codec.decode(message.data)
+                numbers = self._commands.values(frame) if codec is self._commands else frame.effort
                 print(letter, message.sent, frame.stamp, *numbers, file=file)
         file.flush()
 

@@ -371,7 +371,7 @@ def law_parts(draft: Draft) -> tuple[Mapping[str, Any], Scene]:
     """Return (settings of a draft's law, its nominal scene: commanded as the real one, with its first joints).
 
     Raises:
-        SceneError: the scene has a law and inputs, or the nominal scene is not possible.
+        SceneError: the scene has a law and inputs, or the nominal scene is invalid.
     """
     control = draft.file.control
     assert control is not None

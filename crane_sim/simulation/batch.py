@@ -42,7 +42,7 @@ def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float
     """Return one checked scene for each crane.
 
     Raises:
-        SceneError: the parameters do not fit one another, or the scene of a crane is not possible; it names the crane.
+        SceneError: the parameters do not fit one another, or the scene of a crane is invalid; it names the crane.
     """
     count = _count(parameters)
     if duration is not None and "duration" in parameters:
@@ -160,7 +160,7 @@ def simulate_batch(
     Cranes whose scenes differ in kind (of model, method or law) run in groups of one kind.
 
     Raises:
-        SceneError: the scene of a crane is not possible, or it has other joints or periods than the first one.
+        SceneError: the scene of a crane is invalid, or it has other joints or periods than the first one.
         ValueError: the instants are not within the run.
     """
     if threads is not None and threads < 1:

@@ -1,4 +1,4 @@
-"""The equations of a scene as plain functions: forward dynamics and energy."""
+"""The equations of motion of a scene as functions of joint coordinates: forward dynamics and energy."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -18,7 +18,7 @@ Vector = Sequence[float] | npt.NDArray[np.float64]
 
 @entry_point
 def joint_acceleration(p, t, q, v, u):
-    """Compiled `acceleration`; what sticks breaks loose first where the efforts are strong enough."""
+    """Compiled `acceleration`: joints held by friction start to slip first where the efforts exceed static friction."""
     switches = system.switching(p)
     integration = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), make_event_log(switches)))
     return system.acceleration(p, t, integration.x, u)
@@ -26,7 +26,7 @@ def joint_acceleration(p, t, q, v, u):
 
 @entry_point
 def energy_at(p, t, q, v):
-    """Return (energy relative to the base, what the base adds to it in the world) [J]."""
+    """Return (energy relative to the base, difference of the energy in the world from it) [J]."""
     x = system.state(p, t, q, v)
     kinetic, potential = system.base_energy(p, t, x)
     return system.kinetic(p, x) + system.potential(p, x), kinetic + potential
@@ -51,10 +51,17 @@ def _time(t: Any) -> float:
 
 
 def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float = 0.0) -> npt.NDArray[np.float64]:
-    """Return the joint accelerations (nq,) at positions q (nq,), velocities v (nq,) under efforts u (nu,), unlimited.
+    """Return the accelerations of all joints (nq,) [m/s² or rad/s²]: the forward dynamics of the scene's crane.
+
+    Args:
+        scene: a Scene, or what `load_scene` reads.
+        q, v: joint positions (nq,) [m or rad] and velocities (nq,) [m/s or rad/s], relative to the base.
+        u: efforts of the actuated joints (nu,), in their units (N or N m for drives by force); they are not clipped to
+            the limits of the drives.
+        t: time [s], on which the motion of the base, the wind and changes of the payload depend.
 
     Raises:
-        SceneError: the scene is not possible, or a vector is not of as many finite numbers as the scene asks for.
+        SceneError: the scene is invalid, or q, v, u or t is not of the right number of finite values.
     """
     scene = load_scene(scene)
     nq, nu = len(scene.joint_names), len(scene.actuated)
@@ -63,18 +70,18 @@ def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float =
 
 
 def energy(scene: SceneSource, q: Vector, v: Vector, t: float = 0.0, frame: str = "world") -> float:
-    """Return the total energy [J] at positions q (nq,) and velocities v (nq,): kinetic, gravity, springs.
+    """Return the total energy [J]: kinetic energy, and potential energy of gravity and springs.
 
     Args:
         scene: a Scene, or what `load_scene` reads.
-        q, v: joint coordinates, relative to the base.
-        t: s, when the base is where it is.
-        frame: "world", velocities and heights are those in the world, or "base", those relative to the base, as if it
-            rested at height 0. They differ only where a base moves.
+        q, v: joint positions (nq,) [m or rad] and velocities (nq,) [m/s or rad/s], relative to the base.
+        t: time [s], which determines position and velocity of a moving base.
+        frame: "world": velocities and heights in the world; "base": those relative to the base, as if it rested at
+            height 0. They differ only where the base moves.
 
     Raises:
-        SceneError: the scene is not possible, a vector is not of as many finite numbers as the scene asks
-            for, or there is no such frame.
+        SceneError: the scene is invalid, q, v or t is not of the right number of finite values, or the frame is
+            unknown.
     """
     if frame not in ("world", "base"):
         raise SceneError(f"frame = {frame!r}: possible: world, base")

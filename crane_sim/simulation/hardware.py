@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.hardware.faults import SCHEDULED, SENSOR_LOSS, FaultLog
-from crane_sim.hardware.payloads import with_payload
+from crane_sim.hardware.payloads import apply_payload_fault
 from crane_sim.hardware.random import seed_to_uint64
-from crane_sim.hardware.records import COUNTERS, ideal_sensors, make_records
+from crane_sim.hardware.records import TOTALS, ideal_sensors, make_records
 from crane_sim.hardware.reference_profiles import PHASES
 from crane_sim.hardware.servos import Servos
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
@@ -26,7 +26,13 @@ from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
-from crane_sim.stepping.hardware_periods import HardwareState, first_sample, hardware_step, measure_states, read_inputs
+from crane_sim.stepping.hardware_periods import (
+    HardwareState,
+    hardware_step,
+    measure_states,
+    read_inputs,
+    sample_first_state,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -163,8 +169,8 @@ class HardwareRun:
             self._fit_brakes()
 
     @property
-    def _counters(self) -> Any:
-        return self.state.counters[0]
+    def _totals(self) -> Any:
+        return self.state.totals[0]
 
     def _fit_brakes(self) -> None:
         if not self._has_brakes:
@@ -175,7 +181,7 @@ class HardwareRun:
         """Apply or release the brakes of all actuated joints, from the next period on."""
         if on:
             self._fit_brakes()
-        self._counters.braking = on
+        self._totals.braking = on
 
     def set_initial_effort(self, efforts: Sequence[float]) -> None:
         """Set the efforts (nu,) that the drives begin with."""
@@ -185,16 +191,16 @@ class HardwareRun:
         """Activate or clear a fault from the next period on, independent of its schedule."""
         self.state.overrides[self.faults.index(name)] = float(on)
 
-    def first_sample(self, model: Any, integration: Any, period: float) -> tuple[Any, Any]:
+    def sample_first_state(self, model: Any, integration: Any, period: float) -> tuple[Any, Any]:
         """Sample the initial state; return (q, v) as the sensors measure them."""
-        return first_sample(model, self.state, integration, period)
+        return sample_first_state(model, self.state, integration, period)
 
     def open_loop_command(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the command (nu,) of the scene's open-loop inputs at time t [s]; zero while the brakes are engaged."""
         source = self._scene.source
         if type(source) is tuple:
             return source
-        if self._counters.braking or source is None:
+        if self._totals.braking or source is None:
             return (0.0,) * len(self.state.drives)
         return read_inputs(source, t, q, v)
 
@@ -205,21 +211,21 @@ class HardwareRun:
     @property
     def saturated(self) -> int:
         """Periods in which a command was limited."""
-        return int(self._counters.saturated)
+        return int(self._totals.saturated)
 
     @property
     def payload_energy(self) -> float:
         """Energy [J] supplied by changes of the payload."""
-        return float(self._counters.payload_energy)
+        return float(self._totals.payload_energy)
 
     @property
     def payload_mass(self) -> float:
-        """Present mass [kg] of the payload; 0 where no fault changes it."""
-        return float(self._counters.payload_mass)
+        """Present mass [kg] of the payload; 0 in scenes without faults of the payload."""
+        return float(self._totals.payload_mass)
 
     def model_with_payload(self, model: Any, mass: float) -> Any:
         """Return the model with a payload of this mass [kg]."""
-        return with_payload(self.state.payload_fault, model, mass)
+        return apply_payload_fault(self.state.payload_fault, model, mass)
 
     def events(self) -> list[dict[str, Any]]:
         """Return times [s] at which faults were activated or cleared."""
@@ -229,27 +235,27 @@ class HardwareRun:
 
     def summary(self) -> dict[str, Any]:
         """Return the entries of the hardware in the run's summary."""
-        counters = self._counters
+        totals = self._totals
         figures: dict[str, Any] = {"faults": self.events()[:MAX_EVENTS_IN_SUMMARY]} if self.faults else {}
-        figures |= {"lost_samples": int(counters.lost_samples)} if counters.lost_samples else {}
+        figures |= {"lost_samples": int(totals.lost_samples)} if totals.lost_samples else {}
         tripped = {
             name: float(drive.overtravel)
             for name, drive in zip(self._scene.actuated, self.state.drives, strict=True)
             if drive.tripped
         }
         figures |= {"overtravel": tripped} if tripped else {}
-        return figures | ({"braked_time": float(counters.braked) * self._scene.period} if counters.braked else {})
+        return figures | ({"braked_time": float(totals.braked) * self._scene.period} if totals.braked else {})
 
 
 def is_sensed(scene: Scene) -> bool:
-    """Return whether sensors show something else than the truth, or may come to do so."""
+    """Return whether measurements differ from the truth, or may come to differ."""
     return bool(sensed_coordinates(scene.hardware, len(scene.joint_names)))
 
 
 def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, ...]:
-    """Return the coordinates of which sensors show something else than the truth, or may come to do so.
+    """Return the coordinates whose measurements differ from the truth, or may come to differ.
 
-    Of nq coordinates, whose rates follow them: nq + i is the rate of coordinate i.
+    Indices 0 .. nq-1 are the positions, nq + i is the velocity of coordinate i.
     """
     if equipment is None:
         return ()
@@ -259,16 +265,16 @@ def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, 
 
 
 def measure(scene: Scene, q: Array, v: Array) -> Array:
-    """Return what the sensors of a scene show (K, 2 nq) of the true states q, v (K, nq) at the starts of its periods.
+    """Return the measurements (K, 2 nq) of the true states q, v (K, nq) at the starts of a scene's first K periods.
 
     Their random numbers are functions of the period's number: these are the very values that the law got in the run,
     whose faults were those of the scene's schedule.
     """
     assert scene.hardware is not None
-    shown = np.empty((len(q), 2 * q.shape[1]))
+    measured = np.empty((len(q), 2 * q.shape[1]))
     states = (np.ascontiguousarray(each) for each in (q, v))
-    measure_states(_initial_hardware(scene.seed, scene.hardware), scene.period, *states, shown)
-    return shown
+    measure_states(_initial_hardware(scene.seed, scene.hardware), scene.period, *states, measured)
+    return measured
 
 
 def _initial_servos(loops: Any) -> Servos | None:
@@ -282,8 +288,8 @@ def _initial_servos(loops: Any) -> Servos | None:
 def _initial_hardware(seed: int, config: HardwareConfig) -> HardwareState:
     """Return the hardware at the start of a run."""
     drives, sensors, n = config.drives, config.sensors, len(config.names)
-    counters = make_records(COUNTERS, 1)
-    counters.payload_mass = config.payload_fault.nominal_mass if config.payload_fault is not None else 0.0
+    totals = make_records(TOTALS, 1)
+    totals.payload_mass = config.payload_fault.nominal_mass if config.payload_fault is not None else 0.0
     return HardwareState(
         seed=seed_to_uint64(seed),
         faults=config.faults,
@@ -296,5 +302,5 @@ def _initial_hardware(seed: int, config: HardwareConfig) -> HardwareState:
         overrides=np.full(n, SCHEDULED),
         active=np.zeros(n),
         log=FaultLog(np.zeros((MAX_FAULT_EVENTS, 3)), np.zeros(1)),
-        counters=counters,
+        totals=totals,
     )

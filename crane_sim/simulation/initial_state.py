@@ -37,13 +37,13 @@ def restart_within_step(method, p, u, integration, t):
 
 
 def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
-    """Return (integration, q, v, (q, v) as sensors measure them, the scene's hardware) at the start of a run."""
+    """Return (integration, q, v, measured (q, v), the scene's hardware) at the start of a run."""
     integration, q, v = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
     q, v = as_tuple(q), as_tuple(v)
     if scene.hardware is None or scene.hardware.ideal:
         return integration, q, v, (q, v), None
     hardware = HardwareRun(scene)
-    measured = hardware.first_sample(scene.model, integration, scene.period)
+    measured = hardware.sample_first_state(scene.model, integration, scene.period)
     return integration, q, v, (as_tuple(measured[0]), as_tuple(measured[1])), hardware
 
 

@@ -55,7 +55,7 @@ def linearise(scene: SceneSource, at: Sequence[float] | None = None) -> LinearMo
         at: positions of the actuated joints (nu,); None: the scene's target, or where it starts.
 
     Raises:
-        SceneError: the scene is not possible, has no actuated joint, or nothing holds it at rest there.
+        SceneError: the scene is invalid, has no actuated joint, or nothing holds it at rest there.
     """
     loaded = load_scene(scene)
     if not loaded.actuated:

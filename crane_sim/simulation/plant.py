@@ -127,7 +127,7 @@ class Plant:
         """Activate or clear a fault of the scene from the next period on, independent of its schedule.
 
         Raises:
-            ValueError: there is no such fault; one line.
+            ValueError: there is no such fault; the message is one line.
         """
         if self._hardware is None or name not in self.faults:
             known = unknown_key(name, self.faults, "fault")
@@ -142,7 +142,7 @@ class Plant:
                 brakes hold, they are ignored.
 
         Raises:
-            ValueError: there are not nu efforts, or none where the scene has no source of its own; one line.
+            ValueError: there are not nu efforts, or none for a scene without a source; the message is one line.
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
         self._check_efforts(u)

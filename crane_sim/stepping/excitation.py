@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.hardware.drives import Drives, accept_command, effort_at, latch, next_breakpoint
+from crane_sim.hardware.drives import Drives, accept_command, effort_at, latch_efforts, next_breakpoint
 from crane_sim.integrators import OK, apply_pending_events, integrate_to, make_event_log, start
 from crane_sim.numerics.jit import entry_point, kernel, routine
 
@@ -90,9 +90,9 @@ def integrate_with_drives(method, p, drives, servos, excitation, q, v, out):
             continue
         integration = apply_pending_events(system.switching(p), p, u, integration)
         while integration.status == OK and integration.t < times[i + 1]:
-            kink = next_breakpoint(u, integration.t, times[i + 1])
-            integration = integrate_to(method, p, u, integration, kink, kink)
-        latch(p, u, integration.t, integration.x)
+            break_time = next_breakpoint(u, integration.t, times[i + 1])
+            integration = integrate_to(method, p, u, integration, break_time, break_time)
+        latch_efforts(p, u, integration.t, integration.x)
         if not write_positions(excitation, p, integration, out, i + 1):
             return i
     return excitation.last

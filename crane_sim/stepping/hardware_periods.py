@@ -10,19 +10,26 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.hardware.brakes import read_limit_switch, slip
-from crane_sim.hardware.drives import Drives, accept_command, latch, next_breakpoint
-from crane_sim.hardware.faults import FaultLog, Faults, apply_to_drives, apply_to_sensors, payload_mass, update_active
-from crane_sim.hardware.payloads import PayloadFault, with_payload
+from crane_sim.hardware.drives import Drives, accept_command, latch_efforts, next_breakpoint
+from crane_sim.hardware.faults import (
+    FaultLog,
+    Faults,
+    apply_to_drives,
+    apply_to_sensors,
+    compute_payload_mass,
+    update_active,
+)
+from crane_sim.hardware.payloads import PayloadFault, apply_payload_fault
 from crane_sim.hardware.sensors import sense
 from crane_sim.integrators import OK, apply_pending_events, integrate_to
-from crane_sim.numerics.arrays import assign, store
+from crane_sim.numerics.arrays import copy_into, store
 from crane_sim.numerics.jit import entry_point, generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
 from crane_sim.stepping.periods import finish, integrate_period, write
 
 
 class HardwareState(NamedTuple):
-    """Hardware of one run: parameters, and the state in arrays that kernels change."""
+    """The hardware of one run: its parameters, and its state in arrays that compiled functions change in place."""
 
     seed: Any  # uint64
     faults: Faults
@@ -35,18 +42,18 @@ class HardwareState(NamedTuple):
     overrides: Any  # (faults,), see `faults.SCHEDULED`
     active: Any  # (faults,)
     log: FaultLog
-    counters: Any  # record of COUNTERS (1,)
+    totals: Any  # record of TOTALS (1,)
 
 
 @generic
-def like(q, values, first):
-    """Return as many floats of the array `values`, from index `first` on, as q has, a tuple or an array as q is."""
+def copy_in_kind_of(q, values, first):
+    """Return len(q) floats of the array `values`, from index `first` on: as a tuple or as an array, whichever q is."""
     for j in range(len(q)):
         q = replace_entry(q, j, values[first + j])
     return q
 
 
-@like.register(np.ndarray)
+@copy_in_kind_of.register(np.ndarray)
 def _(q, values, first):
     return values[first : first + len(q)].copy()
 
@@ -57,33 +64,33 @@ def sample_sensors(p, hardware, integration, k, period):
     update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
     apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
     q, v = system.joints(p, integration.x)
-    hardware.counters[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q, v)
+    hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q, v)
 
 
 @kernel
-def read_sensors(p, hardware, integration):
-    """Return (q, v) as the sensors show them, of the kind that `system.joints` returns."""
+def read_measurements(p, hardware, integration):
+    """Return the measured (q, v), tuples or arrays as `system.joints` returns."""
     q, v = system.joints(p, integration.x)
-    shown = hardware.sensors.shown
-    return like(q, shown, 0), like(v, shown, len(q))
+    readings = hardware.sensors.reading
+    return copy_in_kind_of(q, readings, 0), copy_in_kind_of(v, readings, len(q))
 
 
 @entry_point
-def first_sample(p, hardware, integration, period):
-    """Sample the first state; return (q, v) as the sensors show them."""
+def sample_first_state(p, hardware, integration, period):
+    """Sample the state at the start of a run; return the measured (q, v)."""
     sample_sensors(p, hardware, integration, 0, period)
-    return read_sensors(p, hardware, integration)
+    return read_measurements(p, hardware, integration)
 
 
 @entry_point
 def measure_states(hardware, period, q, v, out):
-    """Fill out (K, 2 nq) with what the sensors show of the states q, v (K, nq) at the starts of the first K periods."""
+    """Fill out (K, 2 nq) with the measurements of the states q, v (K, nq) at the starts of the first K periods."""
     for k in range(len(q)):
         update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
         apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
-        hardware.counters[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q[k], v[k])
+        hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q[k], v[k])
         for j in range(out.shape[1]):
-            out[k, j] = hardware.sensors[j].shown
+            out[k, j] = hardware.sensors[j].reading
 
 
 @kernel
@@ -94,25 +101,25 @@ def relative_energy(p, x):
 
 @routine
 def update_payload(p, hardware, integration):
-    """Return the crane with the payload of the active faults, and count the energy that a change of it supplies."""
-    counters = hardware.counters[0]
-    crane = with_payload(hardware.payload_fault, p, counters.payload_mass)
-    mass = payload_mass(hardware.faults, hardware.active, base_mass(hardware.payload_fault))
-    if mass != counters.payload_mass:
+    """Return the crane with the payload of the active faults; the energy that a change supplies goes to the totals."""
+    totals = hardware.totals[0]
+    crane = apply_payload_fault(hardware.payload_fault, p, totals.payload_mass)
+    mass = compute_payload_mass(hardware.faults, hardware.active, nominal_payload_mass(hardware.payload_fault))
+    if mass != totals.payload_mass:
         before = relative_energy(crane, integration.x)
-        counters.payload_mass = mass
-        crane = with_payload(hardware.payload_fault, p, mass)
-        counters.payload_energy += relative_energy(crane, integration.x) - before
+        totals.payload_mass = mass
+        crane = apply_payload_fault(hardware.payload_fault, p, mass)
+        totals.payload_energy += relative_energy(crane, integration.x) - before
     return crane
 
 
 @generic
-def base_mass(fault):
-    """Return the payload's mass [kg] without faults; 0 where none changes it."""
+def nominal_payload_mass(fault):
+    """Return the payload's mass [kg] while no fault is active; 0 in scenes without faults of the payload."""
     return 0.0
 
 
-@base_mass.register(PayloadFault)
+@nominal_payload_mass.register(PayloadFault)
 def _(fault):
     return fault.nominal_mass
 
@@ -121,28 +128,28 @@ def _(fault):
 def apply_command(p, hardware, integration, k, period, command):
     """Return the source of period k, in which the drives take `command` (nu,)."""
     update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
-    counters, u = hardware.counters[0], Drives(k * period, hardware.drives, hardware.servos)
+    totals, u = hardware.totals[0], Drives(k * period, hardware.drives, hardware.servos)
     saturated = accept_command(p, u, integration.x, hardware.queue, k, command)
-    counters.saturated += 1 if saturated and not counters.braking else 0
-    counters.braked += 1 if counters.braking else 0
-    assign(hardware.drives.position, system.actuated_joints(p, integration.x)[0])
-    apply_to_drives(hardware.faults, hardware.active, hardware.drives, counters.braking)
+    totals.saturated += 1 if saturated and not totals.braking else 0
+    totals.braked += 1 if totals.braking else 0
+    copy_into(hardware.drives.position, system.actuated_joints(p, integration.x)[0])
+    apply_to_drives(hardware.faults, hardware.active, hardware.drives, totals.braking)
     return u
 
 
 @routine
-def integrate_driven(method, p, u, integration, end, out, i):
-    """Return the result of `integrate_period`, by steps that also end where a drive's effort has a kink."""
+def integrate_period_with_drives(method, p, u, integration, end, out, i):
+    """Return the result of `integrate_period`, by steps that also end where a drive's effort has a breakpoint."""
     while integration.status == OK and integration.t < end:
-        kink = next_breakpoint(u, integration.t, end)
-        integration, i = integrate_period(method, p, u, integration, kink, kink, out, i)
+        break_time = next_breakpoint(u, integration.t, end)
+        integration, i = integrate_period(method, p, u, integration, break_time, break_time, out, i)
     return integration, i
 
 
 @routine
 def end_period(p, hardware, u, integration, k, period):
-    """Latch the drives at the end of period k, let brakes slip, read limit switches, and sample the state."""
-    latch(p, u, integration.t, integration.x)
+    """End period k: latch the drives' efforts, let brakes slip, read limit switches, and sample the state."""
+    latch_efforts(p, u, integration.t, integration.x)
     for i in range(len(hardware.drives)):
         slip(hardware.drives[i])
         read_limit_switch(hardware.drives[i])
@@ -154,7 +161,7 @@ def hardware_step(method, p, hardware, command, integration, k, period, rows, i)
     """Write row i, then integrate over period k with `command` (nu,) given to the drives.
 
     Returns:
-        (integration, (q, v), (q, v) as the sensors show them, effort applied at the start of the period)
+        (integration, (q, v), measured (q, v), effort applied at the start of the period)
     """
     u = apply_command(p, hardware, integration, k, period, command)
     crane = update_payload(p, hardware, integration)
@@ -162,40 +169,40 @@ def hardware_step(method, p, hardware, command, integration, k, period, rows, i)
     applied = system.effort(u, crane, integration.t, integration.x)
     write(rows, i, crane, integration.t, integration.x, u)
     while integration.status == OK and integration.t < (k + 1) * period:
-        kink = next_breakpoint(u, integration.t, (k + 1) * period)
-        integration = integrate_to(method, crane, u, integration, kink, kink)
+        break_time = next_breakpoint(u, integration.t, (k + 1) * period)
+        integration = integrate_to(method, crane, u, integration, break_time, break_time)
     if integration.status == OK or integration.t >= (k + 1) * period:
         end_period(crane, hardware, u, integration, k, period)
-    return integration, system.joints(crane, integration.x), read_sensors(crane, hardware, integration), applied
+    return integration, system.joints(crane, integration.x), read_measurements(crane, hardware, integration), applied
 
 
 @entry_point
 def hardware_rollout(method, p, law, hardware, integration, period, out, loads):
-    """Run a law that is sampled every period with the measurements of the sensors.
+    """Run a law that is evaluated at the start of every period, on the measured positions and velocities.
 
     Args:
         method, p, law, integration, period, out: see `stepping.periods.zero_order_hold_rollout`.
-        hardware: at the start.
-        loads: to fill with the payload's mass [kg] in every period and the energy [J] that its changes supplied up to
-            there (steps, 2).
+        hardware: `HardwareState` at the start of the run, which is changed.
+        loads: array (steps, 2), filled with the payload's mass [kg] in every period and the energy [J] that changes of
+            it have supplied until then.
 
     Returns:
         (last integration, number of periods integrated)
     """
-    steps, counters = len(out.rows) - 1, hardware.counters[0]
+    steps, totals = len(out.rows) - 1, hardware.totals[0]
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     sample_sensors(p, hardware, integration, i, period)
     for k in range(steps):
-        q, v = read_sensors(p, hardware, integration)
+        q, v = read_measurements(p, hardware, integration)
         command = system.command(law, k * period, q, v)
         store(out.commands, k, 0, command)
         u = apply_command(p, hardware, integration, k, period, command)
         crane = update_payload(p, hardware, integration)
-        loads[k, 0], loads[k, 1] = counters.payload_mass, counters.payload_energy
+        loads[k, 0], loads[k, 1] = totals.payload_mass, totals.payload_energy
         integration = apply_pending_events(system.switching(crane), crane, u, integration)
         write(out.rows, k, crane, integration.t, integration.x, u)
         end = (k + 1) * period
-        integration, i = integrate_driven(method, crane, u, integration, end, out, i)
+        integration, i = integrate_period_with_drives(method, crane, u, integration, end, out, i)
         if integration.status != OK and integration.t < end:
             return integration, k
         if k == steps - 1:

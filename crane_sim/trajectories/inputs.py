@@ -8,7 +8,7 @@ from pydantic import Field
 from crane_sim import system
 from crane_sim.files.types import Angle, Real
 from crane_sim.numerics.jit import lean_generic
-from crane_sim.trajectories.piecewise import find_piece, table_complaint
+from crane_sim.trajectories.piecewise import find_piece, find_table_error
 
 
 class Constant(NamedTuple):
@@ -39,9 +39,9 @@ class Table(NamedTuple):
     times: Annotated[tuple[Real, ...], Field(min_length=1)]  # s, increasing
     values: Annotated[tuple[Real, ...], Field(min_length=1)]  # input's unit, as many as times
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
-        return table_complaint(self.times, self.values)
+        return find_table_error(self.times, self.values)
 
 
 class Inputs(NamedTuple):

@@ -20,7 +20,7 @@ from crane_sim.files.csv_table import Row, read_table
 from crane_sim.files.types import NonNegative, Real
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, PiecewisePolynomial, with_rest_at_ends
 
-SECOND = 1e9  # ns
+NS_PER_S = 1e9
 ZERO_VELOCITY = 1e-9  # velocities at the ends below this count as zero, for rounding in files
 _RATES = ("_velocity", "_acceleration")
 
@@ -36,7 +36,7 @@ def _seconds(value: Any) -> Any:
     parts = [value.get(key, 0) for key in ("sec", "nanosec")]
     if set(value) - {"sec", "nanosec"} or not all(type(part) in (int, float) for part in parts):
         raise ValueError(f"must be seconds, or sec and nanosec, which are numbers, here are {dict(value)}")
-    return parts[0] + parts[1] / SECOND
+    return parts[0] + parts[1] / NS_PER_S
 
 
 class Point(NamedTuple):
@@ -61,8 +61,8 @@ class Waypoints(NamedTuple):
     points: Annotated[tuple[Point, ...], Field(min_length=1)]  # in the order of time
     start: Real = 0.0  # s, from which the points' times count
 
-    def complaint(self) -> str:
-        """Return what is wrong as a whole, in one line; empty when nothing is."""
+    def find_error(self) -> str:
+        """Return one line on points that make no path from rest to rest, empty when they do."""
         return self.describe_mismatch() or self.describe_end_velocity(0) or self.describe_end_velocity()
 
     def describe_mismatch(self) -> str:

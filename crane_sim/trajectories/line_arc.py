@@ -33,7 +33,7 @@ class Line(NamedTuple):
     start: Real = 0.0  # s, when it begins
     profile: Profile = "sine"  # of the path parameter over time: a sine's acceleration, or the quintic of minimum jerk
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         return describe_size_mismatch({"from": self.begin, "to": self.end})
 
@@ -58,7 +58,7 @@ class Arc(NamedTuple):
     start: Real = 0.0  # s, when it begins
     profile: Profile = "sine"  # as for a line
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         turn = abs(self.end - self.begin)
         return f"turns by {turn:g} rad, at most {MAX_TURNED:g} are possible" if turn > MAX_TURNED else ""

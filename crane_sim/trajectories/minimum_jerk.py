@@ -39,7 +39,7 @@ class MinimumJerk(NamedTuple):
     jerk: Limits | None = None  # coordinate's unit/s³, likewise
     start: Real = 0.0  # s, of the first point where no times are given
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         limits = {name: getattr(self, name) for name in LIMITED if getattr(self, name) is not None}
         if self.times is None and not limits:

@@ -38,7 +38,7 @@ class Obstacle(NamedTuple):
     start: Real = 0.0  # s, when it begins
     side: Side = "shorter"  # of the obstacle on which the path passes it
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         limits = {name: getattr(self, name) for name in LIMITED if getattr(self, name) is not None}
         if bool(limits) == (self.duration is not None):

@@ -31,7 +31,7 @@ def polynomial_at(coefficients, piece, s):
     return value, first, 2.0 * second, 6.0 * third, 24.0 * fourth
 
 
-def table_complaint(times: Sequence[float], values: Sequence[float], spacing: float = 0.0) -> str:
+def find_table_error(times: Sequence[float], values: Sequence[float], spacing: float = 0.0) -> str:
     """Return what is wrong with a table of values over times, `spacing` [s] at least, in one line; empty: nothing."""
     steps = [t1 - t0 for t0, t1 in zip(times, times[1:], strict=False)]
     if len(times) != len(values):

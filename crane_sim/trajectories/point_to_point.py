@@ -30,7 +30,7 @@ class PointToPoint(NamedTuple):
     jerk: Limits | None = None  # coordinate's unit/s³, likewise; left out: none
     start: Real = 0.0  # s, when it begins
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
         limits = {name: getattr(self, name) for name in ("velocity", "acceleration", "jerk")}
         return describe_size_mismatch({"from": self.begin, "to": self.end} | limits)

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from crane_sim.files.types import Angle, Positive, Real
 from crane_sim.numerics.jit import lean_routine
-from crane_sim.trajectories.piecewise import find_piece, polynomial_at, table_complaint
+from crane_sim.trajectories.piecewise import find_piece, find_table_error, polynomial_at
 
 MIN_INTERVAL = 1e-6  # s, between two values of a motion: its powers stay in the range of doubles
 
@@ -73,9 +73,9 @@ class SplineMotion(NamedTuple):
     times: Annotated[tuple[Real, ...], Field(min_length=2)]  # s, increasing
     values: Annotated[tuple[Real, ...], Field(min_length=2)]  # m, as many as times
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
-        return table_complaint(self.times, self.values, MIN_INTERVAL)
+        return find_table_error(self.times, self.values, MIN_INTERVAL)
 
     def motion(self) -> Motion:
         """Return the motion."""

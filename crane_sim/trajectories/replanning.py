@@ -47,9 +47,9 @@ def join_trajectory(waypoints: Waypoints, trajectory: Trajectory, names: Sequenc
     """
     if sorted(waypoints.joint_names) != sorted(names):
         raise ValueError(f"joint_names = {', '.join(waypoints.joint_names)}: must be {', '.join(names)}, in any order")
-    complaint = waypoints.describe_mismatch() or waypoints.describe_end_velocity()
-    if complaint:
-        raise ValueError(complaint)
+    error = waypoints.describe_mismatch() or waypoints.describe_end_velocity()
+    if error:
+        raise ValueError(error)
     order = [waypoints.joint_names.index(name) for name in names]
     ahead = [waypoints.start + point.time_from_start - t for point in waypoints.points]
     points = [

@@ -29,7 +29,7 @@ class LogarithmicLaw(NamedTuple):
     roughness: Height  # m, some 0.0002 of open water, 0.03 of grass, 1 of towns
     lowest: Height = 1.0  # m, height above the ground below which the mean does not change; more than the roughness
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what is wrong with the law as a whole, in one line; empty when nothing is."""
         if self.roughness < self.lowest:
             return ""

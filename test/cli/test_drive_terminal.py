@@ -25,12 +25,12 @@ from crane_sim.cli.operator_console import (
 )
 from crane_sim.hardware.reference_profiles import Bounds
 from crane_sim.operator.desk import DrivenJoint
-from crane_sim.operator.levers import assign, axis_name
+from crane_sim.operator.levers import axis_name, make_lever_assignment
 
 LIMIT = 400.0  # s for what a terminal is waited for: the first run of a kind of scene compiles
 SLEW = DrivenJoint("slew", "rad", Bounds(0.1, 0.05, 0.2))
 ROPE = DrivenJoint("rope", "m", Bounds(0.4, 0.4, 1.6), 1.0, 7.0)
-LEVERS = assign(("slew", "rope"))
+LEVERS = make_lever_assignment(("slew", "rope"))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def printed(*things: object) -> str:
 
 def test_the_table_of_levers() -> None:
     """The table names each joint's lever, speed, ramp and soft limits in the units of people."""
-    assignment = assign(("slew", "rope"))
+    assignment = make_lever_assignment(("slew", "rope"))
     keys, sticks = (printed(make_lever_table((SLEW, ROPE), assignment, device)) for device in ("keyboard", "joy"))
     assert "a / d" in keys and "5.73°/s" in keys and "none" in keys and "1.00 m .. 7.00 m" in keys
     assert "left stick across" in sticks and "right stick along" in sticks
@@ -81,7 +81,7 @@ def test_the_page_has_the_levers() -> None:
     described = {name: (keys, stick) for names, keys, stick in rows for name in re.findall(r"`(\w+)`", names)}
     joints = ("slew", "bridge", "trolley", "telescope", "jib", "boom", "rope", "hoist", "tip_x", "tip_y", "tip_z")
     for joint in joints:
-        (lever,), (keys, stick) = assign((joint,)).levers, described[joint]
+        (lever,), (keys, stick) = make_lever_assignment((joint,)).levers, described[joint]
         for key, direction in zip(lever.keys, lever.directions, strict=True):
             assert f"{key}: {direction}" in keys or (key in keys and "arrows" in keys), joint
         assert axis_name(lever).removesuffix(", inverted") in stick, joint

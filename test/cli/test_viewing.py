@@ -1,4 +1,4 @@
-"""The commands that show a recording: which recording, with which program, and what they refuse."""
+"""The commands that show a recording: the recording that they choose, the program that they run, refused options."""
 
 import os
 from pathlib import Path
@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def executed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """Return the list of the commands that replace this process; none of them does."""
+    """Return the list of the command lines given to `os.exec…`, which is replaced and runs none of them."""
     commands = list[list[str]]()
     monkeypatch.setattr(os, "execve", lambda _program, command, _environment: commands.append(command))
     return commands
@@ -38,7 +38,7 @@ def run(*arguments: str) -> None:
 
 
 def test_the_newest_recording_is_taken(folder: Path) -> None:
-    """Without a name the newest file counts, with a name that one; without any the line says what makes one."""
+    """Without a name the newest recording is shown, else the named one; without any an error says how to make one."""
     assert recording_of(None) == Path("runs/b.rrd")
     assert recording_of(Path("runs/a.rrd")) == Path("runs/a.rrd")
     with pytest.raises(SceneError, match="^RUN = 'c.rrd': no such file; leave it out for the newest in runs/$"):
@@ -51,7 +51,7 @@ def test_the_newest_recording_is_taken(folder: Path) -> None:
 
 @pytest.mark.usefixtures("folder")
 def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
-    """The viewer is executed with the recording, on the loopback interface; without a display the line says what is."""
+    """The viewer gets the recording and the loopback interface; without a display an error says what to do."""
     with pytest.raises(SceneError, match="there is no display here; --web serves"):
         run("view")
     monkeypatch.setenv("DISPLAY", ":0")
@@ -65,7 +65,7 @@ def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monk
 def test_a_page_is_served_on_the_loopback_interface(
     executed: list[list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The address that is printed has the two ports that the viewer is given, both of 127.0.0.1."""
+    """The printed address has the two ports that the viewer is given, both of 127.0.0.1."""
     run("view", "runs/a.rrd", "--web")
     (command,) = executed
     page, data = (command[command.index(option) + 1] for option in ("--web-viewer-port", "--port"))
@@ -76,7 +76,7 @@ def test_a_page_is_served_on_the_loopback_interface(
 
 @pytest.mark.usefixtures("folder")
 def test_options_that_contradict_are_refused() -> None:
-    """A file beside --live, a port without it, and files of another kind or without a folder are one line each."""
+    """A file with --live, a port without it, and a file of another kind or in no folder are one-line errors."""
     for arguments, line in (
         (("view", "runs/a.rrd", "--live"), "RUN and --live: only one of the two is possible"),
         (("view", "--port", "9999"), "--port = 9999: only with --live"),

@@ -61,9 +61,9 @@ def test_lyapunov_function_decreases(mass: float) -> None:
     run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass, "duration": 15.0}))
     law: Any = run.scene.law
     joints = [(tuple(q), tuple(v)) for q, v in zip(run.q, run.v, strict=True)]
-    w = np.array([law.lyapunov_of(mass, t, *state) for t, state in zip(run.t, joints, strict=True)])
+    w = np.array([law.compute_lyapunov_for_mass(mass, t, *state) for t, state in zip(run.t, joints, strict=True)])
     v_energy = np.array(
-        [law.lyapunov_of(mass, 1e9, *state) for state in joints]
+        [law.compute_lyapunov_for_mass(mass, 1e9, *state) for state in joints]
     )  # the estimation error is zero by then
     assert np.all(np.diff(w) < 0.0)
     assert w[-1] < 0.06 * w[0]

@@ -65,10 +65,12 @@ def test_a_camera_is_late_holds_and_filters() -> None:
     for k in range(100):
         t = k * 0.01
         law(t, *hanging((1.35 + 0.1 * t, 0.0), (0.1, 0.0)))
-        ages.append(t - state.newest[0])
+        ages.append(t - state.last_used_frame[0])
         if ages[-1] < ages[k - 1]:  # a frame has come in
-            before, filtered = filtered, filtered + gain * (state.newest[1] - filtered)
+            before, filtered = filtered, filtered + gain * (state.last_used_frame[1] - filtered)
             assert state.filtered[0] == pytest.approx(filtered, abs=1e-12)
             assert state.filtered[2] == pytest.approx((filtered - before) / 0.1, abs=1e-11)
     assert min(ages[12:]) == pytest.approx(0.12) and max(ages[12:]) == pytest.approx(0.21)
-    assert law_of("offshore_vision").tracker.camera.noise.std() == pytest.approx(0.002, rel=0.05)  # of 3600 numbers
+    assert law_of("offshore_vision").tracker.camera.noise_samples.std() == pytest.approx(
+        0.002, rel=0.05
+    )  # of 3600 numbers

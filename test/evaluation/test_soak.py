@@ -1,4 +1,4 @@
-"""The soak tests in short: their figures, the verdicts on their promises, and their page."""
+"""The soak tests in short: their figures, the verdicts on their requirements, and their page."""
 
 import json
 import random
@@ -33,7 +33,7 @@ def test_a_drift_is_distinguished_from_noise(fall: float) -> None:
     trend = drift(noisy_rates(fall))
     assert trend.low < -fall < trend.high
     assert trend.change == pytest.approx(-fall, abs=3.0)  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
-    assert [figure.kept for figure in drift_figures(noisy_rates(fall))] == [True, fall < MAX_FALL, True]
+    assert [figure.passed for figure in drift_figures(noisy_rates(fall))] == [True, fall < MAX_FALL, True]
 
 
 def test_an_unresolved_drift_has_a_wide_interval() -> None:
@@ -49,7 +49,7 @@ def test_steps_without_ros_leak_no_memory() -> None:
     for method, samples in data.items():
         named = {figure.what: figure for figure in figures}
         growth = named[f"{method}, growth of resident memory"]
-        assert growth.kept and growth.value == samples["memory_MB"][-1] - samples["memory_MB"][0]
+        assert growth.passed and growth.value == samples["memory_MB"][-1] - samples["memory_MB"][0]
         assert named[f"{method}, steps"].value == STEPS == samples["steps"][-1]
         assert len(samples["memory_MB"]) == len(samples["steps_per_second"]) == inprocess.BLOCKS
         assert min(samples["steps_per_second"]) > 0.0
@@ -66,9 +66,9 @@ def test_a_run_over_ros_is_sampled_to_its_end() -> None:
         assert len(samples) == len(data["seconds"]) == len(data["steps_per_second"]) >= 4
         warm = next(mb for t, mb in zip(data["seconds"], samples, strict=True) if t >= 2.0)
         assert growth.value == pytest.approx(samples[-1] - warm, abs=2e-3)  # MB: they are rounded to 1e-3
-        assert growth.kept == (growth.value <= memory.MAX_GROWTH)
+        assert growth.passed == (growth.value <= memory.MAX_GROWTH)
     assert named["steps"].value > sum(data["steps_per_second"][:3])  # they took about a second each
-    assert named["plant, growth since the warm-up"].kept  # the recorder's buffers still fill in the first seconds
+    assert named["plant, growth since the warm-up"].passed  # the recorder's buffers still fill in the first seconds
 
 
 @pytest.mark.long
@@ -89,7 +89,7 @@ KEPT, NOT_KEPT = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha2
 
 
 def test_the_page_has_all_parts_that_were_measured(tmp_path: Path) -> None:
-    """A saved part is added to the page's others, in order, with its promises, kept or not."""
+    """A saved part is added to the page's others, in order, with its requirements, passed or not."""
     save_findings("determinism", "crane soak determinism --count 4", [Figure("runs", 4), NOT_KEPT], {}, tmp_path)
     alone = (tmp_path / "soak.md").read_text()
     back = {"back_s": [0.25, float("inf"), 0.3]}
@@ -146,13 +146,13 @@ def test_other_files_are_no_data_of_a_soak(tmp_path: Path) -> None:
         write_page(tmp_path)
 
 
-def test_a_promise_not_kept_is_an_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command ends with 1 where a promise was not kept, prints that, and saves its figures nevertheless."""
+def test_a_requirement_not_passed_is_an_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command ends with 1 where a requirement was not passed, prints that, and saves its figures nevertheless."""
     figures = [at_least("rate", 0.5, 1.0, "Hz"), KEPT]
     monkeypatch.setattr("crane_sim.evaluation.soak.determinism.soak", lambda count: (figures[:], {}))
     arguments = ["determinism", "--count", "4", "--save", str(tmp_path)]
     result = CliRunner().invoke(soak, arguments)
-    assert result.exit_code == 1 and "at least 1 Hz  not kept" in result.output
+    assert result.exit_code == 1 and "at least 1 Hz  failed" in result.output
     assert "`crane soak determinism --count 4`" in (tmp_path / "soak.md").read_text()
     del figures[0]
     assert CliRunner().invoke(soak, arguments).exit_code == 0

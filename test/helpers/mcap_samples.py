@@ -9,7 +9,7 @@ from rosbags.typesys import Stores, get_typestore
 from crane_sim import load_scene
 from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.mcap.topic import Topic
-from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 
 SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
 
@@ -24,7 +24,7 @@ TOPICS = {
 }
 
 
-STATE_WIRE, EFFORT_WIRE = JointWire(SCENE.joint_names, STATE), JointWire(SCENE.actuated, EFFORT)
+STATE_CODEC, EFFORT_CODEC = JointStateCodec(SCENE.joint_names, STATE), JointStateCodec(SCENE.actuated, EFFORT)
 
 
 DESCRIPTION = b"\0\1\0\0\6\0\0\0crane\0"
@@ -49,6 +49,6 @@ def feed(bag: Bag, steps: int, after: int = 0) -> None:
     """Pass to the bag the messages of the steps after step `after`, and the state after the last one."""
     callbacks = bag.callbacks()
     for k in range(after + 1, steps + 2):
-        callbacks["joint_states"](STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
+        callbacks["joint_states"](STATE_CODEC.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
         if k <= steps:
-            callbacks["applied_effort"](EFFORT_WIRE.encode(k * SCENE.period_ns, (float(k),) * 4))
+            callbacks["applied_effort"](EFFORT_CODEC.encode(k * SCENE.period_ns, (float(k),) * 4))

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from crane_sim.ros.common.command_filter import CommandValidator
-from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.ros.plant.realtime import Realtime
 
 JOINTS = ("slew", "boom")
@@ -136,7 +136,7 @@ class RealtimeBench(FakeSimulation):
 
     def _send_answer(self) -> None:
         if self.delay is not None:
-            answer = JointWire(JOINTS, EFFORT).encode(self.stamp, self.answer(len(self.efforts)))
+            answer = JointStateCodec(JOINTS, EFFORT).encode(self.stamp, self.answer(len(self.efforts)))
             self._in_transit.append((self.now + self.delay, answer))
 
     def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> Any:

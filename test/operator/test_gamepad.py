@@ -10,7 +10,7 @@ from process_helpers import wait_until
 from crane_sim.files.errors import SceneError
 from crane_sim.operator import gamepad
 from crane_sim.operator.inputs import demand_of
-from crane_sim.operator.levers import Buttons, assign
+from crane_sim.operator.levers import Buttons, make_lever_assignment
 
 JOINTS = ("slew", "trolley", "rope")
 CODES = {name: i for i, name in enumerate((*gamepad._STICKS, *gamepad._BUTTONS), start=16)}
@@ -64,14 +64,14 @@ def pad(monkeypatch: pytest.MonkeyPatch) -> gamepad.Gamepad:
 def test_sticks_and_buttons(pad: gamepad.Gamepad) -> None:
     """Sticks are scaled by their ranges, left and forwards positive, and buttons have the numbers of the levers."""
     device: Any = pad._device
-    assert demand_of(pad.read(), assign(JOINTS))[:2] == ((0.0, 0.0, 0.0), True)
+    assert demand_of(pad.read(), make_lever_assignment(JOINTS))[:2] == ((0.0, 0.0, 0.0), True)
     for kind, name, value in ((3, "ABS_X", 0), (3, "ABS_Y", 254), (3, "ABS_RY", -16384), (1, "BTN_EAST", 1)):
         device.events.append(SimpleNamespace(type=kind, code=CODES[name], value=value))
     device.events.append(SimpleNamespace(type=4, code=4, value=9))  # a scan code
-    demand = demand_of(pad.read(), assign(JOINTS))
+    demand = demand_of(pad.read(), make_lever_assignment(JOINTS))
     assert demand.axes == (1.0, -1.0, 0.5) and demand.held and demand.stop
     device.events.append(SimpleNamespace(type=1, code=CODES["BTN_TL"], value=0))
-    assert not demand_of(pad.read(), assign(JOINTS)).held
+    assert not demand_of(pad.read(), make_lever_assignment(JOINTS)).held
 
 
 def test_a_gamepad_that_is_gone(pad: gamepad.Gamepad) -> None:
@@ -106,7 +106,11 @@ def test_a_virtual_gamepad() -> None:
     for kind, code, value in ((codes.EV_ABS, codes.ABS_X, -250), (codes.EV_KEY, codes.BTN_TL, 1)):
         virtual.write(kind, code, value)
     virtual.syn()
-    wait_until(lambda: demand_of(opened.read(), assign(JOINTS))[:2] == ((0.25, 0.0, 0.0), True), "the stick", 20.0)
+    wait_until(
+        lambda: demand_of(opened.read(), make_lever_assignment(JOINTS))[:2] == ((0.25, 0.0, 0.0), True),
+        "the stick",
+        20.0,
+    )
     virtual.close()
 
     def lost() -> bool:

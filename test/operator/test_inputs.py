@@ -6,7 +6,7 @@ import pytest
 
 from crane_sim.files.errors import SceneError
 from crane_sim.operator.inputs import FIRST_HOLD, LEVELS, NEUTRAL, REPEAT_HOLD, Keyboard, Sample, demand_of
-from crane_sim.operator.levers import NO_AXIS, Buttons, assign, axis_name
+from crane_sim.operator.levers import NO_AXIS, Buttons, axis_name, make_lever_assignment
 
 JOINTS = ("slew", "trolley", "rope")
 HELD = tuple(int(i == Buttons().dead_man) for i in range(10))
@@ -14,7 +14,7 @@ HELD = tuple(int(i == Buttons().dead_man) for i in range(10))
 
 def demand_at(axes: tuple[float, ...], buttons: tuple[int, ...] = HELD, *changes: str) -> tuple[float, ...]:
     """Return the demand of the joints for positions of a controller."""
-    return demand_of(Sample(axes, buttons), assign(JOINTS, changes)).axes
+    return demand_of(Sample(axes, buttons), make_lever_assignment(JOINTS, changes)).axes
 
 
 def test_axes_are_demands() -> None:
@@ -33,17 +33,17 @@ def test_axes_that_say_nothing_are_at_rest(axes: tuple[float, ...]) -> None:
 def test_buttons() -> None:
     """Each button does what the assignment says; buttons that a controller lacks are open."""
     for name, number in Buttons()._asdict().items():
-        pressed = demand_of(Sample((), tuple(int(i == number) for i in range(12))), assign(JOINTS))
+        pressed = demand_of(Sample((), tuple(int(i == number) for i in range(12))), make_lever_assignment(JOINTS))
         said = dict(zip(("dead_man", "stop", "release", "assistance"), pressed[1:], strict=True))
         assert said == {key: key == name for key in said}
-    assert demand_of(Sample((), ()), assign(JOINTS))[1:] == (False, False, False, False)
+    assert demand_of(Sample((), ()), make_lever_assignment(JOINTS))[1:] == (False, False, False, False)
 
 
 def test_changes_of_the_assignment() -> None:
     """A joint takes the axis that was named for it, inverted with a minus sign, also -0, and a button its number."""
     assert demand_at((0.5, 0.25, 0.0, 0.0), HELD, "slew=1", "trolley=-0") == (0.25, -0.5, 0.0)
-    assert assign(JOINTS, ["dead_man=5"]).buttons == Buttons()._replace(dead_man=5)
-    assert axis_name(assign(JOINTS, ["rope=-7"]).levers[2]) == "axis 7, inverted"
+    assert make_lever_assignment(JOINTS, ["dead_man=5"]).buttons == Buttons()._replace(dead_man=5)
+    assert axis_name(make_lever_assignment(JOINTS, ["rope=-7"]).levers[2]) == "axis 7, inverted"
 
 
 @pytest.mark.parametrize(
@@ -58,20 +58,20 @@ def test_changes_of_the_assignment() -> None:
 def test_changes_that_are_none(change: str, line: str) -> None:
     """What is no change of a lever or a button is refused in one line."""
     with pytest.raises(SceneError) as error:
-        assign(JOINTS, [change])
+        make_lever_assignment(JOINTS, [change])
     assert str(error.value).startswith(line) and "\n" not in str(error.value)
 
 
 def test_joints_of_any_name_have_levers() -> None:
     """Joints of unknown names get keys and axes that no other joint has, and none where there are no more."""
-    levers = assign((*JOINTS, "spreader_1", "spreader_2")).levers
+    levers = make_lever_assignment((*JOINTS, "spreader_1", "spreader_2")).levers
     assert len({lever.keys for lever in levers}) == 5
     assert [lever.axis for lever in levers] == [0, 1, 3, 2, NO_AXIS] and axis_name(levers[4]) == "-"
 
 
 def test_a_key_holds_and_ends() -> None:
     """A pressed key demands the full speed for FIRST_HOLD seconds, a repeated one for REPEAT_HOLD, and then nothing."""
-    keyboard = Keyboard(assign(JOINTS))
+    keyboard = Keyboard(make_lever_assignment(JOINTS))
     keyboard.press("d", 10.0)
     assert keyboard.demand(10.0 + FIRST_HOLD - 0.01)[:2] == ((-1.0, 0.0, 0.0), True)
     assert keyboard.demand(10.0 + FIRST_HOLD)[:2] == ((0.0, 0.0, 0.0), False)
@@ -84,7 +84,7 @@ def test_a_key_holds_and_ends() -> None:
 
 def test_the_opposite_key_takes_over() -> None:
     """The key for the other way ends the first one at once; keys of several joints hold together."""
-    keyboard = Keyboard(assign(JOINTS))
+    keyboard = Keyboard(make_lever_assignment(JOINTS))
     for key in ("a", "w", "d", "up"):
         keyboard.press(key, 0.0)
     assert keyboard.demand(0.1).axes == (-1.0, 1.0, -1.0)
@@ -92,7 +92,7 @@ def test_the_opposite_key_takes_over() -> None:
 
 def test_keys_that_act_once() -> None:
     """Stop, release and assistance are reported once each; unknown keys do nothing."""
-    keyboard = Keyboard(assign(JOINTS))
+    keyboard = Keyboard(make_lever_assignment(JOINTS))
     for key in ("space", "tab", "x", "right"):
         keyboard.press(key, 0.0)
     assert keyboard.demand(0.0)[1:] == (False, True, False, True)
@@ -101,7 +101,7 @@ def test_keys_that_act_once() -> None:
 
 def test_levels_of_the_keys() -> None:
     """+ and - choose the part of the largest speed, between the smallest and all of it."""
-    keyboard, seen = Keyboard(assign(JOINTS)), []
+    keyboard, seen = Keyboard(make_lever_assignment(JOINTS)), []
     for key in "----+++++":
         keyboard.press(key, 0.0)
         keyboard.press("w", 0.0)
@@ -111,7 +111,7 @@ def test_levels_of_the_keys() -> None:
 
 def test_the_switch_stays_closed_for_a_tail() -> None:
     """With a tail the dead man's switch stays closed after the last key, while the levers are at rest."""
-    keyboard = Keyboard(assign(JOINTS))
+    keyboard = Keyboard(make_lever_assignment(JOINTS))
     keyboard.press("w", 0.0)
     assert keyboard.demand(FIRST_HOLD + 1.0, tail=1.5)[:2] == ((0.0, 0.0, 0.0), True)
     assert not keyboard.demand(FIRST_HOLD + 2.0, tail=1.5).held

@@ -46,7 +46,7 @@ def test_a_child_has_the_reported_activation() -> None:
         child.read()
         states.append(child.active)
     os.close(pipes[0])
-    os.close(child.reports)
+    os.close(child.report_fd)
     child.close_control_pipe()
     assert states == [True, False, True]
 

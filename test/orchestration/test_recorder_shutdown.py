@@ -71,7 +71,7 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
         dead: Any = SimpleNamespace(
             ready=True, exited=True, summary=None, recorded=5, fault="it was killed by SIGKILL", send=lambda line: None
         )
-        dead.send_signal, dead.wait_exited = (lambda number: None), (lambda deadline: True)
+        dead.send_signal, dead.wait_for_exit = (lambda number: None), (lambda deadline: True)
         role: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failure=why)
         vars(role).update(path=str(tmp_path / "run.rrd"), mcap="", start_time=0.0, fail_over=lambda step: False)
         part.touch()

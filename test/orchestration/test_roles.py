@@ -17,16 +17,16 @@ def test_the_resume_state_is_in_the_request_to_go() -> None:
     spec = RoleSpec("recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7})
     role = RecorderRole(group, spec, restart=True)
     failed: Any = role.active
-    failed.step, failed.recorded, failed.bagged, failed.resets = 70, 68, 60, 2
+    failed.step, failed.recorded, failed.last_bag_step, failed.resets = 70, 68, 60, 2
     failed.exit("it was killed")
     assert role.fail_over(75)
     successor: Any = role.active
     word, _, document = successor.requests[0].partition(" ")
     assert word == "go" and "\n" not in document
     assert read_resume_state(document) == ResumeState(
-        after=70, recorded=68, bagged=60, resets=2, since=role.start_time, number=2
+        after=70, recorded=68, last_bag_step=60, resets=2, since=role.start_time, number=2
     )
-    assert (successor.step, successor.recorded, successor.bagged, successor.resets) == (70, 68, 60, 2)
+    assert (successor.step, successor.recorded, successor.last_bag_step, successor.resets) == (70, 68, 60, 2)
     assert role.maintain_standbys() == ""
     assert group.settings[-1] == {**spec.settings, "standby": True, "resets": 2, "live_port": 0}
     assert read_resume_state("") == ResumeState()

@@ -112,7 +112,7 @@ def main() -> None:
     for module in MODULES:
         import_module(module)
     plain_arrays.install()
-    process_group.ForkServer = OwnForks
+    process_group.ForkServerClient = OwnForks
     for name in sys.argv[2:]:
         try:
             result = run_scene(name, Path(sys.argv[1]))

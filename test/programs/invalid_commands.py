@@ -10,14 +10,14 @@ from sensor_msgs.msg import JointState
 
 JOINTS = ["slew", "boom", "jib", "rope"]
 PERIOD = 10_000_000  # ns, of the default scene
-SECOND = 1_000_000_000  # ns
+NS_PER_S = 1_000_000_000
 Command = tuple[int, list[str], list[float]]  # stamp [ns], joints, efforts
 
 
 def command_message(stamp: int, names: Sequence[str], efforts: Sequence[float]) -> bytes:
     """Return a serialized command; stamp in ns."""
     command = JointState(name=list(names), effort=list(efforts))
-    command.header.stamp = Time(sec=stamp // SECOND, nanosec=stamp % SECOND)
+    command.header.stamp = Time(sec=stamp // NS_PER_S, nanosec=stamp % NS_PER_S)
     return serialize_message(command)
 
 

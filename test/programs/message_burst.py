@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 
 TOPICS = ("joint_states", "joint_commands", "applied_effort")
 LIMIT = 300.0  # s for the subscriber to be matched
@@ -21,15 +21,15 @@ def main() -> None:
     rclpy.init()
     node: Node = rclpy.create_node("burst")
     joints = load_scene("knuckle_setpoint").actuated
-    wire, zeros = JointWire(joints, EFFORT), (0.0,) * len(joints)
-    publishers = [node.create_publisher(JointState, name, messages.DEEP_STREAM) for name in TOPICS]
+    codec, zeros = JointStateCodec(joints, EFFORT), (0.0,) * len(joints)
+    publishers = [node.create_publisher(JointState, name, messages.DEEP_STREAM_QOS) for name in TOPICS]
     deadline = time.monotonic() + LIMIT
     while not all(publisher.get_subscription_count() for publisher in publishers):
         assert time.monotonic() < deadline, f"no subscriber within {LIMIT:g} s"
         time.sleep(0.01)
     for k in range(1, COUNT + 1):
         for publisher in publishers:
-            publisher.publish(wire.encode(k, zeros))
+            publisher.publish(codec.encode(k, zeros))
     sys.stdin.read()
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap_samples import DESCRIPTION, EFFORT_WIRE, SCENE, STATE_WIRE, TOPICS, feed, read, stamp_of
+from mcap_samples import DESCRIPTION, EFFORT_CODEC, SCENE, STATE_CODEC, TOPICS, feed, read, stamp_of
 from process_helpers import run_to_completion
 
 from crane_sim import orchestration
@@ -83,7 +83,7 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
 def test_saved_messages_survive_a_killed_recorder(tmp_path: Path) -> None:
     """Messages are on their way to the disk as soon as they are saved, not only when the file is complete."""
     file = McapFile(tmp_path / "run.mcap", list(TOPICS.values()))
-    message = STATE_WIRE.encode(SCENE.period_ns, (0.125,) * 6, (0.25,) * 6, (0.5,) * 6)
+    message = STATE_CODEC.encode(SCENE.period_ns, (0.125,) * 6, (0.25,) * 6, (0.5,) * 6)
     file.write(0, SCENE.period_ns, message)
     file.save()
     (grown,) = file.part.iterdir()
@@ -146,7 +146,7 @@ def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) ->
     """A foreign message stamped before time zero is kept unchanged, at the time of the newest state."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     feed(bag, 3)
-    bag.callbacks()["applied_effort"](EFFORT_WIRE.encode(-1, (7.0,) * 4))
+    bag.callbacks()["applied_effort"](EFFORT_CODEC.encode(-1, (7.0,) * 4))
     bag.finish({})
     time, message = read(tmp_path / "run.mcap")["/knuckle/applied_effort"][-1]
     assert (time, stamp_of(message), message.effort[0]) == (4 * SCENE.period_ns, -1, 7.0)

@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from mcap_samples import DESCRIPTION, EFFORT_WIRE, SCENE, STATE_WIRE, TOPICS
+from mcap_samples import DESCRIPTION, EFFORT_CODEC, SCENE, STATE_CODEC, TOPICS
 from rosbags.rosbag2 import Reader
 
 from crane_sim.recording.mcap.file import McapFile
@@ -20,8 +20,8 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     file.write(2, SCENE.period_ns, DESCRIPTION)
     for k in range(1, 21):  # an effort follows the state that it leads to: their stamps are not in order
         state, effort = (k + 1) * SCENE.period_ns, k * SCENE.period_ns
-        file.write(0, state, STATE_WIRE.encode(state, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
-        file.write(1, effort, EFFORT_WIRE.encode(effort, (float(k),) * 4))
+        file.write(0, state, STATE_CODEC.encode(state, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
+        file.write(1, effort, EFFORT_CODEC.encode(effort, (float(k),) * 4))
         if k % 10 == 0:
             file.save()
     shutil.copytree(file.part, left)

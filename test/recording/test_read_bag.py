@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap_samples import EFFORT_WIRE, STATE_WIRE, TOPICS
+from mcap_samples import EFFORT_CODEC, STATE_CODEC, TOPICS
 
 import crane_sim
 from crane_sim.recording.layout import of_scene, text_properties
 from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.mcap.metadata import RUN, read_metadata
 from crane_sim.recording.replay import replay
-from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.simulation.hardware import measure
 
 pytestmark = pytest.mark.interpreted
@@ -25,13 +25,13 @@ def write(path: Path, properties: Mapping[str, str], leave_out: str = "") -> Pat
     """Write the messages of the run into a bag, those of one topic left out."""
     bag = Bag(path, TOPICS_OF_RUN, RUN_OF.scene.period_ns, properties=properties)
     callbacks = bag.callbacks() | ({leave_out: lambda _: None} if leave_out else {})
-    wire = JointWire(RUN_OF.scene.actuated, EFFORT)
+    codec = JointStateCodec(RUN_OF.scene.actuated, EFFORT)
     for k in range(len(RUN_OF.t)):
         stamp = (k + 1) * RUN_OF.scene.period_ns
-        callbacks["joint_states"](STATE_WIRE.encode(stamp, RUN_OF.q[k], RUN_OF.v[k], np.zeros(6)))
+        callbacks["joint_states"](STATE_CODEC.encode(stamp, RUN_OF.q[k], RUN_OF.v[k], np.zeros(6)))
         if k < len(RUN_OF.commands):
-            callbacks["joint_commands"](wire.encode(stamp, RUN_OF.commands[k]))
-            callbacks["applied_effort"](EFFORT_WIRE.encode(stamp, RUN_OF.u[k]))
+            callbacks["joint_commands"](codec.encode(stamp, RUN_OF.commands[k]))
+            callbacks["applied_effort"](EFFORT_CODEC.encode(stamp, RUN_OF.u[k]))
     bag.finish({})
     return path
 
@@ -57,10 +57,10 @@ def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) 
     shown = measure(run.scene, run.q[:-1], run.v[:-1])
     for k, effort in enumerate(run.u[: len(shown)]):
         stamp = (k + 1) * run.scene.period_ns
-        bag.callbacks()["joint_states"](STATE_WIRE.encode(stamp, *np.hsplit(shown[k], 2), np.zeros(6)))
-        bag.callbacks()["applied_effort"](EFFORT_WIRE.encode(stamp, effort))
+        bag.callbacks()["joint_states"](STATE_CODEC.encode(stamp, *np.hsplit(shown[k], 2), np.zeros(6)))
+        bag.callbacks()["applied_effort"](EFFORT_CODEC.encode(stamp, effort))
         if told:
-            bag.callbacks()["true_states"](STATE_WIRE.encode(stamp, run.q[k], run.v[k], np.zeros(6)))
+            bag.callbacks()["true_states"](STATE_CODEC.encode(stamp, run.q[k], run.v[k], np.zeros(6)))
     bag.finish({})
     read = crane_sim.read_recording(tmp_path / "run.mcap")
     assert np.array_equal(read.q, run.q[:-1] if told else shown[:, :6])

@@ -1,4 +1,4 @@
-"""A recording holds every step of a run exactly, with what follows from it, in a form that the viewer shows."""
+"""A recording holds every step of a run exactly, with derived quantities, and the viewer shows it without errors."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,7 +20,7 @@ from crane_sim.simulation.metrics import derive
 
 
 class Run(NamedTuple):
-    """A run, as the plant made it, and its recording."""
+    """A run of a plant, and its recording."""
 
     path: Path
     t: np.ndarray  # (K,)
@@ -55,8 +55,8 @@ def test_every_step_is_there_exactly(run: Run) -> None:
         assert curves.time == pytest.approx(SCENE.period * np.arange(STEPS), abs=1e-12)  # the rounding of ns to s
 
 
-def test_what_follows_from_the_state_is_there(run: Run) -> None:
-    """The derived quantities are the metrics' own, and those of the law are the law's, at every step."""
+def test_derived_quantities_are_there(run: Run) -> None:
+    """Derived quantities equal those of `simulation.metrics`, V and dV/dt those of the law, at every step."""
     known = derive(SCENE, run.t, run.q, run.v, run.u)
     law: Any = SCENE.law
     lyapunov = np.array([law.lyapunov(*at) for at in zip(run.t, map(tuple, run.q), map(tuple, run.v), strict=True)])
@@ -76,7 +76,7 @@ def test_what_follows_from_the_state_is_there(run: Run) -> None:
 
 
 def test_the_crane_moves_in_3d(run: Run) -> None:
-    """Every moving joint, the rope, the trail and the target have one frame for every third step, none lost."""
+    """Moving joints, rope, trail and target have one frame of animation for every third step, without a gap."""
     rows: dict[str, int] = {}
     for chunk in RrdReader(run.path).stream():
         if not chunk.is_static:
@@ -91,7 +91,7 @@ def test_the_crane_moves_in_3d(run: Run) -> None:
 
 
 def test_the_summary_is_in_the_file(run: Run) -> None:
-    """The summary is read back as it was given, and a person finds it as a table."""
+    """The summary is read back unchanged, and the viewer has it as a table."""
     assert read_summary(run.path) == run.summary
     tables = [chunk for chunk in RrdReader(run.path).stream() if chunk.entity_path == "/summary/table"]
     text = tables[0].to_record_batch()["TextDocument:text"][0].as_py()[0]
@@ -99,14 +99,14 @@ def test_the_summary_is_in_the_file(run: Run) -> None:
 
 
 def test_a_finished_recording_is_one_file_with_its_views(run: Run) -> None:
-    """Closing leaves the complete file alone in its folder, and layouts of the views are in it: the last one counts."""
+    """A closed recording is the only file in its folder, and holds the layouts of the viewer's views."""
     assert [entry.name for entry in run.path.parent.iterdir()] == ["run.rrd"]
     assert len(RrdReader(run.path).recordings()) == 1 and RrdReader(run.path).blueprints()
 
 
 @given(arrays(float, (5, 3), elements=st.floats(-10.0, 10.0)).filter(lambda a: np.linalg.norm(a, axis=1).min() > 1e-3))
 def test_the_rope_points_along_itself(directions: np.ndarray) -> None:
-    """The turn of the rope's cylinder takes the z axis into the rope's direction, straight down included."""
+    """The rotation of the rope's cylinder maps the z axis to the rope's direction, also for a rope straight down."""
     directions[:2] = (0.0, 0.0, -1.0), (1e-6, 0.0, -1.0)
     x, y, z, w = turn_from_z(directions).T
     turned = np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
@@ -115,7 +115,7 @@ def test_the_rope_points_along_itself(directions: np.ndarray) -> None:
 
 
 def test_the_viewer_shows_it_without_complaint(run: Run, tmp_path: Path) -> None:
-    """The viewer opens the recording with its layout, draws it, and no view reports a problem."""
+    """The viewer draws the recording in its layout, and no view reports a problem."""
     try:
         complaints = picture(run.path, tmp_path / "run.png", at=3.0)
     except PictureError as error:

@@ -87,12 +87,12 @@ def test_a_full_disk_is_noticed(tmp_path: Path) -> None:
 MCAP_CHILD = """
 import os, signal, sys
 from pathlib import Path
-from mcap_samples import TOPICS, STATE_WIRE, SCENE
+from mcap_samples import TOPICS, STATE_CODEC, SCENE
 from crane_sim.recording.mcap.file import McapFile
 
 file = McapFile(Path(sys.argv[1]), list(TOPICS.values()))
 for k in range(1, 31):
-    file.write(0, k * SCENE.period_ns, STATE_WIRE.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
+    file.write(0, k * SCENE.period_ns, STATE_CODEC.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
     if k == 20:
         file.save()
 os.kill(os.getpid(), signal.SIGKILL)

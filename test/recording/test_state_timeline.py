@@ -12,8 +12,8 @@ from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.run import RecordedRun
-from crane_sim.recording.state_tracks import StateTracks
-from crane_sim.recording.states import COLORS, CONTROLLER, Rules, spans_of, states_of_events
+from crane_sim.recording.state_timelines import StateTimelines
+from crane_sim.recording.states import COLORS, CONTROLLER, TimelineInputs, make_event_timelines, make_spans
 
 CHANGES: dict[str, Any] = {
     "duration": 0.3,
@@ -38,18 +38,18 @@ def run(rollout: crane_sim.Rollout, tmp_path_factory: pytest.TempPathFactory) ->
 
 
 @pytest.mark.interpreted
-def test_faults_and_switches_are_tracks(rollout: crane_sim.Rollout, run: RecordedRun) -> None:
+def test_faults_and_switches_are_timelines(rollout: crane_sim.Rollout, run: RecordedRun) -> None:
     """A recording has the faults at the times of the scene, and a limit switch from the first step beyond it on."""
     assert run.states["fault sticky boom"] == [(0.0, "off"), (0.05, "on"), (0.15, "off")]
     assert run.states["fault dark"] == [(0.0, "off"), (0.2, "on")]
     assert set(rollout.summary["overtravel"]) == {"slew"}, "the scene's own figures must agree that it tripped"
     beyond = rollout.t[np.argmax(rollout.q[:, 0] > 0.004)]
     assert run.states["limit switch of the slew"] == [(0.0, "clear"), (pytest.approx(beyond, abs=1e-9), "tripped")]
-    assert "brakes" not in run.states and "rope" not in run.states, "what stays calm is no track"
+    assert "brakes" not in run.states and "rope" not in run.states, "what keeps its normal state has no timeline"
 
 
 @pytest.mark.interpreted
-def test_a_page_has_the_tracks_as_bands(run: RecordedRun) -> None:
+def test_a_page_has_the_timelines_as_bands(run: RecordedRun) -> None:
     """The bands of a page cover the run without a gap, each with the colour of its state."""
     rows = page_data(run)["states"]
     assert [row["name"] for row in rows] == list(run.states)
@@ -60,11 +60,11 @@ def test_a_page_has_the_tracks_as_bands(run: RecordedRun) -> None:
 
 
 @pytest.mark.interpreted
-def test_tracks_follow_from_steps(rollout: crane_sim.Rollout) -> None:
+def test_timelines_follow_from_steps(rollout: crane_sim.Rollout) -> None:
     """Brakes act where the plant says so, slack ropes have no tension, a contact a force, limited efforts differ.
 
-    A lost command (step 21) is no braking. What changes at the seam of two blocks is noted once, and a track that stays
-    calm never.
+    A lost command (step 21) is no braking. A change at the boundary of two blocks is recorded once, and nothing of a
+    timeline that keeps its normal state.
     """
     block, layout = block_of_rollout(rollout), of_rollout(rollout, "states")
     layout = layout._replace(effort_units=layout.command_units)
@@ -73,11 +73,11 @@ def test_tracks_follow_from_steps(rollout: crane_sim.Rollout) -> None:
     demanded[10:12], demanded[14, 1], demanded[20], braked[10:12] = np.nan, 1e9, np.nan, True
     tensions[12:18, 0], tensions[18, 0], contact[3:15] = 0.0, -2.0, 1.0
     block = block._replace(demanded=demanded, braked=braked, tensions=tensions, contact=contact)
-    tracks, found = StateTracks(layout, Rules(None, True)), dict[str, list[tuple[int, str]]]()
+    timelines, found = StateTimelines(layout, TimelineInputs(None, True)), dict[str, list[tuple[int, str]]]()
     for rows in (slice(0, 15), slice(15, None)):
         part = block._replace(**{name: each[rows] for name, each in block._asdict().items() if each is not None})
-        for track, steps, states in tracks.changes(part):
-            found.setdefault(track, []).extend(zip(steps.tolist(), states, strict=True))
+        for timeline, steps, states in timelines.find_changes(part):
+            found.setdefault(timeline, []).extend(zip(steps.tolist(), states, strict=True))
     assert found == {
         "brakes": [(1, "released"), (11, "acting"), (13, "released")],
         "efforts": [(1, "free"), (15, "limited"), (16, "free")],
@@ -87,18 +87,18 @@ def test_tracks_follow_from_steps(rollout: crane_sim.Rollout) -> None:
 
 
 @pytest.mark.interpreted
-def test_messages_add_tracks(rollout: crane_sim.Rollout, tmp_path: Path) -> None:
-    """What a plant says of its controller is a track, where a repeated state is no change."""
+def test_messages_add_timelines(rollout: crane_sim.Rollout, tmp_path: Path) -> None:
+    """What a plant says of its controller is a timeline, in which a repeated state is no change."""
     writer = RunWriter(tmp_path / "run.rrd", of_rollout(rollout, "messages"))
     writer.write(block_of_rollout(rollout))
     for step, state in ((3, "answers"), (8, "silent"), (9, "silent"), (12, "answers")):
-        writer.state(CONTROLLER, "answers", step, state)
+        writer.add_timeline_state(CONTROLLER, "answers", step, state)
     states = crane_sim.read_recording(writer.close(rollout.summary)).states[CONTROLLER]
     assert states == [(0.0, "answers"), (pytest.approx(0.07), "silent"), (pytest.approx(0.11), "answers")]
 
 
-def test_events_that_switch_are_tracks() -> None:
-    """Friction, drives with play and exchanged payloads have tracks by their events; other events have none."""
+def test_events_that_change_states_are_timelines() -> None:
+    """Friction, drives with play and exchanged payloads have timelines by their events; other events have none."""
     events = [
         (0.5, "the trolley sticks"),
         (0.7, "the trolley slips backwards"),
@@ -106,20 +106,20 @@ def test_events_that_switch_are_tracks() -> None:
         (0.9, "payload of 3000 kg let go, 1000 kg hang now"),
         (1.0, "the payload changed"),
     ]
-    assert states_of_events(events) == {
+    assert make_event_timelines(events) == {
         "friction of the trolley": [(0.0, "moves"), (0.5, "sticks"), (0.7, "slips backwards")],
         "drive 2 of the bridge": [(0.0, "meshes"), (0.8, "is in its play")],
         "payload": [(0.0, "as at the start"), (0.9, "1000 kg")],
     }
 
 
-def test_short_stretches_do_not_hide_what_happened() -> None:
-    """A flash of slack stays a stretch of its own; calm moments too short to be drawn join the flashes."""
-    flashes = [(0.0, "taut"), (1.0, "slack"), (1.001, "taut"), (1.002, "slack"), (1.003, "taut"), (2.0, "slack")]
-    assert spans_of(flashes, 0.0, 3.0, 0.01) == [
+def test_short_spans_do_not_hide_what_happened() -> None:
+    """A short time of slack stays a span of its own; a normal state too short to be drawn is merged."""
+    changes = [(0.0, "taut"), (1.0, "slack"), (1.001, "taut"), (1.002, "slack"), (1.003, "taut"), (2.0, "slack")]
+    assert make_spans(changes, 0.0, 3.0, 0.01) == [
         (0.0, 1.0, "taut"),
         (1.0, 1.003, "slack"),
         (1.003, 2.0, "taut"),
         (2.0, 3.0, "slack"),
     ]
-    assert spans_of(flashes, 1.5, 3.0, 0.01) == [(1.5, 2.0, "taut"), (2.0, 3.0, "slack")]
+    assert make_spans(changes, 1.5, 3.0, 0.01) == [(1.5, 2.0, "taut"), (2.0, 3.0, "slack")]

@@ -7,7 +7,7 @@ from realtime_doubles import JOINTS, PERIOD, make_bench
 
 from crane_sim import load_scene
 from crane_sim.recording.step_assembler import StepAssembler
-from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.ros.recorder.decoder import MessageDecoder
 
 PERIOD_NS = round(PERIOD * 1e9)
@@ -51,15 +51,15 @@ def test_demands_are_accepted_commands_only() -> None:
 def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every accepted command is published with the stamp that it answers, and none that is late or not a number."""
     bench, realtime = make_bench(monkeypatch, 20, 0.002)
-    wire = JointWire(JOINTS, EFFORT)
+    codec = JointStateCodec(JOINTS, EFFORT)
 
     def intrude() -> None:
         for stamp, effort in ((bench.stamp - 5 * PERIOD_NS, (7.0, 7.0)), (bench.stamp, (float("nan"), 0.0))):
-            bench.callbacks["joint_commands"](wire.encode(stamp, effort))
+            bench.callbacks["joint_commands"](codec.encode(stamp, effort))
 
     bench.events = [(0.105, intrude)]
     realtime.run()
-    published = [wire.decode(data) for data in bench.accepted]
+    published = [codec.decode(data) for data in bench.accepted]
     stamps = [frame.stamp for frame in published]
     assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * PERIOD_NS, PERIOD_NS)) and len(stamps) >= 19
     efforts = [frame.effort for frame in published]
@@ -76,10 +76,10 @@ def test_invalid_commands_are_no_demands(topic: str) -> None:
     decode = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *EFFORT_A[1:]), (float("inf"), *EFFORT_A[1:]), (1e9, *EFFORT_A[1:])):
-        decode(JointWire(names, EFFORT).encode(PERIOD_NS, bad))
-    decode(JointWire((*names[:3], "hoist"), EFFORT).encode(PERIOD_NS, EFFORT_A))
-    decode(JointWire(names[:3], EFFORT).encode(PERIOD_NS, EFFORT_A[:3]))
-    decode(JointWire(names[::-1], EFFORT).encode(PERIOD_NS, EFFORT_A[::-1]))
+        decode(JointStateCodec(names, EFFORT).encode(PERIOD_NS, bad))
+    decode(JointStateCodec((*names[:3], "hoist"), EFFORT).encode(PERIOD_NS, EFFORT_A))
+    decode(JointStateCodec(names[:3], EFFORT).encode(PERIOD_NS, EFFORT_A[:3]))
+    decode(JointStateCodec(names[::-1], EFFORT).encode(PERIOD_NS, EFFORT_A[::-1]))
     assert received == [(PERIOD_NS, EFFORT_A)]
 
 
@@ -90,11 +90,11 @@ def test_held_commands_are_the_demands() -> None:
     recorder = SimpleNamespace(accept_effort=lambda stamp, effort: demands.append((stamp, effort)))
     scene = load_scene("knuckle_setpoint")
     callbacks = MessageDecoder(scene, recorder).callbacks()  # type: ignore[arg-type]
-    wire, nan = JointWire(scene.actuated, EFFORT), float("nan")
+    codec, nan = JointStateCodec(scene.actuated, EFFORT), float("nan")
     sent = [("accepted_command", 1, EFFORT_A), ("held_command", 1, EFFORT_A), ("held_command", 2, EFFORT_A)]
     sent += [("accepted_command", 2, EFFORT_B), ("held_command", 3, (nan,) * 4), ("held_command", 4, EFFORT_B)]
     for topic, k, effort in sent:
-        callbacks[topic](wire.encode(k * PERIOD_NS, effort))
+        callbacks[topic](codec.encode(k * PERIOD_NS, effort))
     for stamp, effort in demands:
         assembler.add_accepted(stamp, effort)
     for k in range(1, 5):

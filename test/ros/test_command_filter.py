@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from crane_sim import load_scene
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.command_stamps import StampRange, lockstep_range, realtime_range
-from crane_sim.ros.common.serialization import EFFORT, JointWire, decode_array
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec, decode_array
 
 JOINTS = ["slew", "boom", "jib", "rope"]
 EFFORTS = [1.0, 2.0, 3.0, 4.0]
@@ -159,7 +159,7 @@ def test_arrays_are_validated_too() -> None:
 def test_garbage_is_refused(data: bytes) -> None:
     """Bytes that are no message are counted as unreadable, and have no other effect."""
     validator = CommandValidator(JOINTS, LARGEST)
-    for decode in (JointWire(JOINTS, EFFORT).decode, decode_array):
+    for decode in (JointStateCodec(JOINTS, EFFORT).decode, decode_array):
         validator.decode(decode, data)
         validator.decode(decode, b"\x00\x01\x00\x00" + data)
     assert set(validator.refused) <= {"unreadable"}
@@ -168,11 +168,11 @@ def test_garbage_is_refused(data: bytes) -> None:
 @given(st.data(), st.integers(0, 200), st.integers(1, 60))
 def test_a_damaged_command_is_accepted_or_refused(data: st.DataObject, at: int, length: int) -> None:
     """A command with bytes overwritten or cut off is accepted with finite efforts, or refused under a reason."""
-    validator, wire = CommandValidator(JOINTS, LARGEST), JointWire(JOINTS, EFFORT)
-    whole = wire.encode(NOW, EFFORTS)
+    validator, codec = CommandValidator(JOINTS, LARGEST), JointStateCodec(JOINTS, EFFORT)
+    whole = codec.encode(NOW, EFFORTS)
     noise = data.draw(st.binary(min_size=length, max_size=length))
     for message in (whole[:at] + noise + whole[at + length :], whole[:at]):
-        frame = validator.decode(wire.decode, message)
+        frame = validator.decode(codec.decode, message)
         efforts = validate(validator, frame.stamp, frame.names, list(frame.effort)) if frame else None
         assert efforts is None or all(map(math.isfinite, efforts))
     assert validator.received == 2 and validator.refused.total() >= 1  # the second is cut off, or the first one again

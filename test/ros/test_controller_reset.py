@@ -10,7 +10,7 @@ from two_rate_messages import make_demand, make_setpoints, make_state
 from crane_control.nodes.controller_node import ControllerNode
 from crane_sim import load_scene
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import STATE, JointWire
+from crane_sim.ros.common.serialization import STATE, JointStateCodec
 
 SCENE = load_scene("offshore_two_rate")
 
@@ -66,13 +66,13 @@ def demand_at_first_state(x: float) -> JointTrajectory:
 
 def test_every_new_run_waits_for_its_own_demand() -> None:
     """A paused plant that is reset twice, to two places, gets no answer of the servo to a demand for another place."""
-    node, wire = FakeNode(), JointWire(SCENE.joint_names, STATE)
+    node, codec = FakeNode(), JointStateCodec(SCENE.joint_names, STATE)
     settings = SimpleNamespace(scene=SCENE.name, law="", mode="lockstep", expected_recorders=0)
     controller = ControllerNode(node, settings)  # type: ignore[arg-type]
     controller.activate(True)
     for run in range(3):
         velocity = (0.01 * run, *SCENE.initial_v[1:])
-        node.callbacks["joint_states"](wire.encode(SCENE.period_ns, SCENE.initial_q, velocity, velocity))
+        node.callbacks["joint_states"](codec.encode(SCENE.period_ns, SCENE.initial_q, velocity, velocity))
         assert len(node.commands) == run
         node.callbacks["tip_demand"](demand_at_first_state(0.1 * run))
         assert len(node.commands) == run + 1

@@ -9,7 +9,7 @@ import pytest
 from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, FakeHost, FakeTopics, make_lockstep, make_simulation
 
 from crane_sim.ros.common.messages import SimulationState
-from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.plant import braking
 from crane_sim.ros.plant import lockstep as lockstep_module
 from crane_sim.ros.plant.braking import brake_to_rest
@@ -71,7 +71,7 @@ def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytes
     arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, contested=False, has_newcomer=False)
     monkeypatch.setattr(lockstep, "_commands", arbiter)
     topics.acknowledged = True
-    wire = JointWire(SCENE.actuated, EFFORT)
+    codec = JointStateCodec(SCENE.actuated, EFFORT)
 
     def run_until(condition: Callable[[], bool]) -> None:
         def spin(timeout: float = 0.01) -> None:
@@ -87,26 +87,28 @@ def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytes
     arbiter.has_newcomer = True
     run_until(lambda: topics.clocks[-1] > 4 * PERIOD)
     woken = topics.clocks[-2]
-    assert lockstep._on_command(wire.encode(woken, ZERO)) and simulation.plant.k == 1
+    assert lockstep._on_command(codec.encode(woken, ZERO)) and simulation.plant.k == 1
     reading = topics.clocks[-1]
-    assert not lockstep._on_command(wire.encode(reading, ZERO)), "it may have been computed from the state before"
+    assert not lockstep._on_command(codec.encode(reading, ZERO)), "it may have been computed from the state before"
     arbiter.has_newcomer = False
     run_until(lambda: topics.clocks[-1] > reading)
     assert topics.clocks[-1] - reading == PERIOD
-    assert lockstep._on_command(wire.encode(topics.clocks[-1], ZERO)) and simulation.plant.k == 2
+    assert lockstep._on_command(codec.encode(topics.clocks[-1], ZERO)) and simulation.plant.k == 2
 
 
 def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:
     """A single step is taken when the other crane has come as far, and refused with its name before."""
     host = FakeHost()
-    lockstep, wire = make_lockstep(host, simulation, beside="other"), JointWire(SCENE.joint_names, STATE)
+    lockstep, codec = make_lockstep(host, simulation, beside="other"), JointStateCodec(SCENE.joint_names, STATE)
     simulation.pause(True, "user")
     simulation.start()
 
     def step_after(command: int, peer_state: int) -> str:
-        host.queues["joint_commands"].append((JointWire(SCENE.actuated, EFFORT).encode(command * PERIOD, ZERO), None))
+        host.queues["joint_commands"].append(
+            (JointStateCodec(SCENE.actuated, EFFORT).encode(command * PERIOD, ZERO), None)
+        )
         host.queues["/other/joint_states"].append(
-            (wire.encode(peer_state * PERIOD, SCENE.initial_q, SCENE.initial_v, SCENE.initial_v), None)
+            (codec.encode(peer_state * PERIOD, SCENE.initial_q, SCENE.initial_v, SCENE.initial_v), None)
         )
         return lockstep.step_once()
 

@@ -9,7 +9,7 @@ from rclpy.serialization import serialize_message
 from realtime_doubles import JOINTS, FakeHandle, FakeSimulation, settings
 from std_msgs.msg import Float64MultiArray
 
-from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.ros.plant.realtime import Realtime
 
 ONE = ("joint_commands",)  # has a publisher
@@ -32,7 +32,7 @@ class OneCommandHost:
         """Pass the command on the first time, then only let time pass."""
         if not self.sent:
             self.sent.append(time.monotonic())
-            self.callbacks["joint_commands"](JointWire(JOINTS, EFFORT).encode(10_000_000, (3.0, 4.0)))
+            self.callbacks["joint_commands"](JointStateCodec(JOINTS, EFFORT).encode(10_000_000, (3.0, 4.0)))
             self.sent.append(time.monotonic())
         time.sleep(timeout)
 
@@ -96,7 +96,7 @@ def test_a_command_is_stale_by_wall_time(late: float, counts: bool) -> None:
     realtime = Realtime(host, simulation, settings(0.4, rate=4.0))  # type: ignore[arg-type]
     simulation.stamp = 10_000_000_000
     stamp = simulation.stamp - round(late * 1e9)
-    host.callbacks["joint_commands"](JointWire(JOINTS, EFFORT).encode(stamp, (3.0, 4.0)))
+    host.callbacks["joint_commands"](JointStateCodec(JOINTS, EFFORT).encode(stamp, (3.0, 4.0)))
     realtime.step_once()
     assert simulation.efforts == [(3.0, 4.0) if counts else (0.0, 0.0)]
     assert simulation.validator.refused == ({} if counts else {"stale": 1})

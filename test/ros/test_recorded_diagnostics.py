@@ -9,7 +9,7 @@ from recording_samples import SCENE
 from crane_sim.ros.common import messages
 from crane_sim.ros.recorder.decoder import MessageDecoder
 
-SECOND = 1_000_000_000
+NS_PER_S = 1_000_000_000
 
 
 class States:
@@ -18,16 +18,16 @@ class States:
     def __init__(self) -> None:
         self.taken: list[tuple[str, int, str]] = []
 
-    def track_state(self, track: str, calm: str, stamp: int, name: str) -> None:
-        """Keep what is not calm."""
-        self.taken += [(track, stamp // SECOND, name)] if name != calm else []
+    def add_timeline_state(self, timeline: str, normal: str, stamp: int, state: str) -> None:
+        """Keep a state that is not the normal one."""
+        self.taken += [(timeline, stamp // NS_PER_S, state)] if state != normal else []
 
 
 def diagnostics(second: int, source: str, **values: object) -> bytes:
     """Return the serialized diagnostics of a source at a second of scene time."""
     named = {key.replace("_", ": "): value for key, value in values.items()}
     message: DiagnosticArray = messages.diagnostics(source, "", named)
-    messages.set_stamp(message.header.stamp, second * SECOND)
+    messages.set_stamp(message.header.stamp, second * NS_PER_S)
     return serialize_message(message)
 
 

@@ -19,7 +19,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from crane_sim import load_scene
-from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.ros.recorder import subscriptions
 from crane_sim.ros.recorder.subscriptions import NAMES, PolledSubscription, RecorderSubscriptions
@@ -43,11 +43,11 @@ def subscriber_node(domain: int) -> Iterator[Node]:
 
 def test_pending_messages_are_complete_and_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Thousands of messages on three topics are dispatched completely and in the order of sending, however rarely."""
-    wire = JointWire(SCENE.actuated, EFFORT)
+    codec = JointStateCodec(SCENE.actuated, EFFORT)
     received: list[tuple[str, int]] = []
 
     def record(name: str, data: bytes) -> None:
-        received.append((name, wire.decode(data).stamp))
+        received.append((name, codec.decode(data).stamp))
 
     sent = [(name, k) for k in range(1, COUNT + 1) for name in TOPICS]
     with graph(tmp_path, monkeypatch) as (domain, env), subscriber_node(domain) as node:

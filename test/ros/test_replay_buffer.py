@@ -5,12 +5,12 @@ import time
 import pytest
 
 from crane_sim import load_scene
-from crane_sim.ros.common.serialization import STATE, JointWire
+from crane_sim.ros.common.serialization import STATE, JointStateCodec
 from crane_sim.ros.recorder.replay_buffer import SECONDS, ReplayBuffer
 
 SCENE = load_scene("knuckle_setpoint")
-STATE_WIRE = JointWire(SCENE.joint_names, STATE)
-SECOND = 10**9
+STATE_CODEC = JointStateCodec(SCENE.joint_names, STATE)
+NS_PER_S = 10**9
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def state(second: int, position: float = 0.0) -> bytes:
     """Return the state of a second; the position identifies the run between two resets."""
-    return STATE_WIRE.encode(second * SECOND, (position,) * 6, (0.0,) * 6, (0.0,) * 6)
+    return STATE_CODEC.encode(second * NS_PER_S, (position,) * 6, (0.0,) * 6, (0.0,) * 6)
 
 
 def buffer_with_a_reset(clock: list[float]) -> ReplayBuffer:
@@ -46,7 +46,7 @@ def replayed(buffer: ReplayBuffer, after: int, resets: int) -> list[bytes]:
     """Return the replayed messages of an output that resumes after a second, some resets after the first."""
     messages: list[bytes] = []
     names = ("joint_states", "simulation_state", "joint_trajectory")
-    buffer.replay_to([dict.fromkeys(names, messages.append)], [after * SECOND], resets)
+    buffer.replay_to([dict.fromkeys(names, messages.append)], [after * NS_PER_S], resets)
     return messages
 
 
@@ -60,7 +60,7 @@ def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
     for second in range(20):
         clock[0] = float(second)
         callbacks["joint_states"](messages[second])
-    buffer.replay_to([{name: received.append for name in callbacks}], after=[11 * SECOND])
+    buffer.replay_to([{name: received.append for name in callbacks}], after=[11 * NS_PER_S])
     callbacks["joint_states"](messages[20])
     assert received == [b"playing", *messages[12:]]
     assert 19 - SECONDS < 11  # what was skipped was still buffered: it had been written
@@ -90,7 +90,7 @@ def test_every_broadcaster_outlives_a_reset(clock: list[float]) -> None:
         callbacks["joint_states"](state(5 + int(t)))
     clock[0] = 1.6 * SECONDS
     callbacks["joint_states"](state(1))
-    buffer.replay_to([{"/tf_static": received.append}], after=[SECOND], resets=1)
+    buffer.replay_to([{"/tf_static": received.append}], after=[NS_PER_S], resets=1)
     assert received == [b"a", b"b", b"c"]
 
 

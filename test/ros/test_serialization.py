@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from crane_sim.ros.common.messages import nanoseconds
-from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 
 NAMES = st.lists(st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=20), min_size=1, max_size=7)
 STAMPS = st.integers(0, 2**31 * 10**9 - 1)
@@ -26,7 +26,7 @@ def vectors(data: st.DataObject, names: list[str], number: int) -> list[list[flo
 def test_ros_reads_our_states(data: st.DataObject, names: list[str], stamp: int) -> None:
     """The generated class reads from our bytes exactly the stamp, names, positions, velocities and efforts written."""
     q, v, u = vectors(data, names, 3)
-    message = deserialize_message(JointWire(names, STATE).encode(stamp, q, v, u), JointState)
+    message = deserialize_message(JointStateCodec(names, STATE).encode(stamp, q, v, u), JointState)
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
     assert (list(message.position), list(message.velocity), list(message.effort)) == (q, v, u)
 
@@ -35,7 +35,7 @@ def test_ros_reads_our_states(data: st.DataObject, names: list[str], stamp: int)
 def test_ros_reads_our_commands(data: st.DataObject, names: list[str], stamp: int) -> None:
     """The generated class reads from our bytes exactly the stamp, names and efforts written."""
     (u,) = vectors(data, names, 1)
-    message = deserialize_message(JointWire(names, EFFORT).encode(stamp, u), JointState)
+    message = deserialize_message(JointStateCodec(names, EFFORT).encode(stamp, u), JointState)
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
     assert (list(message.position), list(message.velocity), list(message.effort)) == ([], [], u)
 
@@ -49,12 +49,12 @@ def test_messages_of_any_layout_are_read(
     q, v, u = (values if included else [] for values, included in zip(vectors(data, names, 3), present, strict=True))
     header = Header(stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"])))
     message = JointState(header=header, name=names, position=q, velocity=v, effort=u)
-    frame = JointWire(expected_names, EFFORT if effort else STATE).decode(serialize_message(message))
+    frame = JointStateCodec(expected_names, EFFORT if effort else STATE).decode(serialize_message(message))
     assert (frame.stamp, frame.names) == (7_000_000_008, names)
     assert [list(field) for field in frame[2:]] == [q, v, u]
 
 
 def test_not_a_number_survives() -> None:
     """NaN comes through unchanged: validation rejects it, with a count."""
-    wire = JointWire(["slew"], EFFORT)
-    assert math.isnan(wire.decode(wire.encode(1, [math.nan])).effort[0])
+    codec = JointStateCodec(["slew"], EFFORT)
+    assert math.isnan(codec.decode(codec.encode(1, [math.nan])).effort[0])

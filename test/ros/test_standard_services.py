@@ -1,4 +1,4 @@
-"""The services and the action of simulation_interfaces over the wire, where that package is importable."""
+"""The services and the action of simulation_interfaces over the codec, where that package is importable."""
 
 from collections.abc import Iterator
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""The action FollowJointTrajectory over the wire, in lockstep and in real time, where control_msgs is importable."""
+"""The action FollowJointTrajectory over the codec, in lockstep and in real time, where control_msgs is importable."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,7 +25,7 @@ pytestmark = [
         find_spec("control_msgs") is None, reason="control_msgs is absent (./crane interfaces builds it)"
     ),
 ]
-SECOND = 10**9  # ns
+NS_PER_S = 10**9
 START, TIME, END = 1.0, 3.0, 0.6  # s by the stamp, s from there, m
 STOP = 2.0  # s
 RECORDER = "expected_recorders:=1"  # the client, which a paused run would not send its first state again
@@ -57,9 +57,9 @@ class Client:
     def send(self, time: float, *position: float, start: float = 0.0, **fields: Any) -> Any:
         """Send a goal of one point, at rest; return its handle."""
         point = JointTrajectoryPoint(positions=position, velocities=[fields.pop("velocity", 0.0)] * len(position))
-        point.time_from_start.sec, point.time_from_start.nanosec = divmod(round(time * SECOND), SECOND)
+        point.time_from_start.sec, point.time_from_start.nanosec = divmod(round(time * NS_PER_S), NS_PER_S)
         trajectory = JointTrajectory(joint_names=fields.pop("joint_names", ["trolley"]), points=[point])
-        trajectory.header.stamp.sec, trajectory.header.stamp.nanosec = divmod(round(start * SECOND), SECOND)
+        trajectory.header.stamp.sec, trajectory.header.stamp.nanosec = divmod(round(start * NS_PER_S), NS_PER_S)
         goal = self._action.Goal(trajectory=trajectory, **fields)
         sent = self._client.send_goal_async(goal, lambda message: self.feedback.append(message.feedback))
         wait_until(sent.done, "the answer to the goal")
@@ -81,7 +81,7 @@ class Client:
 
     def advance(self, seconds: float) -> None:
         """Let the paused run move on, and wait for the state where it stands then."""
-        steps = round(seconds * SECOND / self._period)
+        steps = round(seconds * NS_PER_S / self._period)
         due = self.node.states[-1] + steps * self._period
         self.node.take_steps(steps)
         wait_until(lambda: self.node.states[-1] == due, "the state after the steps")
@@ -97,9 +97,9 @@ class Client:
 
     def check_feedback(self) -> None:
         """Check that feedback came in order, twenty times a second; a slow client may miss some."""
-        stamps = [message.header.stamp.sec * SECOND + message.header.stamp.nanosec for message in self.feedback]
-        assert stamps and stamps == sorted(set(stamps)) and stamps[0] >= START * SECOND
-        assert all((stamp - START * SECOND) % (SECOND // 20) == 0 for stamp in stamps)
+        stamps = [message.header.stamp.sec * NS_PER_S + message.header.stamp.nanosec for message in self.feedback]
+        assert stamps and stamps == sorted(set(stamps)) and stamps[0] >= START * NS_PER_S
+        assert all((stamp - START * NS_PER_S) % (NS_PER_S // 20) == 0 for stamp in stamps)
         for message in self.feedback:
             assert message.joint_names == ["trolley"]
             assert message.desired.positions[0] - message.actual.positions[0] == message.error.positions[0]

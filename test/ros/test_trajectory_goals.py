@@ -15,7 +15,7 @@ from trajectory_msgs.msg import (
 )
 
 from crane_sim import load_scene
-from crane_sim.ros.controller.coordinate_motion import ErrorRate, coordinate_names, motion_sensor
+from crane_sim.ros.controller.coordinate_motion import VelocityErrorDifferentiator, coordinate_names, make_motion_reader
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, Tolerances, read_goal
 from crane_sim.scenes.scene import Scene
@@ -125,7 +125,7 @@ def test_the_first_joint_beyond_its_tolerance_is_named() -> None:
 
 def test_accelerations_are_means_over_a_period() -> None:
     """The error of an acceleration is the change of the velocity's error over a period, and zero at the first state."""
-    rate = ErrorRate()
+    rate = VelocityErrorDifferentiator()
     errors = [rate.update(State(k * PERIOD_NS, 0.0, (), ()), np.array([0.3 * k, -0.1 * k * k])) for k in (4, 5, 6)]
     assert errors[0].tolist() == [0.0, 0.0]
     assert errors[1:] == [pytest.approx([30.0, -90.0]), pytest.approx([30.0, -110.0])]
@@ -137,7 +137,7 @@ def test_a_payload_on_its_path_is_measured_from_the_joints(name: str) -> None:
     scene = load_scene(name)
     run, n = simulate(load_scene(name, {"duration": 0.2})), 10
     assert scene.trajectory is not None
-    names, measure = coordinate_names(scene.trajectory, scene), motion_sensor(scene.trajectory, scene)
+    names, measure = coordinate_names(scene.trajectory, scene), make_motion_reader(scene.trajectory, scene)
     assert names in (("x", "y"), ("x", "y", "z"))
 
     def at(k: int) -> Array:

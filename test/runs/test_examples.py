@@ -1,4 +1,4 @@
-"""The examples, each as a process of its own against a real plant, as users run them."""
+"""The examples, each as a process of its own beside a plant node, as users run them."""
 
 import signal
 import subprocess
@@ -34,7 +34,7 @@ runpy.run_path(script, run_name="__main__")
 
 
 def test_a_controller_of_plain_rclpy(domain_id: int) -> None:
-    """A node that imports nothing of the simulator drives the crane in lockstep, bit for bit as in one process."""
+    """A node that imports nothing of the simulator commands the crane in lockstep; states are those of `simulate`."""
     with started_example("my_controller.py", domain_id):
         summary = run(domain_id)
     check_lockstep(summary)
@@ -43,13 +43,13 @@ def test_a_controller_of_plain_rclpy(domain_id: int) -> None:
 
 @pytest.mark.slow
 def test_the_same_controller_in_real_time(domain_id: int) -> None:
-    """The same node drives the crane in real time."""
+    """The same node commands the crane in real time."""
     with started_example("my_controller.py", domain_id):
         check_arrival(run(domain_id, mode="realtime", rate=2.0))
 
 
 def test_a_controller_that_sends_plain_arrays(domain_id: int) -> None:
-    """Efforts without names and stamps drive the crane in real time."""
+    """Arrays of efforts, which have no names and stamps, command the crane in real time."""
     with started_example("my_array_controller.py", domain_id):
         summary = run(domain_id, mode="realtime", rate=2.0)
     check_arrival(summary)
@@ -63,7 +63,7 @@ def test_a_controller_that_sends_plain_arrays(domain_id: int) -> None:
     ids=["rclpy starts", "the node is made", "the executor is made"],
 )
 def test_an_example_handles_sigterm_at_any_time(name: str, call: str, ros_environment: dict[str, str]) -> None:
-    """A SIGTERM that comes while rclpy starts is not lost: the example exits with code 0, without a traceback."""
+    """An example that gets SIGTERM while rclpy starts exits with code 0, without a traceback."""
     command = [sys.executable, "-c", TERMINATED_DURING, *call.split(), str(EXAMPLES / name)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with started_program(command, env=ros_environment, **pipes) as process:
@@ -73,7 +73,7 @@ def test_an_example_handles_sigterm_at_any_time(name: str, call: str, ros_enviro
 
 
 def test_the_example_of_two_cranes_handles_sigterm(ros_environment: dict[str, str]) -> None:
-    """A SIGTERM that comes while the example starts its nodes ends it, and all of these, with exit code 1."""
+    """An example that gets SIGTERM while it starts its nodes ends them, and exits with code 1."""
     with started_program(
         [sys.executable, EXAMPLES / "two_cranes.py"], env=ros_environment, stdout=subprocess.PIPE
     ) as process:

@@ -17,7 +17,7 @@ from crane_sim import load_scene, orchestration, simulate
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.command_stamps import StampRange
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
-from crane_sim.ros.common.serialization import EFFORT, JointWire
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
 
@@ -32,7 +32,7 @@ def run_with_invalid_commands(scene: Scene, number: int) -> tuple[Plant, Command
         the plant, its validator, and the expected refusals by reason.
     """
     validator, invalid = CommandValidator(JOINTS, largest_efforts(scene)), InvalidCommands(1)
-    plant, wire = Plant(scene), JointWire(JOINTS, EFFORT)
+    plant, codec = Plant(scene), JointStateCodec(JOINTS, EFFORT)
     expected: Counter[str] = Counter()
     for k in range(1, scene.steps + 1):
         now = k * scene.period_ns
@@ -40,7 +40,7 @@ def run_with_invalid_commands(scene: Scene, number: int) -> tuple[Plant, Command
         expected += Counter(reason for reason, _ in batch)
         answer = command_message(now, JOINTS, scene.law(plant.t, plant.q, plant.v)) if scene.law else b""
         for data in (*(data for _, data in batch), answer):
-            frame = validator.decode(wire.decode, data)
+            frame = validator.decode(codec.decode, data)
             effort = frame and validator.validate(frame.stamp, frame.names, frame.effort, StampRange(now, now))
             if effort:
                 plant.advance(effort)

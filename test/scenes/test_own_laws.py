@@ -1,4 +1,4 @@
-"""Laws of a file: found beside the scene or the working folder, the same in every command; refused in one line."""
+"""Laws in a user's file: where the file is found, that every command runs the same law, and one-line errors."""
 
 import json
 from pathlib import Path
@@ -29,7 +29,7 @@ def hash_with(law: str, **settings: float) -> str:
 
 @pytest.mark.interpreted
 def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By file, with a builder's settings and by module: the states are those of the function passed to `simulate`."""
+    """A law named by file, by module or as a builder with settings gives the same states as its function."""
     file = tmp_path / "law_of_file.py"
     file.write_text(LAW)
     own = crane_sim.simulate(SCENE, law=lambda t, q, v: (40.0 * (3.0 - q[0]) - 80.0 * v[0],)).summary["state_sha256"]
@@ -43,7 +43,7 @@ def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_the_command_takes_a_file_of_the_working_folder(tmp_path: Path) -> None:
-    """`crane simulate --law FILE.py:FUNCTION` runs it."""
+    """`crane simulate --law FILE.py:FUNCTION` runs the law of that file."""
     (tmp_path / "mine.py").write_text(LAW)
     done = crane("simulate", "overhead_energy", "--duration", "0.5", "--law", "mine.py:law", "--json", cwd=tmp_path)
     assert json.loads(done.stdout)["law"] == f"{tmp_path / 'mine.py'}:law", done.stderr
@@ -60,7 +60,7 @@ BAD = {
 
 @pytest.mark.parametrize("law", BAD)
 def test_a_wrong_law_is_refused_in_one_line(law: str, tmp_path: Path) -> None:
-    """The line names the law and what is missing."""
+    """The error is one line that names the law and what is missing."""
     file = tmp_path / "mine.py"
     file.write_text(LAW)
     with pytest.raises(SceneError) as error:
@@ -69,7 +69,7 @@ def test_a_wrong_law_is_refused_in_one_line(law: str, tmp_path: Path) -> None:
 
 
 def test_a_function_has_no_settings(tmp_path: Path) -> None:
-    """Settings beside a plain function are refused by their name."""
+    """Settings of a function that takes none are an error that names them."""
     file = tmp_path / "mine.py"
     file.write_text(LAW)
     with pytest.raises(SceneError, match="stiffness"):

@@ -162,9 +162,9 @@ BAD: list[tuple[Any, str]] = [
     (ARC | {"shaping": {"kind": "zv", "damping": 1}}, "reference.path.shaping.damping = 1: must be less than 1"),
     (ARC | {"shaping": {"kind": "zv", "frequency": "low"}}, "shaping.frequency = 'low': must be a number or 'auto'"),
     (ARC | {"shaping": 3}, "reference.path.shaping = 3: must be a group of keys: kind, frequency, damping"),
-    (ARC, "reference.path: control.law = 'energy' follows none"),
+    (ARC, "reference.path: control.law = 'energy' follows no path"),
     (RISE | {"to": [0, 0, 0, 1.5]}, "reference.q = [0.7853981633974483, 0.7853981633974483, 0.0, 1.5]: the path of"),
-    (RISE, "reference.path: control.law = 'energy' follows none"),
+    (RISE, "reference.path: control.law = 'energy' follows no path"),
 ]
 
 

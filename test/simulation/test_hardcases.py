@@ -47,7 +47,7 @@ def test_energy_over_a_million_steps() -> None:
 @pytest.mark.parametrize(
     ("scene", "message"),
     [
-        ("overhead_slack", "link 1 went slack, and a rigid link cannot be; take cable.model: elastic"),
+        ("overhead_slack", "link 1 went slack, and a rigid link must be taut; take cable.model: elastic"),
         ("overhead_limits", "the trolley reached its travel limit; change trolley.limits, or what drives the trolley"),
     ],
 )

@@ -50,7 +50,7 @@ class Engine(Protocol):
 
 
 class EngineUnavailable(Exception):
-    """The engine is not installed, or lacks what it needs; one line."""
+    """The engine is not installed, or lacks what it needs; the message is one line."""
 
 
 def sweep_values(first: float, last: float, per_decade: int) -> list[float]:

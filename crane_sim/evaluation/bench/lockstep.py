@@ -57,7 +57,7 @@ def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = Non
     """Return the steps per second of a lockstep run of `scene`, recorded where a file is named.
 
     Raises:
-        RuntimeError: the run failed; one line.
+        RuntimeError: the run failed; the message is one line.
     """
     summary = run(scene, record=record, mcap=mcap)
     if "error" in summary:
@@ -90,7 +90,7 @@ def measure(
         recorder: measure runs with a recorder, too.
 
     Raises:
-        RuntimeError: an echo or a run failed; one line.
+        RuntimeError: an echo or a run failed; the message is one line.
     """
     scene = load_scene(name, {"duration": duration})
     rates = speeds(scene, rounds, recorder)

@@ -76,7 +76,7 @@ def measure(
         recorder: record, to a file that is then removed (about 1 kB per step).
 
     Raises:
-        RuntimeError: the run failed; one line.
+        RuntimeError: the run failed; the message is one line.
     """
     sampler = MemorySampler(seconds)
     period = load_scene(name).period

@@ -62,7 +62,7 @@ def measure(
         rounds: of both.
 
     Raises:
-        RuntimeError: a run failed; one line.
+        RuntimeError: a run failed; the message is one line.
     """
     scene = load_scene(name, {"duration": duration, "control.period": period})
     summaries: dict[str, list[dict[str, Any]]] = {"bare": [], "plant": []}

@@ -36,7 +36,7 @@ def measure(
         labels: which of `FILES`; "none" is one of them.
 
     Raises:
-        RuntimeError: a run failed; one line.
+        RuntimeError: a run failed; the message is one line.
     """
     scene = load_scene(name, {"duration": duration})
     speeds: dict[str, list[float]] = {label: [] for label in labels}

@@ -49,7 +49,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
 
 
 def _states(comparison: Comparison) -> list[dict[str, Any]]:
-    """Return the tracks of states of all runs, each with the name of its run."""
+    """Return the timelines of states of all runs, each with the name of its run."""
     return [
         row | {"name": f"{name}: {row['name']}"}
         for run, name in zip(comparison.runs, comparison.names, strict=True)

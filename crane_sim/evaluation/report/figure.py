@@ -12,7 +12,7 @@ from crane_sim.evaluation.report.panels import INK, PALETTE, RUN_COLORS, SOFT, P
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.recording.quantities import moving_quantities
-from crane_sim.recording.states import color_of, spans_of
+from crane_sim.recording.states import get_color, make_spans
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
 POINTS = 4000  # of one curve
-STRETCHES = 500  # shortest one of a state, of the run's length
+MAX_SPANS = 500  # in the length of a run: shorter ones are merged
 KINDS = (".png", ".pdf", ".svg")
 STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": SOFT}
 PLANES = (("from above", 0, 1), ("from the side", 0, 2))
@@ -155,11 +155,11 @@ def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> 
 
 
 def _draw_states(axis: Any, run: RecordedRun) -> None:
-    """Draw the timelines of states as bands, one row a track, with the names of what is not calm."""
+    """Draw the timelines of states as bands, one row each, with the names of the states that are not normal."""
     end = float(run.t[-1]) + run.period
     for row, changes in enumerate(run.states.values()):
-        for begin, until, state in spans_of(changes, 0.0, end, end / STRETCHES):
-            axis.barh(row, max(until - begin, end / STRETCHES), left=begin, height=0.7, color=color_of(state))
+        for begin, until, state in make_spans(changes, 0.0, end, end / MAX_SPANS):
+            axis.barh(row, max(until - begin, end / MAX_SPANS), left=begin, height=0.7, color=get_color(state))
             if until - begin > 0.02 * len(state) * end:
                 axis.text(begin + 0.01 * end, row, state, va="center", fontsize=6.5, color=INK, clip_on=True)
     axis.set_yticks(range(len(run.states)), list(run.states), fontsize=7.5)

@@ -13,7 +13,7 @@ from crane_sim.evaluation.report.panels import Panel, panels_of
 from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
 from crane_sim.recording.base_frame import base_rotations
 from crane_sim.recording.rope_colors import usual_tensions
-from crane_sim.recording.states import color_of, spans_of
+from crane_sim.recording.states import get_color, make_spans
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,7 +29,7 @@ DENSE = 10.0  # s at the end of a long run that keep all their frames
 EVENTS = 200  # that are listed
 FIRST = 2000  # rows in which a tension is looked for to which others are compared, as in the viewer
 LOADED = 2.0  # share of it above which a colour does not change any more
-STRETCHES = 1000  # of a track of states, at most
+MAX_SPANS = 1000  # of a timeline of states
 
 
 def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
@@ -61,10 +61,10 @@ def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str,
 
 
 def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
-    """Return the tracks of states up to a time [s]: name and stretches, [begin, end, state, colour]."""
-    spans = {name: spans_of(changes, 0.0, end, end / STRETCHES) for name, changes in run.states.items()}
+    """Return the timelines of states up to a time [s]: name and spans, [begin, end, state, colour]."""
+    spans = {name: make_spans(changes, 0.0, end, end / MAX_SPANS) for name, changes in run.states.items()}
     return [
-        {"name": name, "spans": [[*span, color_of(span.state)] for span in each[:STRETCHES]]}
+        {"name": name, "spans": [[*span, get_color(span.state)] for span in each[:MAX_SPANS]]}
         for name, each in spans.items()
     ]
 

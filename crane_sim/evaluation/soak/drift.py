@@ -34,7 +34,7 @@ def drift(rates: Sequence[float]) -> Drift:
 
 
 def drift_figures(rates: Sequence[float], of: str = "") -> list[Figure]:
-    """Return the figures of a rate, with the promise that it does not fall, and of the measurement's resolution."""
+    """Return the figures of a rate, with the requirement that it does not fall, and of the measurement's resolution."""
     trend = drift(rates)
     return [
         Figure(f"{of}rate, median", float(np.median(rates)), "steps/s"),

@@ -1,4 +1,4 @@
-"""Figures of a soak test, each with the promised value."""
+"""Figures of a soak test, each with the requirement that it has to pass."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -12,8 +12,8 @@ class Figure(NamedTuple):
     what: str
     value: Any
     unit: str = ""
-    promise: str = ""  # in words; empty without a promise
-    kept: bool = True
+    requirement: str = ""  # in words; empty without one
+    passed: bool = True
 
     def format_value(self) -> str:
         """Return the value with its unit, in a few digits."""
@@ -24,17 +24,17 @@ class Figure(NamedTuple):
 
 
 def at_most(what: str, value: float, limit: float, unit: str = "") -> Figure:
-    """Return a figure that was promised not to exceed a limit."""
+    """Return a figure that must not exceed a limit."""
     return Figure(what, value, unit, f"at most {limit:g} {unit}".strip(), value <= limit)
 
 
 def at_least(what: str, value: float, limit: float, unit: str = "") -> Figure:
-    """Return a figure that was promised not to fall below a limit."""
+    """Return a figure that must not fall below a limit."""
     return Figure(what, value, unit, f"at least {limit:g} {unit}".strip(), value >= limit)
 
 
 def equal(what: str, value: Any, expected: Any, unit: str = "") -> Figure:
-    """Return a figure that was promised to be exactly this."""
+    """Return a figure that must be equal to `expected`."""
     return Figure(what, value, unit, f"{expected}", value == expected)
 
 

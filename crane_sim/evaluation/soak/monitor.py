@@ -59,7 +59,7 @@ def monitor(scene: Scene, domain: int) -> Iterator[MonitorFile]:
     """Yield the file that a monitor of this scene's runs in a ROS domain writes while the block runs.
 
     Raises:
-        RuntimeError: it did not start; one line.
+        RuntimeError: it did not start; the message is one line.
     """
     with (
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,

@@ -11,8 +11,8 @@ HEAD = """# What a run survives
 
 Written by `crane soak page --save docs` from the files in [soak](soak), one for each part, which `crane soak PART
 --save docs` saves: a part that is run again replaces its former results. Every run has the scene
-`knuckle_setpoint`. What was promised stands beside what was measured, kept or not; a figure without a promise is a
-basis of comparison for others. What is promised of a run over ROS is measured outside the plant where that is possible:
+`knuckle_setpoint`. What is required stands beside what was measured, passed or not; a figure without a requirement is a
+basis of comparison for others. What is required of a run over ROS is measured outside the plant where that is possible:
 by a node that belongs to no run, the monitor, which subscribes in the same ROS domain and records instant, stamp and
 efforts of every message.
 """
@@ -37,7 +37,7 @@ PARTS = {
         "the killed one does not count. Steps are counted three times, by the plant, by the monitor and in "
         "the recording that is left at the end, which is read back. A loop beside the "
         "run that only sleeps, a millisecond at a time, measures the machine's own longest stalls: no call can "
-        "be promised to be shorter.",
+        "be required to be shorter.",
         ("back_s",),
         plots.draw_kill,
     ),
@@ -110,11 +110,11 @@ def _section(name: str, document: Mapping[str, Any], drawn: bool) -> str:
     ]
     if drawn:
         lines += [f"![{part.title}](soak/{name}.png)", ""]
-    lines += ["| figure | measured | promised | kept |", "|---|---|---|---|"]
+    lines += ["| figure | measured | required | passed |", "|---|---|---|---|"]
     return "\n".join(lines + [_write_row(figure) for figure in document["figures"]]) + "\n"
 
 
 def _write_row(figure: Figure) -> str:
-    kept = ("yes" if figure.kept else "**no**") if figure.promise else ""
-    cells = figure.what, figure.format_value(), figure.promise, kept
+    verdict = ("yes" if figure.passed else "**no**") if figure.requirement else ""
+    cells = figure.what, figure.format_value(), figure.requirement, verdict
     return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"

@@ -9,7 +9,7 @@ from crane_sim.evaluation.soak.kill import MAX_LIMIT, MEDIAN_LIMIT
 from crane_sim.evaluation.soak.signals import LIMIT
 
 COLOURS = (RED, BLUE, GREEN)
-PROMISED = GREY
+REQUIRED = GREY
 _MINUTE, _MILLION = 60.0, 1e6
 
 
@@ -40,8 +40,8 @@ def draw_kill(figure: Any, data: dict[str, Any]) -> None:
     (axes,) = _add_panels(figure, 1, "s from the kill until the next controller's command is applied")
     finite = np.isfinite(back)
     axes.step([0.0, *back[finite]], [0.0, *share[finite]], where="post", color=COLOURS[1])
-    axes.axvline(MEDIAN_LIMIT, color=PROMISED, linewidth=0.8, linestyle=":", label="promised for half of them")
-    axes.axvline(MAX_LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised for all")
+    axes.axvline(MEDIAN_LIMIT, color=REQUIRED, linewidth=0.8, linestyle=":", label="required for half of them")
+    axes.axvline(MAX_LIMIT, color=REQUIRED, linewidth=0.8, linestyle="--", label="required for all")
     axes.set_xlim(left=0.0)
     _finish_panels((axes, "% of the controllers"))
 
@@ -57,7 +57,7 @@ def draw_signals(figure: Any, data: dict[str, Any]) -> None:
     ):
         if selected.any():
             axes.plot(at[selected], took[selected], "o", color=colour, markersize=3.5, label=label)
-    axes.axhline(LIMIT, color=PROMISED, linewidth=0.8, linestyle="--", label="promised")
+    axes.axhline(LIMIT, color=REQUIRED, linewidth=0.8, linestyle="--", label="required")
     _finish_panels((axes, "s until the end"))
 
 

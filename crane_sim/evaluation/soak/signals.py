@@ -58,7 +58,7 @@ class End(NamedTuple):
 
     took: float  # s from the first signal, 0 where it had ended before
     code: int
-    complaints: tuple[str, ...]  # deviations from the promises
+    complaints: tuple[str, ...]  # deviations from the requirements
 
 
 def plan(count: int, seed: int, usual: float) -> list[Interruption]:

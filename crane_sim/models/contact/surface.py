@@ -137,7 +137,7 @@ def multiple(factor, a):
 
 @lean_kernel
 def add_force(wrench, factor, lever, force):
-    """Return the wrench with `factor` times a force at a point counted in."""
+    """Return the sum of a wrench and of `factor` times a force [N] that acts at `lever` [m]."""
     applied = multiple(factor, force)
     return Wrench(add(wrench.force, applied), add(wrench.moment, cross(lever, applied)))
 

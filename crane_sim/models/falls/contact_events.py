@@ -100,7 +100,7 @@ def _(contact, p, t, x):
 
 @lean_generic
 def contact_guard(contact, p, t, x, best):
-    """Return (the smallest guard, its number, evaluations), contact counted in; best: (smallest other one, number)."""
+    """Return (value, number, evaluations) of the smaller guard: `best` (value, number), or that of contact."""
     return best[0], best[1], 0
 
 

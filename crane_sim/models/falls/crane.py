@@ -356,7 +356,7 @@ def falls_power(p, t, x, solved):
 
 @lean_generic
 def add_contact_power(pressures, load, power):
-    """Return the power [W] with that of contact counted in."""
+    """Return the sum of `power` [W] and the power of contact."""
     return power
 
 

@@ -77,7 +77,7 @@ from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_e
 from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_routine, routine
-from crane_sim.system import Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
 @system.project.register(FallsCrane)
@@ -250,7 +250,7 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    switching = with_support_switching(p.support, Switching(1000, 0, retake_of(p.hoist)))
+    switching = with_support_switching(p.support, Switching(EVENT_LOG_CAPACITY, 0, retake_of(p.hoist)))
     return with_exchange_switching(p.exchange, switching)
 
 
@@ -265,7 +265,7 @@ def _(p, t, x, u, work):
 
 @lean_routine
 def held_joints_guard(p, t, x, u, best):
-    """Return ((the smallest guard, its number), evaluations), joints that friction holds counted in; best: others'."""
+    """Return (guard, evaluations): the smallest one of `best` and of the guards of joints that friction holds."""
     if not any_joint_held(p.support, support_state(p.support, x, falls_layout(p)[0])):
         return best, 0
     solved = solve_dynamics(p, t, x, system.effort(u, p, t, x))

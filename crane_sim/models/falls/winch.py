@@ -26,7 +26,7 @@ from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
 
 @lean_generic
 def falls_winch_guard(hoist, best, p, t, x, u):
-    """Return (the smallest guard, its number), the winch's stick and slip counted in; best: others'."""
+    """Return the smaller one of `best` and the guard of the winch's stick and slip."""
     return best
 
 

@@ -11,7 +11,7 @@ from crane_sim.models.cables.chain_3d import node_velocities
 from crane_sim.models.moving_base import BaseState, added_energy, added_spin, base_state
 from crane_sim.models.overhead import layout_of, planar, spatial
 from crane_sim.models.overhead.elastic import ElasticCrane, mass_of, node_vector
-from crane_sim.models.overhead.modes import payload_mass
+from crane_sim.models.overhead.modes import get_payload_mass
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.spatial import SpatialCrane, write_positions
 from crane_sim.models.supports.rails import axis_mass
@@ -82,7 +82,7 @@ def allocate_bodies(p):
 def node_mass(p, x, k):
     """Return the mass [kg] of the node below link k, from 0, of a chain of rigid links."""
     mass = p.cable.masses[k]
-    return mass if k + 1 < len(p.cable.masses) else payload_mass(p.switches, x, len(x) - 1, mass)
+    return mass if k + 1 < len(p.cable.masses) else get_payload_mass(p.event_limits, x, len(x) - 1, mass)
 
 
 @generic

@@ -15,7 +15,7 @@ from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_size
 from crane_sim.models.moving_base import BaseKinematics, base_kinematics_at, imposed_acceleration
 from crane_sim.models.overhead.base_load import NO_LOAD, Moving, axes_load, imposed_gradient
-from crane_sim.models.overhead.modes import Switches, mode_of, payload_mass
+from crane_sim.models.overhead.modes import EventLimits, get_mode, get_payload_mass
 from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.overhead.payload_wind import add_elastic_wind
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
@@ -45,7 +45,7 @@ class ElasticCrane(NamedTuple):
     hoist: Hoist | None = None
     gravity: float = 9.81  # m/s²
     forces: NodeForces | None = None
-    switches: Switches | None = None
+    event_limits: EventLimits | None = None
     energy_meter: Meter | None = None
     base: Moving | None = None
     wind: Wind | None = None
@@ -111,13 +111,13 @@ def link(p, x, k):
 
 
 @lean_generic
-def tautness(switches, x, first):
+def tautness(limits, x, first):
     """Return the mode, 1 taut or 0 slack, of the link whose mode is number `first`."""
     return 1.0
 
 
-@tautness.register(Switches)
-def _(switches, x, first):
+@tautness.register(EventLimits)
+def _(limits, x, first):
     return x[first]
 
 
@@ -126,7 +126,7 @@ def link_pull(p, x, k):
     """Return (unit vector (3,), tension [N], power that the damper takes [W]) of link k, from 0."""
     _, _, d, modes = elastic_layout(p)
     n, _, stretch, rate = link(p, x, k)
-    taut = tautness(p.switches, x, modes + d - 1 + k)
+    taut = tautness(p.event_limits, x, modes + d - 1 + k)
     damping = taut * p.cable.damping[k] * rate
     return n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate
 
@@ -135,7 +135,7 @@ def link_pull(p, x, k):
 def mass_of(p, x, k):
     """Return the mass [kg] of node k, from 1."""
     mass = p.cable.masses[k - 1]
-    return mass if k < len(p.cable.masses) else payload_mass(p.switches, x, len(x) - 1, mass)
+    return mass if k < len(p.cable.masses) else get_payload_mass(p.event_limits, x, len(x) - 1, mass)
 
 
 ZERO_VECTOR = (0.0, 0.0, 0.0)
@@ -324,12 +324,12 @@ def drive_upper_end(p, t, x, tau, base, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)
     load = base_load(base, p, x)
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
     out[nq] = bias_acc + inv_mass * tension * n[0] + inv_mass * load.x
     supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + load.power
     if d == 3:
         inv_mass, bias_acc = axis_response(
-            p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
+            p.bridge, t, tau, input_count(p.trolley), x[nq + 1], get_mode(p.event_limits, x, modes, 1)
         )
         out[nq + 1] = bias_acc + inv_mass * tension * n[1] + inv_mass * load.y
         supplied += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], tension * n[1])

@@ -24,7 +24,7 @@ from crane_sim.models.overhead.elastic import (
     node_vector,
     tautness,
 )
-from crane_sim.models.overhead.modes import mode_of
+from crane_sim.models.overhead.modes import get_mode
 from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.overhead.payload_wind import elastic_wind_jacobian, elastic_wind_power_jacobian
 from crane_sim.models.supports.hoist import hoist_power, hoist_response
@@ -69,7 +69,7 @@ def fill_slopes(p, x, k, slopes):
     (ux, uy, uz), (vx, vy, vz) = node_vector(p, x, k, 1), node_vector(p, x, k + 1, 1)
     wx, wy, wz = vx - ux, vy - uy, vz - uz
     along = nx * wx + ny * wy + nz * wz
-    taut = tautness(p.switches, x, modes + d - 1 + k)
+    taut = tautness(p.event_limits, x, modes + d - 1 + k)
     spring, damping = taut * p.cable.stiffness[k], taut * p.cable.damping[k]
     tension, bend = spring * stretch + damping * rate, damping / length
     unit, positions, velocities = slopes
@@ -276,7 +276,7 @@ def add_axes_jacobian(p, t, x, tau, slopes, inv_masses, bands):
 def axis_jacobian(p, axis, t, x, tau, i, own, bands):
     """Return the inverse mass of axis i; add what its velocity does to its acceleration."""
     nq, _, d, modes = elastic_layout(p)
-    mode = mode_of(p.switches, x, modes, i)
+    mode = get_mode(p.event_limits, x, modes, i)
     low, high, width = axis_linear_span(axis, x[nq + i], (0.0, 1.0, 1.0))
     inv_mass, still = axis_response(axis, t, tau, own, low, mode)
     bands.velocities[i, 2 * d - 1] += (axis_response(axis, t, tau, own, high, mode)[1] - still) / width

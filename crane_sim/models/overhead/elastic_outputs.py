@@ -1,4 +1,4 @@
-"""Outputs and switches of the overhead crane with an elastic cable: initial state, energies, nodes, guards, resets."""
+"""Outputs and events of the overhead crane with an elastic cable: initial state, energies, nodes, guards, resets."""
 
 import numpy as np
 
@@ -19,12 +19,12 @@ from crane_sim.models.overhead.elastic import (
     write_elastic_derivative,
 )
 from crane_sim.models.overhead.modes import (
-    changes_before,
+    count_modes,
+    count_payload_changes,
     hoist_guard,
     limits_guard,
-    mode_count,
+    make_switching,
     payload_guard,
-    switching_of,
 )
 from crane_sim.models.supports.friction import either, retake_of
 from crane_sim.models.supports.hoist import hoist_reflected_mass
@@ -48,7 +48,7 @@ def initial_state(p, t, q, v):
     """Return the state, with the modes that follow from positions and velocities."""
     nq, _, d, modes = elastic_layout(p)
     n = len(p.cable.masses)
-    x = np.zeros(modes + mode_count(p.switches, d - 1 + n))
+    x = np.zeros(modes + count_modes(p.event_limits, d - 1 + n))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
@@ -56,7 +56,7 @@ def initial_state(p, t, q, v):
             x[modes + axis] = np.sign(v[axis])
         for k in range(n):
             x[modes + d - 1 + k] = 1.0 if p.cable.tension_only == 0.0 or strain(p, x, k) >= 0.0 else 0.0
-        x[len(x) - 1] = changes_before(p.switches, t)
+        x[len(x) - 1] = count_payload_changes(p.event_limits, t)
     return x
 
 
@@ -79,7 +79,7 @@ def _(p, x):  # a slack link stores nothing
     for k in range(len(p.cable.masses)):
         mass, (vx, vy, vz) = mass_of(p, x, k + 1), node_vector(p, x, k + 1, 1)
         _, _, stretch, _ = link(p, x, k)
-        taut = tautness(p.switches, x, modes + d - 1 + k)
+        taut = tautness(p.event_limits, x, modes + d - 1 + k)
         kinetic += 0.5 * mass * (vx * vx + vy * vy + vz * vz)
         potential += mass * p.gravity * node_vector(p, x, k + 1, 0)[2]
         potential += 0.5 * taut * p.cable.stiffness[k] * stretch * stretch
@@ -111,7 +111,9 @@ def _(p):
         or has_friction(p.bridge)
         or (p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
     )
-    return switching_of(p.switches, forces, elastic_layout(p)[0], either(retake_of(p.trolley), retake_of(p.bridge)))
+    return make_switching(
+        p.event_limits, forces, elastic_layout(p)[0], either(retake_of(p.trolley), retake_of(p.bridge))
+    )
 
 
 @lean_kernel
@@ -128,13 +130,13 @@ def _(p, t, x, tau, work):
     nq, first, d, modes = elastic_layout(p)
     ((nx, ny, _), tension, _), load = link_pull(p, x, 0), base_load(base_kinematics_at(p.base, p.gravity, t), p, x)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + load.x), encode(Guard.FRICTION, 0))
-    best = limits_guard(p.switches, best, 0, x[0])
+    best = limits_guard(p.event_limits, best, 0, x[0])
     if d == 3:
         bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), tension * ny + load.y)
-        best = limits_guard(p.switches, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 1, x[1])
+        best = limits_guard(p.event_limits, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 1, x[1])
     if first == d:
-        best = hoist_guard(p.switches, best, x[first - 1])
-    best = payload_guard(p.switches, best, t, x[len(x) - 1])
+        best = hoist_guard(p.event_limits, best, x[first - 1])
+    best = payload_guard(p.event_limits, best, t, x[len(x) - 1])
     if p.cable.tension_only > 0.0:
         for k in range(len(p.cable.masses)):
             best = smaller_guard(best, link_guard(p, x, k, x[modes + d - 1 + k]), encode(Guard.LINK, k))

@@ -1,8 +1,18 @@
-"""Switching and terminal events of an overhead crane: friction, limits, a slack link, changes of the payload.
+"""Discrete modes and events of an overhead crane: friction, limits, a slack link, changes of the payload.
 
-Modes stand at the end of the state: one for the friction of each axis (0 sticks, else the direction of slipping; or the
-deflection of its bristles, which has a derivative), then one for that of the hoist, where it has some, then the number
-of payload changes up to then.
+A mode is a float at the end of the state that only events change: it says which of several smooth equations hold. The
+modes of a crane with events, in this order (a crane without has none):
+
+| mode | of | value |
+|---|---|---|
+| friction | each axis | 0 while it sticks, else the direction of slipping, ±1; by `lugre` its bristles' deflection |
+| friction | hoist, where it has some | the same |
+| payload | | number of changes of the payload so far |
+
+The deflection of bristles is the one that has a derivative; the others have 0.
+
+A guard is a pair (value, number), see `models.guards`: an event is where the value of one becomes negative. Functions
+`…_guard(limits, best, …)` return the smaller one of the guard `best` and of their own: so a model finds its smallest.
 """
 
 from typing import Any, NamedTuple
@@ -11,11 +21,11 @@ from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_fricti
 from crane_sim.models.stops import describe_length_event
 from crane_sim.models.supports.rails import mode_rate
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
-from crane_sim.system import Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
-class Switches(NamedTuple):
-    """Parameters of switching and terminal guards; infinite where there is no limit."""
+class EventLimits(NamedTuple):
+    """Parameters of the guards of an overhead crane's events; infinite where there is no limit."""
 
     lower: tuple[float, float]  # m, of trolley and bridge
     upper: tuple[float, float]
@@ -27,124 +37,125 @@ class Switches(NamedTuple):
 
 
 @generic
-def switching_of(switches, forces, nq, retake):
-    """Return the result of `system.switching` for a crane with these switches.
+def make_switching(limits, forces, nq, retake):
+    """Return the result of `system.switching` for a crane with these limits of its events.
 
     Args:
-        switches: None for a crane without.
-        forces: whether guards need velocities or forces, links that may not go slack apart.
-        nq: number of coordinates, which stand first in the state and then their rates.
-        retake: of `Switching`.
+        limits: None for a crane without events.
+        forces: whether guards depend on velocities or forces, apart from those of links that must not go slack.
+        nq: number of coordinates, which stand first in the state, followed by their rates.
+        retake: `system.Retake` where a step that an event ends is held to the tolerance, too, since friction changes
+            fast just before the event; None where it is not.
     """
     return None
 
 
-@switching_of.register(Switches)
-def _(switches, forces, nq, retake):
-    return Switching(1000, 0 if forces or switches.taut > 0.0 else nq, retake)
+@make_switching.register(EventLimits)
+def _(limits, forces, nq, retake):
+    return Switching(EVENT_LOG_CAPACITY, 0 if forces or limits.taut > 0.0 else nq, retake)
 
 
 @lean_generic
-def mode_of(switches, x, first, i):
-    """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without."""
+def get_mode(limits, x, first, i):
+    """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without modes."""
     return 0.0
 
 
-@mode_of.register(Switches)
-def _(switches, x, first, i):
+@get_mode.register(EventLimits)
+def _(limits, x, first, i):
     return x[first + i]
 
 
 @lean_generic
-def write_mode_rate(switches, axis, v, x, i, out):
-    """Write the derivative of the mode x[i] of an axis at velocity v into `out`, where the crane has modes."""
+def write_mode_rate(limits, axis, v, x, i, out):
+    """Write the derivative of the mode x[i] of an axis at velocity v into `out`, if the crane has modes."""
 
 
-@write_mode_rate.register(Switches)
-def _(switches, axis, v, x, i, out):
+@write_mode_rate.register(EventLimits)
+def _(limits, axis, v, x, i, out):
     out[i] = mode_rate(axis, v, x[i])
 
 
 @lean_generic
-def mode_count(switches, axes):
-    """Return the number of floats of the modes of a crane with this number of axes."""
+def count_modes(limits, axes):
+    """Return the number of modes of a crane with this number of axes, counting a hoist with friction."""
     return 0
 
 
-@mode_count.register(Switches)
-def _(switches, axes):
+@count_modes.register(EventLimits)
+def _(limits, axes):
     return axes + 1
 
 
 @lean_generic
-def payload_mass(switches, x, last, mass):
-    """Return the payload's mass [kg], `mass` where it never changes; `last` is the index of the state's last float."""
+def get_payload_mass(limits, x, last, mass):
+    """Return the payload's mass [kg] in state x, whose last index is `last`; `mass` for a crane without events."""
     return mass
 
 
-@payload_mass.register(Switches)
-def _(switches, x, last, mass):
-    return switches.masses[int(x[last])]
+@get_payload_mass.register(EventLimits)
+def _(limits, x, last, mass):
+    return limits.masses[int(x[last])]
 
 
 @lean_generic
-def changes_before(switches, t):
-    """Return the number of payload changes before time t."""
+def count_payload_changes(limits, t):
+    """Return the number of changes of the payload before time t [s]."""
     return 0.0
 
 
-@changes_before.register(Switches)
-def _(switches, t):
+@count_payload_changes.register(EventLimits)
+def _(limits, t):
     changes = 0.0
-    for time in switches.times:
+    for time in limits.times:
         if time < t:
             changes += 1.0
     return changes
 
 
 @lean_kernel
-def limits_guard(switches, best, axis, q):
-    """Return the smallest guard, the travel limits of an axis at q counted in."""
-    margin = min(q - switches.lower[axis], switches.upper[axis] - q)
+def limits_guard(limits, best, axis, q):
+    """Return the smaller one of `best` and the guard of the travel limits of an axis at q [m]."""
+    margin = min(q - limits.lower[axis], limits.upper[axis] - q)
     return smaller_guard(best, margin, encode(Guard.TRAVEL, axis))
 
 
 @lean_kernel
-def hoist_guard(switches, best, length):
-    """Return the smallest guard, the limits of the first link's length counted in."""
-    best = smaller_guard(best, length - switches.shortest, encode(Guard.LENGTH, LOWER))
-    return smaller_guard(best, switches.longest - length, encode(Guard.LENGTH, UPPER))
+def hoist_guard(limits, best, length):
+    """Return the smallest one of `best` and the guards of the first link's shortest and longest length [m]."""
+    best = smaller_guard(best, length - limits.shortest, encode(Guard.LENGTH, LOWER))
+    return smaller_guard(best, limits.longest - length, encode(Guard.LENGTH, UPPER))
 
 
 @lean_kernel
-def payload_guard(switches, best, t, changes):
-    """Return the smallest guard, the next change of the payload counted in."""
-    if changes < len(switches.times):
-        return smaller_guard(best, switches.times[int(changes)] - t, encode(Guard.PAYLOAD, 0))
+def payload_guard(limits, best, t, changes):
+    """Return the smaller one of `best` and the guard of the next change of the payload, after `changes` of them."""
+    if changes < len(limits.times):
+        return smaller_guard(best, limits.times[int(changes)] - t, encode(Guard.PAYLOAD, 0))
     return best
 
 
 @lean_kernel
-def slack_guard(switches, best, tensions, n):
-    """Return the smallest guard, the first n tensions, of rigid links, counted in where a slack one ends the run."""
-    if switches.taut > 0.0:
+def slack_guard(limits, best, tensions, n):
+    """Return the smallest one of `best` and the tensions [N] of n rigid links, where a slack one ends the run."""
+    if limits.taut > 0.0:
         for k in range(n):
             best = smaller_guard(best, tensions[k], encode(Guard.LINK, k))
     return best
 
 
-def describe_switch(switches: Switches | None, number: int) -> tuple[str, str]:
+def describe_switch(limits: EventLimits | None, number: int) -> tuple[str, str]:
     """Return texts (meaning of a guard or event, what a user can change)."""
     kind, index, outcome = decode(number)
     if kind == Guard.LINK:
         return (
-            f"link {index + 1} went slack, and a rigid link cannot be",
+            f"link {index + 1} went slack, and a rigid link must be taut",
             "take cable.model: elastic with tension_only, or cable.slack: allow if the links are rods",
         )
     if kind == Guard.PAYLOAD:
         return "the payload changed", ""
     if kind == Guard.LENGTH:
-        shortest = switches.shortest if switches is not None else 0.0
+        shortest = limits.shortest if limits is not None else 0.0
         return describe_length_event("hoisted link", "hoist", index, shortest)
     axis = ("trolley", "bridge", "hoist")[index]
     if kind == Guard.TRAVEL:

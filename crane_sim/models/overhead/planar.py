@@ -40,14 +40,14 @@ from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, add_links_load, to_world_in_place
 from crane_sim.models.overhead.modes import (
-    Switches,
-    changes_before,
+    EventLimits,
+    count_modes,
+    count_payload_changes,
+    get_mode,
+    get_payload_mass,
     hoist_guard,
     limits_guard,
-    mode_count,
-    mode_of,
     payload_guard,
-    payload_mass,
     slack_guard,
     write_mode_rate,
 )
@@ -93,7 +93,7 @@ class PlanarCrane(NamedTuple):
     joints: Joints | None = None
     rods: Rods | None = None
     forces: NodeForces | None = None
-    switches: Switches | None = None
+    event_limits: EventLimits | None = None
     energy_meter: Meter | None = None
     base: Moving | None = None
     wind: Wind | None = None
@@ -141,7 +141,7 @@ def fill_links(p, x, w):
     for k in range(n):
         w[RATE, k] = x[nq + first + k]
     w[LENGTH, 0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
-    w[INV_MASS, n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+    w[INV_MASS, n - 1] = 1.0 / get_payload_mass(p.event_limits, x, len(x) - 1, p.cable.masses[n - 1])
 
 
 @lean_generic
@@ -162,7 +162,7 @@ def forward_dynamics(p, t, x, tau, w):
     use_wide_vectors()
     nq, first, modes = layout_of(p)
     fill_links(p, x, w)
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
     hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau, x, nq + first - 1)
     assemble_rhs(w, bias_acc, p.gravity)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
@@ -205,7 +205,7 @@ def write_derivative(p, t, x, u, out, work):
         out[i] = 0.0
     if modes > 2 * nq:
         out[2 * nq] = chain_power(p, t, x, tau, solved, work)
-    write_mode_rate(p.switches, p.trolley, x[nq], x, modes, out)
+    write_mode_rate(p.event_limits, p.trolley, x[nq], x, modes, out)
 
 
 @lean_kernel
@@ -214,7 +214,7 @@ def chain_power(p, t, x, tau, solved, w):
     nq, first, modes = layout_of(p)
     rate = hoisted_link(p.hoist, p.cable, x, nq)[1]
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull) + hoist_power(p.hoist, tau, rate, w[TENSION, 0])
-    power = add_bristle_power(p.trolley, power, x[nq], mode_of(p.switches, x, modes, 0))
+    power = add_bristle_power(p.trolley, power, x[nq], get_mode(p.event_limits, x, modes, 0))
     power += joint_power(p.joints, x[nq + first : 2 * nq]) + solved.outside_power
     return power + node_forces_power(p.forces, p, t, x, w, rate)
 
@@ -247,11 +247,11 @@ def node_velocities(p, x, w, rate):
 @system.state.register(PlanarCrane)
 def _(p, t, q, v):
     nq, _, modes = layout_of(p)
-    x = np.zeros(modes + mode_count(p.switches, 1 + hoist_modes(p.hoist)))
+    x = np.zeros(modes + count_modes(p.event_limits, 1 + hoist_modes(p.hoist)))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
-        x[modes], x[len(x) - 1] = initial_mode(p.trolley, v[0]), changes_before(p.switches, t)
+        x[modes], x[len(x) - 1] = initial_mode(p.trolley, v[0]), count_payload_changes(p.event_limits, t)
         if hoist_modes(p.hoist):
             x[len(x) - 2] = np.sign(v[1])
     return x
@@ -304,14 +304,14 @@ def _(p, t, x, out):
 def _(p, t, x, tau, w):
     nq, first, modes = layout_of(p)
     sticks = (has_friction(p.trolley) and x[modes] == 0.0) or hoist_sticks(p.hoist, x)
-    forces = p.switches.taut > 0.0 or sticks
+    forces = p.event_limits.taut > 0.0 or sticks
     pull = forward_dynamics(p, t, x, tau, w).pull if forces else 0.0
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
-    best = limits_guard(p.switches, best, 0, x[0])
-    best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
+    best = limits_guard(p.event_limits, best, 0, x[0])
+    best = hoist_guard(p.event_limits, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
     best = hoist_friction_guard(p.hoist, best, x, nq + first - 1, tau, w[TENSION, 0])
-    best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    value, number = slack_guard(p.switches, best, w[TENSION], len(p.cable.masses))
+    best = payload_guard(p.event_limits, best, t, x[len(x) - 1])
+    value, number = slack_guard(p.event_limits, best, w[TENSION], len(p.cable.masses))
     return value, number, int(forces)
 
 

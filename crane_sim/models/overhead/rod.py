@@ -20,13 +20,13 @@ from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.overhead import layout_of, switch
 from crane_sim.models.overhead.modes import (
-    Switches,
-    changes_before,
+    EventLimits,
+    count_payload_changes,
+    get_mode,
+    get_payload_mass,
     hoist_guard,
     limits_guard,
-    mode_of,
     payload_guard,
-    payload_mass,
 )
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import (
@@ -81,7 +81,7 @@ class RodCrane(NamedTuple):
     cable: Line
     hoist: Hoist | None = None
     gravity: float = 9.81  # m/s²
-    switches: Switches | None = None
+    event_limits: EventLimits | None = None
     energy_meter: Meter | None = None
 
 
@@ -118,7 +118,7 @@ def _(hoist, cable, x):
 def mass_moments(p, x, length):
     """Return (M [kg], S [kg m], I [kg m²], M I - S²) of the nodes, about the trolley."""
     cable = p.cable
-    payload = payload_mass(p.switches, x, len(x) - 1, cable.payload)
+    payload = get_payload_mass(p.event_limits, x, len(x) - 1, cable.payload)
     total = cable.mass + payload
     s0 = cable.first + payload * cable.reach
     i0 = cable.second + payload * cable.reach * cable.reach
@@ -164,7 +164,7 @@ def solve_swing(p, t, x, tau):
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = hoisted_rod(p.hoist, p.cable, x)
     total, first, second, gram = mass_moments(p, x, length)
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, mode_of(p.switches, x, modes, 0))
+    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, get_mode(p.event_limits, x, modes, 0))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
     of_hoist = hoist_response(p.hoist, t, tau, x, nq + 1)
@@ -185,13 +185,13 @@ def _(hoist, x, paid):
 
 
 @generic
-def mode_rates(switches, p, x):
+def mode_rates(limits, p, x):
     """Return the derivatives of the modes, zeros but those of bristles."""
     return ()
 
 
-@mode_rates.register(Switches)
-def _(switches, p, x):
+@mode_rates.register(EventLimits)
+def _(limits, p, x):
     nq, _, modes = layout_of(p)
     return (mode_rate(p.trolley, x[nq], x[modes]), *drum_modes(p.hoist, 0.0), 0.0)
 
@@ -219,7 +219,7 @@ def _(p, t, x, u):
     swing = solve_swing(p, t, x, tau)
     rate, paid = length_rates(p.hoist, x, swing.paid)
     power = meter_entry(p.energy_meter, supplied_power(p, x, tau, swing))
-    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.switches, p, x))
+    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.event_limits, p, x))
 
 
 @kernel
@@ -228,7 +228,7 @@ def supplied_power(p, x, tau, swing):
     nq, _, modes = layout_of(p)
     _, rate = hoisted_rod(p.hoist, p.cable, x)
     power = axis_power(p.trolley, tau, 0, x[nq], swing.pull) + hoist_power(p.hoist, tau, rate, swing.tension)
-    return add_bristle_power(p.trolley, power, x[nq], mode_of(p.switches, x, modes, 0))
+    return add_bristle_power(p.trolley, power, x[nq], get_mode(p.event_limits, x, modes, 0))
 
 
 @generic
@@ -243,19 +243,19 @@ def _(hoist, x, i):
 
 
 @generic
-def initial_modes(switches, p, t, v):
+def initial_modes(limits, p, t, v):
     """Return the modes that a crane with joint velocities v starts in at time t."""
     return ()
 
 
-@initial_modes.register(Switches)
-def _(switches, p, t, v):
-    return (initial_mode(p.trolley, v[0]), *drum_modes(p.hoist, v[1]), changes_before(switches, t))
+@initial_modes.register(EventLimits)
+def _(limits, p, t, v):
+    return (initial_mode(p.trolley, v[0]), *drum_modes(p.hoist, v[1]), count_payload_changes(limits, t))
 
 
 @system.state.register(RodCrane)
 def _(p, t, q, v):
-    known = initial_modes(p.switches, p, t, v)
+    known = initial_modes(p.event_limits, p, t, v)
     return (*joint_entries(p.hoist, q, 0), *joint_entries(p.hoist, v, 0), *meter_entry(p.energy_meter, 0.0), *known)
 
 
@@ -335,14 +335,14 @@ def _(p, t, q, v, u):
 def _(p, t, x, u, work):
     nq, _, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
-    taut = p.switches.taut > 0.0
+    taut = p.event_limits.taut > 0.0
     forces = taut or (has_friction(p.trolley) and x[modes] == 0.0) or hoist_sticks(p.hoist, x)
     tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
-    best = limits_guard(p.switches, best, 0, x[0])
-    best = hoist_guard(p.switches, best, hoisted_rod(p.hoist, p.cable, x)[0])
+    best = limits_guard(p.event_limits, best, 0, x[0])
+    best = hoist_guard(p.event_limits, best, hoisted_rod(p.hoist, p.cable, x)[0])
     best = hoist_friction_guard(p.hoist, best, x, nq + 1, tau, tension)
-    best = payload_guard(p.switches, best, t, x[len(x) - 1])
+    best = payload_guard(p.event_limits, best, t, x[len(x) - 1])
     value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if taut else best
     return value, number, int(forces)
 

@@ -10,7 +10,7 @@ from crane_sim.models.guards import TAUT, Guard, decode, friction_event
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.double import DoubleCrane
 from crane_sim.models.overhead.elastic import ElasticCrane, dimensions
-from crane_sim.models.overhead.modes import describe_switch, switching_of
+from crane_sim.models.overhead.modes import describe_switch, make_switching
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
@@ -149,7 +149,7 @@ def _(p):
 @system.switching.register(PlanarCrane)
 def _(p):
     rubs, retake = has_friction(p.trolley) or has_friction(p.hoist), either(retake_of(p.trolley), retake_of(p.hoist))
-    return switching_of(p.switches, rubs, layout_of(p)[0], retake)
+    return make_switching(p.event_limits, rubs, layout_of(p)[0], retake)
 
 
 @system.guard.register(PlanarCrane)
@@ -191,7 +191,7 @@ def _(p, t, x, tau, number):
 @system.describe_event.register(PlanarCrane)
 @system.describe_event.register(SpatialCrane)
 def _(p, number):
-    return describe_switch(p.switches, number)
+    return describe_switch(p.event_limits, number)
 
 
 @system.describe_event.register(ElasticCrane)
@@ -199,7 +199,7 @@ def _(p, number):
     kind, link, outcome = decode(number)
     if kind == Guard.LINK:
         return f"link {link + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
-    return describe_switch(p.switches, number)
+    return describe_switch(p.event_limits, number)
 
 
 @system.with_meter.register(RodCrane)
@@ -221,5 +221,5 @@ def works_between_samples(p: Any) -> bool:
     parts = [getattr(p, name, None) for name in ("trolley", "bridge", "hoist")]
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
-    others = ("joints", "forces", "switches", "base", "wind")
+    others = ("joints", "forces", "event_limits", "base", "wind")
     return imposed or rubs or any(getattr(p, name, None) is not None for name in others)

@@ -25,16 +25,16 @@ from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard
 from crane_sim.models.overhead.base_load import Moving, add_nodes_load, axes_load, to_world_in_place
 from crane_sim.models.overhead.modes import (
-    Switches,
-    changes_before,
+    EventLimits,
+    count_modes,
+    count_payload_changes,
+    get_mode,
+    get_payload_mass,
     hoist_guard,
     limits_guard,
-    mode_count,
-    mode_of,
+    make_switching,
     payload_guard,
-    payload_mass,
     slack_guard,
-    switching_of,
     write_mode_rate,
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
@@ -78,7 +78,7 @@ class SpatialCrane(NamedTuple):
     hoist: Hoist | None = None
     gravity: float = 9.81  # m/s²
     forces: NodeForces | None = None
-    switches: Switches | None = None
+    event_limits: EventLimits | None = None
     energy_meter: Meter | None = None
     base: Moving | None = None
     wind: Wind | None = None
@@ -165,7 +165,7 @@ def fill_links(p, x, links):
         links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
         links.squared_rates[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
     links.lengths[0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
-    links.inv_masses[n - 1] = 1.0 / payload_mass(p.switches, x, len(x) - 1, p.cable.masses[n - 1])
+    links.inv_masses[n - 1] = 1.0 / get_payload_mass(p.event_limits, x, len(x) - 1, p.cable.masses[n - 1])
 
 
 @lean_routine
@@ -178,9 +178,9 @@ def forward_dynamics(p, t, x, tau, work):
     for k in range(1, len(acc)):
         acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
     add_forces(p.forces, t, links.inv_masses, acc)
-    inv_mass_x, bias_x = axis_response(p.trolley, t, tau, 0, x[nq], mode_of(p.switches, x, modes, 0))
+    inv_mass_x, bias_x = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
     inv_mass_y, bias_y = axis_response(
-        p.bridge, t, tau, input_count(p.trolley), x[nq + 1], mode_of(p.switches, x, modes, 1)
+        p.bridge, t, tau, input_count(p.trolley), x[nq + 1], get_mode(p.event_limits, x, modes, 1)
     )
     base = base_kinematics_at(p.base, p.gravity, t)
     load = axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
@@ -219,8 +219,8 @@ def write_derivative(p, t, x, u, out, work):
         out[i] = 0.0
     if modes > 2 * nq:
         out[2 * nq] = chain_power(p, t, x, tau, solved, work)
-    write_mode_rate(p.switches, p.trolley, x[nq], x, modes, out)
-    write_mode_rate(p.switches, p.bridge, x[nq + 1], x, modes + 1, out)
+    write_mode_rate(p.event_limits, p.trolley, x[nq], x, modes, out)
+    write_mode_rate(p.event_limits, p.bridge, x[nq + 1], x, modes + 1, out)
 
 
 @lean_kernel
@@ -231,8 +231,8 @@ def chain_power(p, t, x, tau, solved, work):
     power = axis_power(p.trolley, tau, 0, x[nq], solved.pull[0])
     power += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], solved.pull[1])
     power += hoist_power(p.hoist, tau, rate, work.tension[0])
-    power = add_bristle_power(p.trolley, power, x[nq], mode_of(p.switches, x, modes, 0))
-    power = add_bristle_power(p.bridge, power, x[nq + 1], mode_of(p.switches, x, modes, 1))
+    power = add_bristle_power(p.trolley, power, x[nq], get_mode(p.event_limits, x, modes, 0))
+    power = add_bristle_power(p.bridge, power, x[nq + 1], get_mode(p.event_limits, x, modes, 1))
     return power + solved.outside_power + node_forces_power(p.forces, p, t, x, work.links, rate)
 
 
@@ -251,12 +251,12 @@ def _(forces, p, t, x, links, rate):
 @system.state.register(SpatialCrane)
 def _(p, t, q, v):
     nq, _, modes = layout_of(p)
-    x = np.zeros(modes + mode_count(p.switches, 2 + hoist_modes(p.hoist)))
+    x = np.zeros(modes + count_modes(p.event_limits, 2 + hoist_modes(p.hoist)))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
         x[modes], x[modes + 1] = initial_mode(p.trolley, v[0]), initial_mode(p.bridge, v[1])
-        x[len(x) - 1] = changes_before(p.switches, t)
+        x[len(x) - 1] = count_payload_changes(p.event_limits, t)
         if hoist_modes(p.hoist):
             x[len(x) - 2] = np.sign(v[2])
     return x
@@ -313,23 +313,23 @@ def write_positions(p, x, out):
 def _(p):
     rubs = has_friction(p.trolley) or has_friction(p.bridge) or has_friction(p.hoist)
     retake = either(either(retake_of(p.trolley), retake_of(p.bridge)), retake_of(p.hoist))
-    return switching_of(p.switches, rubs, layout_of(p)[0], retake)
+    return make_switching(p.event_limits, rubs, layout_of(p)[0], retake)
 
 
 @smallest_guard.register(SpatialCrane)
 def _(p, t, x, tau, work):
     nq, first, modes = layout_of(p)
     sticks = (has_friction(p.trolley) and x[modes] == 0.0) or (has_friction(p.bridge) and x[modes + 1] == 0.0)
-    forces = sticks or hoist_sticks(p.hoist, x) or p.switches.taut > 0.0
+    forces = sticks or hoist_sticks(p.hoist, x) or p.event_limits.taut > 0.0
     pull = forward_dynamics(p, t, x, tau, work).pull if forces else (0.0, 0.0)
     best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull[0]), encode(Guard.FRICTION, 0))
     bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), pull[1])
-    best = limits_guard(p.switches, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 0, x[0])
-    best = limits_guard(p.switches, best, 1, x[1])
-    best = hoist_guard(p.switches, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
+    best = limits_guard(p.event_limits, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 0, x[0])
+    best = limits_guard(p.event_limits, best, 1, x[1])
+    best = hoist_guard(p.event_limits, best, hoisted_link(p.hoist, p.cable, x, nq)[0])
     best = hoist_friction_guard(p.hoist, best, x, nq + first - 1, tau, work.tension[0])
-    best = payload_guard(p.switches, best, t, x[len(x) - 1])
-    value, number = slack_guard(p.switches, best, work.tension, len(work.tension))
+    best = payload_guard(p.event_limits, best, t, x[len(x) - 1])
+    value, number = slack_guard(p.event_limits, best, work.tension, len(work.tension))
     return value, number, int(forces)
 
 

@@ -108,11 +108,11 @@ def _(friction, x):
 
 @lean_generic
 def friction_guards(friction, best, x, rate, loads):
-    """Return the smallest guard, those of the joints' friction counted in.
+    """Return the smallest one of `best` and of the guards of the joints' friction.
 
     Args:
         friction: its parameters, None without one.
-        best: the smallest guard of all others.
+        best: the smallest of the other guards.
         x: state.
         rate: of the rope [m/s].
         loads: result of `loads_of`, anything where no joint sticks.

@@ -13,11 +13,11 @@ from crane_sim.models.single_rope.joint_friction import (
     stop_joint,
     with_contact,
 )
-from crane_sim.models.stops import Stops, describe_stop, length_guard, switching_of
+from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports import forward_kinematics, support_guard
 from crane_sim.models.supports.friction import either, retake_of
 from crane_sim.numerics.jit import lean_generic, lean_routine
-from crane_sim.system import Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 POSITIONS = 6  # of support and payload
 NO_LOADS = (0.0, 0.0, 0.0, 0.0)
@@ -31,13 +31,13 @@ def _(p):
 @lean_generic
 def friction_switching(friction, stops):
     """Return the result of `system.switching` for a crane with this friction of its joints."""
-    return switching_of(stops, POSITIONS)
+    return make_switching(stops, POSITIONS)
 
 
 @friction_switching.register(Contacts)
 def _(friction, stops):
     turning = either(either(retake_of(friction.slew), retake_of(friction.boom)), retake_of(friction.jib))
-    return Switching(1000, 0, either(turning, retake_of(friction.rope)))
+    return Switching(EVENT_LOG_CAPACITY, 0, either(turning, retake_of(friction.rope)))
 
 
 @system.guard.register(Crane)

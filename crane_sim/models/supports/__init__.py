@@ -172,7 +172,7 @@ def trailing_count(support):
 
 @lean_generic
 def support_guard(support, best, xs):
-    """Return the smallest guard of `crane_sim.models.guards`, the travel limits of the support counted in."""
+    """Return the smallest one of `best`, see `crane_sim.models.guards`, and of the support's travel limits."""
     return best
 
 

@@ -73,7 +73,7 @@ from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.swaying_tower import SwayingTower, with_held_joints
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry, replace_field
-from crane_sim.system import Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
 class ActuatedSupport(NamedTuple):
@@ -378,7 +378,7 @@ def _(support, pose, gravity, tau, force):
 
 @generic
 def held_guard(support, best, pose, gravity, tau, force):
-    """Return the smallest guard, those of joints that friction holds counted in, see `support_acceleration`."""
+    """Return the smallest one of `best` and of the guards of joints that friction holds, see `support_acceleration`."""
     return best
 
 
@@ -413,7 +413,7 @@ def with_contact_switching(contacts, switching):
 
 @with_contact_switching.register(JointContacts)
 def _(contacts, switching):
-    return Switching(1000, 0, either(retake_of(contacts), retake_within(switching)))
+    return Switching(EVENT_LOG_CAPACITY, 0, either(retake_of(contacts), retake_within(switching)))
 
 
 @generic

@@ -46,7 +46,7 @@ from crane_sim.models.supports import (
 )
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, routine
 from crane_sim.numerics.states import replace_entry
-from crane_sim.system import Retake, Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, Retake, Switching
 
 IN_PLAY, RELAXES = 0, 3  # outcomes of an event, beside FORWARDS and BACKWARDS
 
@@ -292,7 +292,7 @@ def with_support_switching(support, switching):
 
 @with_support_switching.register(GearedSupport)
 def _(support, switching):
-    return Switching(1000, 0, Retake())
+    return Switching(EVENT_LOG_CAPACITY, 0, Retake())
 
 
 @generic

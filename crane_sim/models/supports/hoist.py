@@ -152,7 +152,7 @@ def _(friction, x):
 
 @lean_generic
 def hoist_friction_guard(hoist, best, x, i, tau, tension):
-    """Return the smallest guard, that of the hoist's friction counted in, at the tension [N] of the first link."""
+    """Return the smaller one of `best` and the guard of the hoist's friction at the tension [N] of the first link."""
     return best
 
 

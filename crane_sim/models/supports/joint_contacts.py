@@ -136,14 +136,14 @@ def _(contacts, floats, k):
 
 @lean_generic
 def contact_guards(contacts, best, rates, loads, floats, held, k):
-    """Return the smallest guard, those of joints that slip (held False) or stick counted in.
+    """Return the smallest one of `best` and of the guards of joints that slip (held False) or stick (held True).
 
     Args:
         contacts: the list.
-        best: the smallest guard of all others.
+        best: the smallest of the other guards.
         rates, loads: of the joints (n,), what would accelerate those that stick.
         floats: of the state, the list's from k on.
-        held: which joints to count in.
+        held: whether the guards are those of joints that stick.
         k: see there.
     """
     return best

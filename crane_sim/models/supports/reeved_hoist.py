@@ -168,7 +168,7 @@ def slip_excess(hoist, tau, pull, length, gravity):
 
 @lean_generic
 def winch_guard(hoist, best, tau, mode, motion, pull):
-    """Return the smallest guard, that of the winch's stick and slip counted in; motion: (length, rate, gravity)."""
+    """Return the smaller one of `best` and the guard of the winch's stick and slip; motion: (length, rate, gravity)."""
     return best
 
 

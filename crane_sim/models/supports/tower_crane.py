@@ -147,7 +147,7 @@ def _(support, best, xs):
 
 @generic
 def slew_guard(slew, best, angle):
-    """Return the smallest guard, the limits of the slew angle counted in."""
+    """Return the smaller one of `best` and the guard of the limits of the slew angle."""
     return travel_guard(slew.limits, best, angle, encode(Guard.TRAVEL, 0))
 
 

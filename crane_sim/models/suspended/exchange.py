@@ -19,7 +19,7 @@ from crane_sim.models.suspended.load_dynamics import ChangedBody, add, multiply,
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_field
-from crane_sim.system import Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 Vector = tuple[float, float, float]
 INERTIA, INVERSE, ATTACHMENT, CENTRE = 0, 9, 18, 21
@@ -143,7 +143,7 @@ def _(exchange, load, x, mode, state):
 
 @lean_generic
 def exchange_guard(exchange, best, t, x, mode):
-    """Return the smallest guard, the next exchange counted in."""
+    """Return the smaller one of `best` and the guard of the next exchange of the load."""
     return best
 
 
@@ -161,7 +161,9 @@ def with_exchange_switching(exchange, switching):
 
 @with_exchange_switching.register(Exchange)
 def _(exchange, switching):
-    return Switching(1000, 0, None)  # no retake: a step to an exchange at the start of a period would have no size
+    return Switching(
+        EVENT_LOG_CAPACITY, 0, None
+    )  # no retake: a step to an exchange at the start of a period would have no size
 
 
 @lean_generic

@@ -353,7 +353,7 @@ def suspended_guard(p, t, x, u, work):
 
 @lean_generic
 def twist_guard(torsion, best, p, x, links):
-    """Return the smallest guard, that of the rope's twist counted in; links: to fill."""
+    """Return the smaller one of `best` and the guard of the rope's twist; `links` is filled."""
     return best
 
 
@@ -402,5 +402,8 @@ def _(p, number):
         what = "a fall of the reeving" if link >= len(p.cable.masses) else what
         return f"{what} went slack", "change what moves rope or base, or take elastic `falls`, which can go slack"
     if kind == Guard.LINK and link > 0:
-        return f"link {link + 1} went slack, and a rigid link cannot be", "take rope.slack: allow if the links are rods"
+        return (
+            f"link {link + 1} went slack, and a rigid link must be taut",
+            "take rope.slack: allow if the links are rods",
+        )
     return describe_stop(p.support, p.stops or Stops(), number)

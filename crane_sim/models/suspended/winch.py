@@ -2,7 +2,7 @@
 
 from crane_sim import system
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
-from crane_sim.models.stops import WINCH, switching_of
+from crane_sim.models.stops import WINCH, make_switching
 from crane_sim.models.supports import coordinate_count
 from crane_sim.models.supports.friction import retake_of
 from crane_sim.models.supports.hoist import RateHoist, hoist_modes
@@ -17,18 +17,18 @@ from crane_sim.models.supports.reeving import Reeving, dead_end_of, follow_rope,
 from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
 from crane_sim.models.suspended.crane import SuspendedCrane, first_length, solve_dynamics, suspended_layout
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, routine
-from crane_sim.system import Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
 @generic
 def winch_switching(hoist, stops):
     """Return the result of `system.switching` for a crane with this hoist."""
-    return switching_of(stops, 0)
+    return make_switching(stops, 0)
 
 
 @winch_switching.register(ReevedHoist)
 def _(hoist, stops):
-    return Switching(1000, 0, retake_of(hoist))
+    return Switching(EVENT_LOG_CAPACITY, 0, retake_of(hoist))
 
 
 @lean_kernel
@@ -39,7 +39,7 @@ def winch_sticks(p, x):
 
 @lean_kernel
 def suspended_winch_guard(p, best, x, tau, tension):
-    """Return the smallest guard, that of the winch's stick and slip counted in, at the tensions [N] of the links."""
+    """Return the smaller one of `best` and the guard of the winch's stick and slip at the tensions [N] of the links."""
     nq, _, end = suspended_layout(p)
     motion = (*first_length(p.hoist, p, x, nq), p.gravity)
     return winch_guard(p.hoist, best, tau, winch_mode(p.hoist, x, end), motion, tension[0])
@@ -59,11 +59,11 @@ def after_winch_guard(p, t, x, tau):
 
 @lean_generic
 def fall_guard(hoist, best, p, x, motion, tension):
-    """Return the smallest guard, the smallest tension of falls and lead line counted in where the hoist has some.
+    """Return the smaller one of `best` and the smallest tension of falls and lead line, if the hoist has some.
 
     Args:
         hoist: of the crane.
-        best: the smallest guard of all others.
+        best: the smallest of the other guards.
         p, x: crane and state.
         motion: (length [m], its rate [m/s], its acceleration [m/s²]).
         tension: of the links (N,) [N].

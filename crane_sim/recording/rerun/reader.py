@@ -13,12 +13,12 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
-from crane_sim.recording.run import Frames, RecordedRun, UnreadableRecording, crane_of
+from crane_sim.recording.run import AnimationFrames, RecordedRun, UnreadableRecording, crane_of
 from crane_sim.recording.states import Changes
 
 SCALARS = "Scalars:scalars"
 _SUMMARY, _RUN, _EVENTS = "__properties/summary", "__properties/run", "log/events"
-_READ = ("plots/", "frames/", "states/", "log/")  # beginnings of what a run is made of
+_RUN_PREFIXES = ("plots/", "frames/", "states/", "log/")  # of the names of a run's entities
 Batches = dict[str, list[pa.RecordBatch]]  # rows by entity
 
 
@@ -102,13 +102,13 @@ def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
     return arrays | {"t": states.time, "kinetic": kinetic, "potential": potential, "lyapunov": lyapunov}
 
 
-def _frames(batches: Batches) -> Frames:
+def _frames(batches: Batches) -> AnimationFrames:
     nodes, target, falls = (_curves(batches, f"frames/{name}") for name in ("nodes", "target", "falls"))
     if nodes is None:
-        return Frames(np.empty(0), np.empty((0, 0, 3)), None, None)
+        return AnimationFrames(np.empty(0), np.empty((0, 0, 3)), None, None)
     count = len(nodes.time)
     ends = None if falls is None else falls.values.reshape(count, -1, 2, 3)
-    return Frames(nodes.time, nodes.values.reshape(count, -1, 3), target and target.values, ends)
+    return AnimationFrames(nodes.time, nodes.values.reshape(count, -1, 3), target and target.values, ends)
 
 
 def _events(batches: Batches) -> list[tuple[float, str]]:
@@ -122,8 +122,8 @@ def _events(batches: Batches) -> list[tuple[float, str]]:
 
 
 def _state_changes(batches: Batches) -> dict[str, Changes]:
-    """Return the changes of state of all tracks, by name."""
-    tracks: dict[str, Changes] = {}
+    """Return the timelines of states, by name."""
+    timelines: dict[str, Changes] = {}
     for entity in sorted(name for name in batches if name.startswith("states/")):
         rows = [
             (step, float(time) / 1e9, state[0])
@@ -133,8 +133,8 @@ def _state_changes(batches: Batches) -> dict[str, Changes]:
                 batch["step"].to_pylist(), _nanoseconds(batch), batch["StateChange:state"].to_pylist(), strict=True
             )
         ]
-        tracks[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, state in sorted(rows)]
-    return tracks
+        timelines[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, state in sorted(rows)]
+    return timelines
 
 
 def _properties(batches: Batches, entity: str) -> dict[str, Any]:
@@ -145,12 +145,12 @@ def _properties(batches: Batches, entity: str) -> dict[str, Any]:
     return values
 
 
-def _batches(path: Path, kinds: tuple[str, ...] = _READ) -> Batches:
-    """Return the rows of entities whose names begin with one of `kinds`, by entity, and the file's properties."""
+def _batches(path: Path, prefixes: tuple[str, ...] = _RUN_PREFIXES) -> Batches:
+    """Return the rows of entities whose names begin with one of the prefixes, by entity, and the file's properties."""
     batches: Batches = defaultdict(list)
     for chunk in _open_recording(path).stream():
         entity = chunk.entity_path.removeprefix("/")
-        wanted = entity in (_RUN, _SUMMARY) or entity.startswith(kinds)
+        wanted = entity in (_RUN, _SUMMARY) or entity.startswith(prefixes)
         if wanted and (not chunk.is_static or entity in (_RUN, _SUMMARY)):
             batches[entity].append(chunk.to_record_batch())
     return batches

@@ -109,14 +109,15 @@ class Recorder:
     def simulation_state(self, name: str) -> None:
         """Take the state of the simulation: playing, paused, ..."""
         if name != self._simulation_state and not self.write_error:
-            self._session.state(SIMULATION, "stopped", self.last_step + self._assembler.waiting + 1, name)
+            self._session.add_timeline_state(SIMULATION, "stopped", self.last_step + self._assembler.waiting + 1, name)
         self._simulation_state = name
 
-    def track_state(self, track: str, calm: str, stamp: int, name: str) -> None:
-        """Take a state, from a stamp [ns] on, of a track that begins with `calm`."""
+    def add_timeline_state(self, timeline: str, normal: str, stamp: int, state: str) -> None:
+        """Add that a timeline, which begins in the state `normal`, has another one from a stamp [ns] on."""
         if not self.write_error:
             newest = self.last_step + self._assembler.waiting + 1
-            self._session.state(track, calm, min(max(1, stamp // self._scene.period_ns), newest), name)
+            step = min(max(1, stamp // self._scene.period_ns), newest)
+            self._session.add_timeline_state(timeline, normal, step, state)
 
     @property
     def recorded(self) -> int:

@@ -71,9 +71,9 @@ class Session:
         """Add how fast the run was lately: simulated seconds per second."""
         self._writer.pace(step, real_time_factor)
 
-    def state(self, track: str, calm: str, step: int, name: str) -> None:
-        """Add that a track of states, which begins with `calm`, has another one from the start of a step on."""
-        self._writer.state(track, calm, step, name)
+    def add_timeline_state(self, timeline: str, normal: str, step: int, state: str) -> None:
+        """Add that a timeline, which begins in the state `normal`, has another one from the start of a step on."""
+        self._writer.add_timeline_state(timeline, normal, step, state)
 
     def close(self, summary: Mapping[str, Any], lost: int) -> dict[str, Any]:
         """Finish the file with the run's summary; return what the recorder adds to it.

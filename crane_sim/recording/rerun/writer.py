@@ -19,8 +19,8 @@ from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times, times_at
-from crane_sim.recording.state_tracks import StateTracks
-from crane_sim.recording.states import COLORS, OTHER, states_of_events, states_of_faults
+from crane_sim.recording.state_timelines import StateTimelines
+from crane_sim.recording.states import COLORS, OTHER_COLOR, make_event_timelines, make_fault_timelines
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -52,7 +52,7 @@ class RunWriter:
         self._layout, self._channels = layout, channels(layout)
         self._strides = {channel.stride for channel in self._channels}
         self._spans: dict[str, Span] = {}
-        self._tracks, self._named = StateTracks(layout, layout.rules), dict[str, set[str]]()
+        self._timelines, self._named = StateTimelines(layout, layout.timeline_inputs), dict[str, set[str]]()
         self._lock = _claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
@@ -81,8 +81,8 @@ class RunWriter:
             widths = [values.size // len(block.step)] * len(those)
             self._rec.send_columns(channel.entity, time[channel.stride], columns.partition(widths))
             self._widen_span(channel.entity, values[np.isfinite(values)])
-        for track, steps, states in self._tracks.changes(block):
-            self._log_states(track, times(self._layout, steps), states)
+        for timeline, steps, states in self._timelines.find_changes(block):
+            self._log_states(timeline, times(self._layout, steps), states)
         self._stage.draw(block)
         self._check()
 
@@ -100,16 +100,16 @@ class RunWriter:
         """Add the simulated seconds per second before the start of a step."""
         self._log(step, "plots/rtf", rr.Scalars(real_time_factor))
 
-    def state(self, track: str, calm: str, step: int, name: str) -> None:
-        """Add that a track, which begins in the state `calm`, has a state from the start of a step on."""
-        for _, steps, states in self._tracks.change(track, calm, step, name):
-            self._log_states(track, times(self._layout, steps), states)
+    def add_timeline_state(self, timeline: str, normal: str, step: int, state: str) -> None:
+        """Add that a timeline, which begins in the state `normal`, has another one from the start of a step on."""
+        for _, steps, states in self._timelines.find_change(timeline, normal, step, state):
+            self._log_states(timeline, times(self._layout, steps), states)
 
     def events(self, events: Sequence[tuple[float, str]]) -> None:
         """Add all that happened, (s, what), and the states that it led to."""
         for t, what in events:
             self.event(t, what)
-        self._log_timeline(states_of_events(events))
+        self._log_timelines(make_event_timelines(events))
 
     def close(self, summary: Mapping[str, Any]) -> Path:
         """Write the summary, finish the file and give it its final name.
@@ -117,7 +117,7 @@ class RunWriter:
         Raises:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
-        self._log_timeline(states_of_faults(summary))
+        self._log_timelines(make_fault_timelines(summary))
         framing = self._stage.fit_to_motion() or self._layout.framing
         self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
         text = summary_table(self._layout.name, summary)
@@ -141,17 +141,17 @@ class RunWriter:
         speed = rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6)
         self._rec.log("plots/rtf", speed, static=True)
 
-    def _log_timeline(self, tracks: Mapping[str, Changes]) -> None:
-        for track, changes in tracks.items():
+    def _log_timelines(self, timelines: Mapping[str, Changes]) -> None:
+        for timeline, changes in timelines.items():
             instants = np.array([round(1e9 * t) for t, _ in changes])
-            self._log_states(track, times_at(self._layout, instants), [state for _, state in changes])
+            self._log_states(timeline, times_at(self._layout, instants), [state for _, state in changes])
 
-    def _log_states(self, track: str, time: list[rr.TimeColumn], states: list[str]) -> None:
-        """Log the states of a track from some instants on, and how new ones look."""
-        entity, named = f"states/{track.replace(' ', '_')}", self._named.setdefault(track, set())
+    def _log_states(self, timeline: str, time: list[rr.TimeColumn], states: list[str]) -> None:
+        """Log the states of a timeline from some instants on, and the colours of states that are new to it."""
+        entity, named = f"states/{timeline.replace(' ', '_')}", self._named.setdefault(timeline, set())
         if not named.issuperset(states):
             named.update(states)
-            shown = [int(f"{COLORS.get(state, OTHER)[1:]}ff", 16) for state in sorted(named)]
+            shown = [int(f"{COLORS.get(state, OTHER_COLOR)[1:]}ff", 16) for state in sorted(named)]
             colors = np.array(shown, np.uint32)  # a list of three would be one colour
             self._rec.log(entity, rr.StateConfiguration(values=sorted(named), colors=colors), static=True)
         self._rec.send_columns(entity, time, rr.StateChange.columns(state=states))

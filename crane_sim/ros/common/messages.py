@@ -23,13 +23,13 @@ class SimulationState(IntEnum):
     QUITTING = 3
 
 
-STREAM = QoSProfile(depth=10)  # reliable, volatile
-DEEP_STREAM = QoSProfile(depth=10_000)  # for publishers: a recorder that lags for seconds loses nothing
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-SENSOR = qos_profile_sensor_data
+STREAM_QOS = QoSProfile(depth=10)  # of topics with a message each step: reliable, volatile
+DEEP_STREAM_QOS = QoSProfile(depth=10_000)  # for publishers: a recorder that lags for seconds loses nothing
+LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+CLOCK_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+SENSOR_QOS = qos_profile_sensor_data
 
-SECOND = 1_000_000_000  # ns
+NS_PER_S = 1_000_000_000
 LIVELINESS_LEASE = 2.0
 """Liveliness lease of the middleware [s], after which a dead peer is removed, as in the profile in `config/`."""
 
@@ -51,12 +51,12 @@ def decode_simulation_state(data: bytes) -> int | None:
 
 def nanoseconds(stamp: Time) -> int:
     """Return a stamp as an integer number of nanoseconds."""
-    return stamp.sec * SECOND + stamp.nanosec
+    return stamp.sec * NS_PER_S + stamp.nanosec
 
 
 def set_stamp(stamp: Time, ns: int) -> None:
     """Write `ns` nanoseconds into a stamp."""
-    stamp.sec, stamp.nanosec = divmod(ns, SECOND)
+    stamp.sec, stamp.nanosec = divmod(ns, NS_PER_S)
 
 
 def state_message(names: Sequence[str]) -> JointState:

@@ -42,29 +42,29 @@ class Pipes:
     def __init__(self, control_fd: int, report_fd: int) -> None:
         """Take over both ends."""
         self.attached = control_fd >= 0
-        self._control, self._report = control_fd, report_fd
-        self._rest = b""
+        self._control_fd, self._report_fd = control_fd, report_fd
+        self._incomplete_line = b""
 
     def report(self, event: str, **fields: Any) -> None:
         """Send one event; a supervisor that has exited is detected by `read_requests`."""
-        if self._report < 0:
+        if self._report_fd < 0:
             return
         line = memoryview((json.dumps({"event": event, **fields}) + "\n").encode())
         try:
             while line:
-                line = line[os.write(self._report, line) :]
+                line = line[os.write(self._report_fd, line) :]
         except BrokenPipeError:
-            self._report = -1
+            self._report_fd = -1
 
     def read_requests(self) -> list[str]:
         """Return the lines that have arrived since the last call; "orphaned" where the other end is closed."""
-        if self._control < 0 or not select.select([self._control], [], [], 0)[0]:
+        if self._control_fd < 0 or not select.select([self._control_fd], [], [], 0)[0]:
             return []
-        data = os.read(self._control, 65536)
+        data = os.read(self._control_fd, 65536)
         if not data:
-            self._control = -1
+            self._control_fd = -1
             return ["orphaned"]
-        *lines, self._rest = (self._rest + data).split(b"\n")
+        *lines, self._incomplete_line = (self._incomplete_line + data).split(b"\n")
         return [line.decode() for line in lines]
 
 
@@ -164,8 +164,8 @@ def main(
     """Run one node as a process of its own and return its exit code.
 
     The code is 0 after a complete run, 1 after a `Fault`, 2 for bad input (a ValueError); both errors go as one line
-    to the supervisor, or to the log where there is none. Any other error counts as a fault of this process alone: the
-    line goes to the supervisor, the traceback to the log.
+    to the supervisor (event "fault": a restart would fail, too), or to the log where there is none. Of any other error
+    the last line goes to the supervisor (event "exception": a standby may succeed), the traceback to the log.
 
     Args:
         name: of the node.
@@ -189,9 +189,9 @@ def main(
             node.get_logger().fatal(str(error))
         host.pipes.report("fault", why=str(error))
         return 1 if isinstance(error, Fault) else 2
-    except Exception as error:  # unforeseen: the run's last line is to name it, too
+    except Exception as error:  # unforeseen: the supervisor names it where it reports the exit
         node.get_logger().fatal(traceback.format_exc())
-        host.pipes.report("failed", why=traceback.format_exception_only(error)[-1].splitlines()[0])
+        host.pipes.report("exception", why=traceback.format_exception_only(error)[-1].splitlines()[0])
         return 1
     finally:
         host.close()

@@ -69,7 +69,7 @@ def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNames
         options: by name.
 
     Raises:
-        ValueError: a parameter is unknown, or its value is not possible; one line.
+        ValueError: a parameter is unknown, or its value is invalid; the message is one line.
     """
     overrides, known = read_overrides(node), COMMON | dict(options)
     if unknown := sorted(overrides.keys() - known.keys()):
@@ -94,7 +94,7 @@ def check_value(name: str, value: Any, option: Option) -> Any:
     """Return the value of a parameter in the type of its default.
 
     Raises:
-        ValueError: it has another type, or is out of range; one line.
+        ValueError: it has another type, or is out of range; the message is one line.
     """
     kind = type(option.default)
     if kind is tuple:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from operator import itemgetter
 from typing import NamedTuple
 
-from crane_sim.ros.common.messages import SECOND
+from crane_sim.ros.common.messages import NS_PER_S
 
 _BYTE_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}  # plain CDR, the only encapsulation that ROS 2 sends
 
@@ -57,10 +57,10 @@ class CdrReader:
         """Return a sequence of strings."""
         return [self.string() for _ in range(self._count(4))]
 
-    def _count(self, least: int) -> int:
-        """Return the length of a sequence whose elements have at least `size` bytes each."""
+    def _count(self, min_size: int) -> int:
+        """Return the length of a sequence whose elements have at least `min_size` bytes each."""
         (number,) = self.integers("I")
-        if number * least > len(self._data) - self._offset:
+        if number * min_size > len(self._data) - self._offset:
             raise ValueError(f"a message of {len(self._data)} bytes that has {number} elements at byte {self._offset}")
         return number
 
@@ -93,7 +93,7 @@ class Frame(NamedTuple):
     effort: tuple[float, ...]
 
 
-class JointWire:
+class JointStateCodec:
     """Encoder and decoder of joint states of fixed names and fields."""
 
     def __init__(self, names: Sequence[str], fields: Sequence[str]) -> None:
@@ -123,7 +123,7 @@ class JointWire:
         remaining = iter(vectors)
         for present in self._present:
             numbers += (self._n, *next(remaining)) if present else (0,)
-        return self._struct.pack(head, *divmod(stamp, SECOND), *rest, *numbers)
+        return self._struct.pack(head, *divmod(stamp, NS_PER_S), *rest, *numbers)
 
     def decode(self, data: bytes) -> Frame:
         """Return the content of a message of any layout; raises ValueError for bytes that are none."""
@@ -134,7 +134,7 @@ class JointWire:
         if self._constants_of(values) != self._constants:
             return _decode_any(data)
         position, velocity, effort = self._spans
-        return Frame(values[1] * SECOND + values[2], self._names, values[position], values[velocity], values[effort])
+        return Frame(values[1] * NS_PER_S + values[2], self._names, values[position], values[velocity], values[effort])
 
 
 class _Layout:
@@ -171,7 +171,7 @@ def _decode_any(data: bytes) -> Frame:
     seconds, rest = reader.integers("iI")
     reader.string()  # frame_id
     names = reader.strings()
-    return Frame(seconds * SECOND + rest, names, reader.doubles(), reader.doubles(), reader.doubles())
+    return Frame(seconds * NS_PER_S + rest, names, reader.doubles(), reader.doubles(), reader.doubles())
 
 
 def decode_array(data: bytes) -> tuple[float, ...]:

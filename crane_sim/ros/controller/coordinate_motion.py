@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from crane_sim.description import urdf
-from crane_sim.description.frame_motion import motions_aboard
+from crane_sim.description.frame_motion import frame_motions_in_base
 from crane_sim.description.transforms import PAYLOAD, TransformTree
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.states import State
@@ -23,22 +23,22 @@ def coordinate_names(trajectory: Trajectory, scene: Scene) -> tuple[str, ...]:
     return COORDINATES[: to_piecewise_polynomial(trajectory).coefficients.shape[1]]
 
 
-def motion_sensor(trajectory: Trajectory, scene: Scene) -> Callable[[State], Array]:
-    """Return a function of a measured state: positions and velocities (2, n) of a trajectory's coordinates."""
+def make_motion_reader(trajectory: Trajectory, scene: Scene) -> Callable[[State], Array]:
+    """Return a function from a measured state to the positions and velocities (2, n) of a trajectory's coordinates."""
     n = len(coordinate_names(trajectory, scene))
     if trajectory.of_joints:
         return lambda state: np.array([state.q[:n], state.v[:n]])
     tree = TransformTree(urdf(scene), scene.joint_names)
 
     def measure(state: State) -> Array:
-        payload = motions_aboard(tree, state.q, state.v)[PAYLOAD]
+        payload = frame_motions_in_base(tree, state.q, state.v)[PAYLOAD]
         return np.array([payload.position[:n], payload.velocity[:n]])
 
     return measure
 
 
-class ErrorRate:
-    """The rate at which an error of velocities changes: the error of the mean acceleration over a period."""
+class VelocityErrorDifferentiator:
+    """Differentiates an error of velocities: that is the error of the mean acceleration over a period."""
 
     def __init__(self) -> None:
         """Begin without an error."""
@@ -49,4 +49,4 @@ class ErrorRate:
         last, self._last = self._last, (state.stamp, error)
         if last is None or state.stamp == last[0]:
             return np.zeros_like(error)
-        return (error - last[1]) / ((state.stamp - last[0]) / messages.SECOND)
+        return (error - last[1]) / ((state.stamp - last[0]) / messages.NS_PER_S)

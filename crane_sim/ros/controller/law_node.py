@@ -56,7 +56,7 @@ class LawNode:
         self._trajectories = TrajectoryInput(node, scene, self._law)
         self._answers = node.create_publisher(output.kind, output.name, output.qos)
         self._states = node.create_subscription(
-            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM, raw=True
+            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS, raw=True
         )
 
     def activate(self, active: bool) -> None:

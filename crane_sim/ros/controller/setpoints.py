@@ -40,7 +40,9 @@ class Setpoints:
         self._waiting: State | None = None
         self._now = 0  # ns, of the newest state
         self._received = self._late = self._held = self._longest = 0
-        self._subscription = node.create_subscription(JointTrajectory, "tip_demand", self._on_message, messages.STREAM)
+        self._subscription = node.create_subscription(
+            JointTrajectory, "tip_demand", self._on_message, messages.STREAM_QOS
+        )
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when it is matched."""
@@ -66,7 +68,7 @@ class Setpoints:
 
     def warning(self, half: SlowHalf) -> str:
         """Return one line where setpoints fail to come, empty while they do."""
-        holding_time = self._held / messages.SECOND
+        holding_time = self._held / messages.NS_PER_S
         return (
             f"no setpoint for {holding_time:.3g} s: the last one holds"
             if holding_time > _WARNING_INTERVALS * half.interval
@@ -75,7 +77,7 @@ class Setpoints:
 
     def figures(self) -> dict[str, Any]:
         """Return the entries of a run's summary: numbers of setpoints and of late ones, the longest hold [s]."""
-        return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.SECOND}
+        return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.NS_PER_S}
 
     def _on_message(self, message: JointTrajectory) -> None:
         values = self._read(message)

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from crane_sim.laws import Law, evaluate_law
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import STATE, Frame, JointWire
+from crane_sim.ros.common.serialization import STATE, Frame, JointStateCodec
 from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.scenes.scene import Scene
 
@@ -32,12 +32,12 @@ class StateReader:
         """Expect the joints of a scene; `node` logs messages that do not fit."""
         self._node, self._scene = node, scene
         self._names = list(scene.joint_names)
-        self._wire = JointWire(scene.joint_names, STATE)
+        self._codec = JointStateCodec(scene.joint_names, STATE)
 
     def read(self, data: bytes) -> State | None:
         """Return a decoded state, None where joints are missing or it is no such message."""
         try:
-            frame = self._wire.decode(data)
+            frame = self._codec.decode(data)
         except ValueError as error:
             self._node.get_logger().warning(f"joint state that cannot be read: {error}", throttle_duration_sec=1.0)
             return None
@@ -61,7 +61,7 @@ class ExecutionTime:
 
     def __init__(self, node: Node) -> None:
         """Create the publisher of diagnostics."""
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM_QOS)
         self._source = f"{node.get_namespace().strip('/')}/{node.get_name()}"
         self._durations, self._last_published, self._stamp = DurationHistogram(), 0.0, 0
 

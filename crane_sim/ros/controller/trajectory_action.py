@@ -18,7 +18,7 @@ from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.controller.coordinate_motion import ErrorRate, coordinate_names, motion_sensor
+from crane_sim.ros.controller.coordinate_motion import VelocityErrorDifferentiator, coordinate_names, make_motion_reader
 from crane_sim.ros.controller.deferred_server import DeferredServer
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, read_goal
@@ -69,10 +69,10 @@ class TrajectoryAction:
         self._followed: _Followed | None = None
         self._server: DeferredServer | None = None
         self._action: Any = None
-        self._rate = ErrorRate()
+        self._rate = VelocityErrorDifferentiator()
         path = trajectory_of_law(law)
         if path is not None:
-            self._names, self._measure = coordinate_names(path, scene), motion_sensor(path, scene)
+            self._names, self._measure = coordinate_names(path, scene), make_motion_reader(path, scene)
             self._find_action()
 
     def activate(self, active: bool) -> None:
@@ -161,7 +161,7 @@ class TrajectoryAction:
             return law
         if self._followed:
             self._preempt(self._followed.handle)
-        self._rate = ErrorRate()
+        self._rate = VelocityErrorDifferentiator()
         self._stops, self._followed = False, _Followed(handle, goal, new, to_piecewise_polynomial(new), state.stamp)
         return with_trajectory(law, new)
 
@@ -190,7 +190,7 @@ class TrajectoryAction:
     def _publish_feedback(self, followed: _Followed, state: State, desired: Array, actual: Array) -> None:
         feedback = self._action.Feedback(joint_names=list(self._names))
         messages.set_stamp(feedback.header.stamp, state.stamp)
-        elapsed = round((state.t - followed.goal.waypoints.start) * messages.SECOND)
+        elapsed = round((state.t - followed.goal.waypoints.start) * messages.NS_PER_S)
         for point, rows in ((feedback.desired, desired), (feedback.actual, actual), (feedback.error, desired - actual)):
             _fill_point(point, rows, max(elapsed, 0))
         followed.handle.publish_feedback(feedback)
@@ -219,4 +219,4 @@ class TrajectoryAction:
 def _fill_point(point: JointTrajectoryPoint, rows: Array, elapsed: int) -> None:
     """Fill a point from positions and velocities (2, nu), at a time [ns] from the start."""
     point.positions, point.velocities = rows[0].tolist(), rows[1].tolist()
-    point.time_from_start.sec, point.time_from_start.nanosec = divmod(elapsed, messages.SECOND)
+    point.time_from_start.sec, point.time_from_start.nanosec = divmod(elapsed, messages.NS_PER_S)

@@ -33,7 +33,7 @@ class GoalCode(IntEnum):
 
 
 class GoalError(ValueError):
-    """A goal that cannot be followed; one line, and its code."""
+    """A goal that cannot be followed: a message of one line, and the code of the action's result."""
 
     def __init__(self, code: GoalCode, line: str) -> None:
         """Give the reason."""
@@ -89,7 +89,7 @@ def waypoints_of(message: JointTrajectory, now: float, period: float, period_ns:
             "positions": tuple(point.positions),
             "velocities": tuple(point.velocities),
             "accelerations": tuple(point.accelerations),
-            "time_from_start": point.time_from_start.sec + point.time_from_start.nanosec / messages.SECOND,
+            "time_from_start": point.time_from_start.sec + point.time_from_start.nanosec / messages.NS_PER_S,
         }
         for point in message.points
     ]
@@ -113,12 +113,12 @@ def read_goal(request: Any, names: Sequence[str], now: float, period: float, per
         waypoints = waypoints_of(trajectory, now, period, period_ns)
     except ValidationError as error:
         raise GoalError(GoalCode.INVALID_GOAL, one_line(error, Waypoints)) from None
-    if complaint := waypoints.describe_mismatch() or waypoints.describe_end_velocity():
-        raise GoalError(GoalCode.INVALID_GOAL, complaint)
+    if error := waypoints.describe_mismatch() or waypoints.describe_end_velocity():
+        raise GoalError(GoalCode.INVALID_GOAL, error)
     immediate, leeway = not messages.nanoseconds(trajectory.header.stamp), request.goal_time_tolerance
     on_the_way = _tolerances("path_tolerance", request.path_tolerance, names)
     at_the_end = _tolerances("goal_tolerance", request.goal_tolerance, names)
-    seconds = leeway.sec + leeway.nanosec / messages.SECOND
+    seconds = leeway.sec + leeway.nanosec / messages.NS_PER_S
     goal = Goal(waypoints, immediate, on_the_way, at_the_end, seconds if seconds > 0.0 else inf)
     if not goal.end > now:
         line = f"the last point is {now - goal.end:g} s ago"

@@ -43,7 +43,7 @@ class TrajectoryInput:
         start = tuple(evaluate(to_piecewise_polynomial(trajectory), trajectory.starts[:1])[0].tolist())
         waypoints = Waypoints(self._names, (Point(start, 1.0),))
         join_trajectory(waypoints, trajectory, self._names, 0.0)  # imports slow packages
-        node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM)
+        node.create_subscription(JointTrajectory, "joint_trajectory", self._on_message, messages.STREAM_QOS)
 
     def ignore(self, reference: JointTrajectory) -> None:
         """Ignore messages with this reference from now on: the controller's own."""

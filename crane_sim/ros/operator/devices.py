@@ -53,7 +53,7 @@ class JoyDevice:
         """Subscribe to sensor_msgs/Joy."""
         self.name, self._desk, self._assignment = topic, desk, assignment
         self._sample = Sample((), ())
-        node.create_subscription(Joy, topic, self._on_message, messages.SENSOR, raw=True)
+        node.create_subscription(Joy, topic, self._on_message, messages.SENSOR_QOS, raw=True)
 
     def demand(self, now: float, tail: float) -> Demand:
         """See `Device`; the desk counts the time since the last message."""

@@ -6,7 +6,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.command_wire import CommandWire
+from crane_sim.ros.common.command_codec import CommandCodec
 
 ACCEPTED = "accepted_command"
 
@@ -14,11 +14,11 @@ ACCEPTED = "accepted_command"
 class AcceptedCommands:
     """Publisher for recorders, where the stamp of a command does not say which state it answers."""
 
-    def __init__(self, node: Node, wire: CommandWire) -> None:
-        """Create the publisher; `wire` encodes commands (nu,)."""
-        self._publisher, self._wire = node.create_publisher(JointState, ACCEPTED, messages.STREAM), wire
+    def __init__(self, node: Node, codec: CommandCodec) -> None:
+        """Create the publisher; `codec` encodes commands (nu,)."""
+        self._publisher, self._codec = node.create_publisher(JointState, ACCEPTED, messages.STREAM_QOS), codec
 
     def publish(self, stamp: int, effort: Sequence[float]) -> None:
         """Publish an effort (nu,) that answers the state of a stamp [ns], if there are subscribers."""
         if self._publisher.get_subscription_count():
-            self._publisher.publish(self._wire.encode(stamp, effort))
+            self._publisher.publish(self._codec.encode(stamp, effort))

@@ -15,7 +15,7 @@ class BaseOdometry:
 
     def __init__(self, node: Node, prefix: str) -> None:
         """Create the publisher; frames but `world` begin with the prefix."""
-        self._publisher = node.create_publisher(Odometry, "base/odometry", messages.STREAM)
+        self._publisher = node.create_publisher(Odometry, "base/odometry", messages.STREAM_QOS)
         self._subscribers = SubscriberCount(self._publisher)
         self._message = Odometry(child_frame_id=prefix + BASE)
         self._message.header.frame_id = WORLD

@@ -86,7 +86,7 @@ class CommandArbiter:
         self._lease_duration, self._lease_expiry_suspended = lease, lease_expiry_suspended
         self._subscriptions: dict[str, Subscription] = {
             name: host.node.create_subscription(
-                topic.kind, name, partial(self._on_message, topic.on_message), messages.STREAM, raw=True
+                topic.kind, name, partial(self._on_message, topic.on_message), messages.STREAM_QOS, raw=True
             )
             for name, topic in topics.items()
         }

@@ -56,7 +56,7 @@ class Entities:
         """Return the names that match an expression and are of one of the categories; empty ones exclude nothing.
 
         Raises:
-            ValueError: it is no expression; one line.
+            ValueError: it is no expression; the message is one line.
         """
         chosen = [name for name in self.names if not categories or self.category(name) in categories]
         if not expression:

@@ -7,7 +7,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.command_wire import CommandWire
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.scenes.scene import Scene
 
 HELD = "held_command"
@@ -23,10 +23,10 @@ class HeldCommands:
     def __init__(self, node: Node, scene: Scene, every_period: bool) -> None:
         """Create the publisher, of every period or of braked ones."""
         self._every_period = every_period
-        self._publisher = node.create_publisher(JointState, HELD, messages.DEEP_STREAM)
-        self._wire, self._braked = CommandWire(scene), (nan,) * len(scene.actuated)
+        self._publisher = node.create_publisher(JointState, HELD, messages.DEEP_STREAM_QOS)
+        self._codec, self._braked = CommandCodec(scene), (nan,) * len(scene.actuated)
 
     def publish(self, stamp: int, command: Sequence[float], braking: bool) -> None:
         """Publish the command (nu,) of the period that begins at a stamp [ns], if there are subscribers."""
         if (braking or self._every_period) and self._publisher.get_subscription_count():
-            self._publisher.publish(self._wire.encode(stamp, self._braked if braking else command))
+            self._publisher.publish(self._codec.encode(stamp, self._braked if braking else command))

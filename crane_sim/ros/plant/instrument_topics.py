@@ -64,7 +64,7 @@ def imu_topic(node: Node, prefix: str, imu: Imu) -> InstrumentTopic:
             set_quaternion(message.orientation, quaternion_of(sample.rotation))
         return message
 
-    return InstrumentTopic(node.create_publisher(ImuMessage, "base/imu", messages.STREAM), imu.sampling, measure)
+    return InstrumentTopic(node.create_publisher(ImuMessage, "base/imu", messages.STREAM_QOS), imu.sampling, measure)
 
 
 def camera_topic(node: Node, prefix: str, camera: Camera) -> InstrumentTopic:
@@ -76,7 +76,7 @@ def camera_topic(node: Node, prefix: str, camera: Camera) -> InstrumentTopic:
         set_vector(message.pose.position, measure_payload(plant.scene, camera, plant.k, plant.payload))
         return message
 
-    publisher = node.create_publisher(PoseStamped, "camera/payload_pose", messages.STREAM)
+    publisher = node.create_publisher(PoseStamped, "camera/payload_pose", messages.STREAM_QOS)
     return InstrumentTopic(publisher, camera.sampling, measure)
 
 

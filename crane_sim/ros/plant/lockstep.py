@@ -17,8 +17,8 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_stamps import CommandStamps, clock_lag, lockstep_range
-from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.acknowledgement import AcknowledgementMonitor
@@ -47,7 +47,7 @@ class Lockstep:
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
         """Subscribe to `joint_commands`."""
         self._host, self._simulation, self._settings = host, simulation, settings
-        self._wire = CommandWire(simulation.scene)
+        self._codec = CommandCodec(simulation.scene)
         self._should_stop = partial(should_stop, host)
         self._peers = ClockPeers(host.node, settings.beside)
         self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
@@ -60,7 +60,7 @@ class Lockstep:
         self._ahead = 0  # ns, by which the clock is ahead of its usual time
         self._ahead_before = 0  # ns, the same when the state was new
         by_state = settings.command_stamps == CommandStamps.STATE
-        self._accepted = None if by_state else AcceptedCommands(host.node, self._wire)
+        self._accepted = None if by_state else AcceptedCommands(host.node, self._codec)
         self._acknowledgements = AcknowledgementMonitor(lease)
 
     def commanding_nodes(self) -> set[str]:
@@ -132,8 +132,8 @@ class Lockstep:
         validator = simulation.validator
         ahead = self._ahead_before, self._ahead
         possible = lockstep_range(self._settings.command_stamps, simulation.stamp, simulation.scene.period_ns, ahead)
-        command = validator.decode(self._wire.decode, data)
-        effort = command and validator.validate(command.stamp, command.names, self._wire.values(command), possible)
+        command = validator.decode(self._codec.decode, data)
+        effort = command and validator.validate(command.stamp, command.names, self._codec.values(command), possible)
         if effort is None:
             return False
         if self._accepted:

@@ -20,7 +20,7 @@ class NameFilter:
         """Compile it.
 
         Raises:
-            ValueError: it is none, or too costly; one line.
+            ValueError: it is none, or too costly; the message is one line.
         """
         if len(expression) > _LONGEST or _COSTLY.search(expression):
             raise ValueError(f"filter: intervals, references back and more than {_LONGEST} characters are not possible")

@@ -28,7 +28,7 @@ class ClockPeers:
         self._stamps = dict.fromkeys(names, 0)  # ns
         self._subscriptions: dict[str, Subscription] = {
             name: node.create_subscription(
-                JointState, f"/{name}/joint_states", partial(self._on_state, name), messages.DEEP_STREAM, raw=True
+                JointState, f"/{name}/joint_states", partial(self._on_state, name), messages.DEEP_STREAM_QOS, raw=True
             )
             for name in names
         }

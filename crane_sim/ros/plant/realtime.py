@@ -8,8 +8,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_stamps import CommandStamps, realtime_range
-from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.serialization import decode_array
 from crane_sim.ros.common.timing import StepTiming
@@ -45,13 +45,13 @@ class Realtime:
         self._timed_out, self._command_timeouts = False, 0
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
-        self._wire = CommandWire(simulation.scene)
+        self._codec = CommandCodec(simulation.scene)
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
-        if self._wire.kind:
-            topics[f"{self._wire.kind}_controller/commands"] = CommandTopic(Float64MultiArray, self._on_array)
+        if self._codec.kind:
+            topics[f"{self._codec.kind}_controller/commands"] = CommandTopic(Float64MultiArray, self._on_array)
         sampled, lease = simulation.scene.sampled, settings.command_lease
         self._commands = CommandArbiter(host, simulation, topics, lease, lambda: simulation.paused) if sampled else None
-        self._accepted = AcceptedCommands(host.node, self._wire) if sampled else None
+        self._accepted = AcceptedCommands(host.node, self._codec) if sampled else None
 
     def commanding_nodes(self) -> set[str]:
         """See `StepScheduler`."""
@@ -179,14 +179,14 @@ class Realtime:
     def _on_command(self, data: bytes) -> bool:
         simulation = self._simulation
         validator, self.commands_have_come = simulation.validator, True
-        command = validator.decode(self._wire.decode, data) if simulation.stamp and simulation.running else None
+        command = validator.decode(self._codec.decode, data) if simulation.stamp and simulation.running else None
         if command is None:
             return False
         policy, now = self._settings.command_stamps, simulation.stamp
-        real = self._watchdog.timeout * messages.SECOND
+        real = self._watchdog.timeout * messages.NS_PER_S
         timeouts = round(real * self._settings.rate), round(real)
         possible = realtime_range(policy, command.stamp, now, time.time_ns(), timeouts)
-        effort = validator.validate(command.stamp, command.names, self._wire.values(command), possible)
+        effort = validator.validate(command.stamp, command.names, self._codec.values(command), possible)
         return self._hold(command.stamp if policy == CommandStamps.STATE else now, effort)
 
     def _on_array(self, data: bytes) -> bool:

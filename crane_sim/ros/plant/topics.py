@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import EFFORT, STATE, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.ros.plant.sender_subscription import full_name, publishers
 from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
@@ -33,18 +33,18 @@ class PlantTopics:
         self, node: Node, joints: Sequence[str], actuated: Sequence[str], clock: bool = True, sensed: bool = False
     ) -> None:
         """Create every publisher of the node `plant`; that of /clock only with `clock`, true states with `sensed`."""
-        self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM)
-        self._truth = node.create_publisher(JointState, "true_states", messages.DEEP_STREAM) if sensed else None
-        self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM)
-        self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK) if clock else None
-        self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR)
-        self._description = node.create_publisher(String, "robot_description", messages.LATCHED)
-        self._simulation_state = node.create_publisher(UInt8, "simulation_state", messages.LATCHED)
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM)
+        self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM_QOS)
+        self._truth = node.create_publisher(JointState, "true_states", messages.DEEP_STREAM_QOS) if sensed else None
+        self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM_QOS)
+        self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK_QOS) if clock else None
+        self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR_QOS)
+        self._description = node.create_publisher(String, "robot_description", messages.LATCHED_QOS)
+        self._simulation_state = node.create_publisher(UInt8, "simulation_state", messages.LATCHED_QOS)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM_QOS)
         self._node, self._source = node, f"{node.get_namespace().strip('/')}/plant"
-        self._state_wire = JointWire(joints, STATE)
+        self._state_codec = JointStateCodec(joints, STATE)
         self._applied_indices = [actuated.index(joint) if joint in actuated else -1 for joint in joints]
-        self._effort_wire = JointWire(actuated, EFFORT)
+        self._effort_codec = JointStateCodec(actuated, EFFORT)
         self._clock_message, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
         self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = self.truth_subscribed = False
@@ -70,11 +70,11 @@ class PlantTopics:
 
     def publish_effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Publish the effort applied from `stamp` on, after limits and faults."""
-        self._efforts.publish(self._effort_wire.encode(stamp, effort))
+        self._efforts.publish(self._effort_codec.encode(stamp, effort))
 
     def _encode_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> bytes:
         padded = (*applied, 0.0)
-        return self._state_wire.encode(stamp, q, v, [padded[i] for i in self._applied_indices])
+        return self._state_codec.encode(stamp, q, v, [padded[i] for i in self._applied_indices])
 
     def publish_clock(self, stamp: int) -> None:
         """Publish the simulation's time."""

@@ -10,10 +10,10 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.recording.states import COMMANDS, CONTROLLER, STOP
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
-from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.messages import SimulationState
-from crane_sim.ros.common.serialization import EFFORT, STATE, Frame, JointWire
+from crane_sim.ros.common.serialization import EFFORT, STATE, Frame, JointStateCodec
 
 if TYPE_CHECKING:
     from crane_sim.recording.rerun.recorder import Recorder
@@ -40,8 +40,8 @@ class MessageDecoder:
         """Create a decoder for the joints of a scene, whose plant has the name `source` in diagnostics."""
         self._source, self._refused, self._diagnosed = source, 0, 0  # refusals up to a stamp [ns]
         self._recorder, self._scene, self._quitting, self._holds = recorder, scene, False, False
-        self._state_wire = JointWire(scene.joint_names, STATE)
-        self._effort_wire, self._command_wire = JointWire(scene.actuated, EFFORT), CommandWire(scene)
+        self._state_codec = JointStateCodec(scene.joint_names, STATE)
+        self._effort_codec, self._command_codec = JointStateCodec(scene.actuated, EFFORT), CommandCodec(scene)
         self._validator = CommandValidator(
             scene.actuated, largest_efforts(scene), scene.joint_names
         )  # as the plant's own
@@ -61,19 +61,19 @@ class MessageDecoder:
         }
 
     def _on_state(self, data: bytes) -> None:
-        state = _decode(self._state_wire, data)
+        state = _decode(self._state_codec, data)
         if state is not None:
             self._recorder.state(state.stamp, state.position, state.velocity)
 
     def _on_true_state(self, data: bytes) -> None:
-        state = _decode(self._state_wire, data)
+        state = _decode(self._state_codec, data)
         if state is not None:
             self._recorder.true_state(state.stamp, state.position, state.velocity)
 
     def _on_effort(self, data: bytes) -> None:
         if self._quitting:
             return  # the zero effort after the last step belongs to no step
-        applied = _decode(self._effort_wire, data)
+        applied = _decode(self._effort_codec, data)
         if applied is not None:
             self._recorder.effort(applied.stamp, applied.effort)
 
@@ -96,10 +96,10 @@ class MessageDecoder:
 
     def _read_command(self, data: bytes) -> tuple[int, tuple[float, ...] | None]:
         """Return (stamp [ns], the command (nu,) in a message, or None where it is none)."""
-        frame = _decode(self._command_wire, data)
+        frame = _decode(self._command_codec, data)
         if frame is None:
             return 0, None
-        return frame.stamp, self._validator.match_joints(frame.names, self._command_wire.values(frame))
+        return frame.stamp, self._validator.match_joints(frame.names, self._command_codec.values(frame))
 
     def _on_reference(self, data: bytes) -> None:
         try:
@@ -132,14 +132,12 @@ class MessageDecoder:
                 self._take_diagnosis(stamp, values)
 
     def _take_diagnosis(self, stamp: int, values: Mapping[str, str]) -> None:
-        recorder = self._recorder
-        recorder.track_state(CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
-        recorder.track_state(STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
+        add = self._recorder.add_timeline_state
+        add(CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
+        add(STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
         counts = [count for key, count in values.items() if key.startswith("refused: ")]
         refused = sum(int(count) for count in counts if count.isdecimal())
-        recorder.track_state(
-            COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted"
-        )
+        add(COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted")
         self._refused, self._diagnosed = refused, stamp
 
     def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
@@ -155,9 +153,9 @@ def source_of(node: Node) -> str:
     return f"{node.get_namespace().strip('/')}/plant"
 
 
-def _decode(wire: JointWire | CommandWire, data: bytes) -> Frame | None:
+def _decode(codec: JointStateCodec | CommandCodec, data: bytes) -> Frame | None:
     """Return a decoded message, None for data of another type: a topic may carry anything."""
     try:
-        return wire.decode(data)
+        return codec.decode(data)
     except ValueError:
         return None

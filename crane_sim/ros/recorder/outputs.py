@@ -50,7 +50,7 @@ class ResumeState(NamedTuple):
 
     after: int = 0  # the last step that the failed one is known to have written
     recorded: int = 0  # steps that it, and those before it, have written
-    bagged: int = 0  # the last step whose messages are known to be in their bags
+    last_bag_step: int = 0  # the last step whose messages are known to be in their bags
     resets: int = 0  # resets of the plant that they have recorded
     since: float = 0.0  # s of the system's clock: older files are another run's
     number: int = 1  # of the part that begins here
@@ -74,7 +74,7 @@ class Outputs:
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
         receivers = [bag, self.recorder and MessageDecoder(scene, self.recorder, source_of(node))]
         self.callbacks: list[dict[str, Callable[[bytes], None]]] = [each.callbacks() for each in receivers if each]
-        steps = [step for step, output in ((resume.bagged, bag), (resume.after, self.recorder)) if output]
+        steps = [step for step, output in ((resume.last_bag_step, bag), (resume.after, self.recorder)) if output]
         self.resume_after = [step * scene.period_ns for step in steps]
 
     def report_resets(self, report: Callable[[], object]) -> None:
@@ -83,10 +83,10 @@ class Outputs:
             self.recorder.on_reset = report
 
     def progress(self) -> dict[str, int]:
-        """Return the last step on the disk, the number of steps, the last step with all messages, and resets."""
+        """Return the last step on the disk, the number of steps, the last step in the bag, and the number of resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
-        resets = max(output.resets for output in self.files)
-        return {"step": step, "recorded": recorded, "bagged": self._bag.last_step if self._bag else 0, "resets": resets}
+        last_bag_step, resets = self._bag.last_step if self._bag else 0, max(output.resets for output in self.files)
+        return {"step": step, "recorded": recorded, "last_bag_step": last_bag_step, "resets": resets}
 
     def save(self) -> None:
         """Write all that is buffered: no more messages are coming."""
@@ -118,7 +118,7 @@ def _open_bag(node: Node, scene: "Scene", settings: SimpleNamespace, resume: Res
 
     try:
         path, properties = part_of(settings.mcap, resume.number), text_properties(of_scene(scene, ""))
-        return Bag(path, topics(node), scene.period_ns, resume.bagged, resume.resets, properties)
+        return Bag(path, topics(node), scene.period_ns, resume.last_bag_step, resume.resets, properties)
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error
 

@@ -80,9 +80,9 @@ class TaggedUnion:
         for unknown in (k for k in rest if k not in known):
             raise ValueError(unknown_key(str(unknown), (key, *known)))
         group = _read_group(choices[name], {known[k]: v for k, v in rest.items()})
-        complaint = group.complaint() if hasattr(group, "complaint") else ""
-        if complaint:
-            raise ValueError(complaint)
+        error = group.find_error() if hasattr(group, "find_error") else ""
+        if error:
+            raise ValueError(error)
         return group
 
 

@@ -133,7 +133,7 @@ class BrakeGroup(Group):
     damping: NonNegative = 0.7  # -, ratio of that spring
 
 
-def _times_complaint(begin: float | None, end: float | None) -> str:
+def _find_times_error(begin: float | None, end: float | None) -> str:
     if end is None or (begin is not None and begin < end):
         return ""
     return f"until = {end:g}: must be after at = {begin:g}" if begin is not None else f"until = {end:g}: needs an at"
@@ -147,9 +147,9 @@ class SensorStuck(NamedTuple):
     # `plant.set_fault`
     until: NonNegative | None = None  # s, when it ends; left out: never
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return an error of the times, or an empty line."""
-        return _times_complaint(self.at, self.until)
+        return _find_times_error(self.at, self.until)
 
 
 class SensorLoss(SensorStuck):
@@ -168,9 +168,9 @@ class EffortLoss(NamedTuple):
     at: NonNegative | None = None  # s, when it begins; left out: by service
     until: NonNegative | None = None  # s, when it ends; left out: never
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return an error of the times, or an empty line."""
-        return _times_complaint(self.at, self.until)
+        return _find_times_error(self.at, self.until)
 
 
 class PayloadChange(NamedTuple):
@@ -180,9 +180,9 @@ class PayloadChange(NamedTuple):
     at: NonNegative | None = None  # s, when it begins; left out: by service
     until: NonNegative | None = None  # s, when it ends; left out: never
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return an error of the times, or an empty line."""
-        return _times_complaint(self.at, self.until)
+        return _find_times_error(self.at, self.until)
 
 
 FAULTS: dict[str, Any] = {

@@ -8,7 +8,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
 from crane_sim.models.overhead.elastic import ElasticCrane, Springs
-from crane_sim.models.overhead.modes import Switches
+from crane_sim.models.overhead.modes import EventLimits
 from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import Line, RodCrane
@@ -64,7 +64,7 @@ def crane_of(file: OverheadCrane) -> Any:
         raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes nor wind")
     if (straight or links == 1) and plain and rests:
         return _rod_crane(file)
-    if links == 2 and plain and rests and switches_of(file) is None:
+    if links == 2 and plain and rests and make_event_limits(file) is None:
         return _double_crane(file)
     return _planar_crane(file)
 
@@ -85,7 +85,7 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
     rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
     cable = Chain(np.array(file.parts.masses), lengths)
     trolley = trolley_of(file)
-    return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), switches_of(file))
+    return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), make_event_limits(file))
 
 
 def _rod_crane(file: OverheadCrane) -> RodCrane:
@@ -96,7 +96,7 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
     nodes, payload = np.array([masses, distances]), as_float(masses[-1])
     cable = Line(as_float(lengths[0]), mass, first, second, payload, as_float(distances[-1]), nodes)
     trolley = trolley_of(file)
-    return RodCrane(trolley, cable, hoist_of(file), file.gravity, switches_of(file))
+    return RodCrane(trolley, cable, hoist_of(file), file.gravity, make_event_limits(file))
 
 
 def _double_crane(file: OverheadCrane) -> DoubleCrane:
@@ -111,20 +111,20 @@ def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
     return SpatialCrane(
-        trolley_of(file), bridge_of(file), cable, hoist_of(file), file.gravity, forces_of(file), switches_of(file)
+        trolley_of(file), bridge_of(file), cable, hoist_of(file), file.gravity, forces_of(file), make_event_limits(file)
     )
 
 
 def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
     hoist, trolley = hoist_of(file), trolley_of(file)
     bridge = bridge_of(file) if file.dimensions == 3 else None
-    springs, forces, switches = springs_of(file, hoist), forces_of(file), switches_of(file)
-    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and switches is None
+    springs, forces, limits = springs_of(file, hoist), forces_of(file), make_event_limits(file)
+    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and limits is None
     plain = not (file.base_motion or file.is_windy)
     if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
         return SpringCrane(trolley, Spring(*(as_float(part[0]) for part in cable)), file.gravity)
-    return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, switches)
+    return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, limits)
 
 
 def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
@@ -279,7 +279,7 @@ def forces_of(file: OverheadCrane) -> NodeForces | None:
     return forces
 
 
-def switches_of(file: OverheadCrane) -> Switches | None:
+def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     """Return the conditions that switch the model or end the run, None without any."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
@@ -292,7 +292,7 @@ def switches_of(file: OverheadCrane) -> Switches | None:
         return None
     ends = [limits or (-np.inf, np.inf) for limits in axes]
     events = sorted(file.events, key=lambda event: event.at)
-    return Switches(
+    return EventLimits(
         lower=(ends[0][0], ends[1][0]),
         upper=(ends[0][1], ends[1][1]),
         shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH,
@@ -354,7 +354,7 @@ def check_straight(file: OverheadCrane) -> None:
 
 def method_requirements_of(file: OverheadCrane, sampled: bool) -> MethodRequirements:
     """Return the scene's requirements on its integration method."""
-    smooth = not sampled and switches_of(file) is None
+    smooth = not sampled and make_event_limits(file) is None
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
     swing_angle = as_float(file.duration * np.sqrt(file.gravity / sum(file.parts.lengths)))

@@ -27,7 +27,7 @@ class SheaveEfficiency(NamedTuple):
         """Return the tension on the side that the rope goes to over the other one."""
         return 1.0 / self.efficiency
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return an error of the values, or an empty line."""
         return "" if self.efficiency <= 1.0 else f"efficiency = {self.efficiency:g}: must be at most 1"
 
@@ -43,7 +43,7 @@ class SheaveBearing(NamedTuple):
         share = self.friction * self.pin_radius / radius
         return (1.0 + share) / (1.0 - share) if share < 1.0 else inf
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return an error of the values, or an empty line."""
         return ""
 
@@ -58,7 +58,7 @@ class RopeSlip(NamedTuple):
         """Return the tension on the side that the rope goes to over the other one."""
         return exp(min(self.friction * self.wrap, 100.0))
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return an error of the values, or an empty line."""
         return "" if self.wrap >= 0.0 else f"wrap = {self.wrap:g}: must not be negative"
 

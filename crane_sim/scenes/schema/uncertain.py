@@ -45,7 +45,7 @@ class Uniform(NamedTuple):
     high: Value  # parameter's unit, greatest value
     relative: bool = False  # whether the numbers are factors of the file's own value
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
         return complain_of_order(self.low, self.high)
 
@@ -62,7 +62,7 @@ class Triangular(NamedTuple):
     mode: Value | None = None  # parameter's unit, most likely value; left out: the file's own
     relative: bool = False  # whether the numbers are factors of the file's own value
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
         outside = self.mode is not None and not self.low <= self.mode <= self.high
         what = f"mode = {self.mode:g} must be within low .. high" if outside else ""
@@ -88,7 +88,7 @@ class Normal(NamedTuple):
     high: Value = inf  # parameter's unit, upper limit
     relative: bool = False  # whether the numbers are factors of the file's own value
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
         return complain_of_order(self.low, self.high)
 
@@ -107,7 +107,7 @@ class LogNormal(NamedTuple):
     high: Positive = inf  # parameter's unit, upper limit
     relative: bool = False  # whether the numbers are factors of the file's own value
 
-    def complaint(self) -> str:
+    def find_error(self) -> str:
         """Return what contradicts, in one line; empty where nothing does."""
         return complain_of_order(self.low, self.high)
 

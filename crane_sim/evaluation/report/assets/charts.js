@@ -143,7 +143,7 @@ class Chart {
   }
 }
 
-// Bands of states over time, one row a track; a click on a band goes to its beginning.
+// Bands of states over time, one row a timeline; a click on a band goes to its beginning.
 class StateChart {
   constructor(parent, rows, seek) {
     Object.assign(this, { rows, seek, pitch: 22 });
@@ -178,7 +178,7 @@ class StateChart {
       element("title", {}, band, `${row.name}: ${state}, ${begin.toFixed(3)} .. ${end.toFixed(3)} s`);
       band.addEventListener("click", () => this.seek(begin));
       if (width > TEXT_WIDTH * state.length + 6)
-        element("text", { x: x + 4, y: top + 14, class: color === "#c3cad1" ? "band calm" : "band" }, this.svg, state);
+        element("text", { x: x + 4, y: top + 14, class: color === "#c3cad1" ? "band normal" : "band" }, this.svg, state);
     }
   }
 

@@ -9,8 +9,8 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 from crane_sim import SceneError, load_scene
+from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_filter import CommandValidator, Refusal
-from crane_sim.ros.common.command_wire import CommandWire
 from crane_sim.ros.common.ros2_control import controllers_file, urdf_with_ros2_control
 from crane_sim.scenes.scene import Scene
 
@@ -34,36 +34,36 @@ def message(scene: Scene, **fields: list[float]) -> bytes:
 
 def read(scene: Scene, data: bytes) -> tuple[float, ...] | None:
     """Return the command in a message, None where it is refused."""
-    wire = CommandWire(scene)
-    frame = wire.decode(data)
-    return CommandValidator(scene.actuated, (1e5,) * 3).match_joints(frame.names, wire.values(frame))
+    codec = CommandCodec(scene)
+    frame = codec.decode(data)
+    return CommandValidator(scene.actuated, (1e5,) * 3).match_joints(frame.names, codec.values(frame))
 
 
 def test_each_joint_has_the_field_of_its_drive() -> None:
     """A message of mixed drives carries each command in its joint's field and NaN in others, both ways."""
     scene = crane(MIXED)
     assert scene.commands == ("velocity", "position", "effort") and scene.command_units == ("m/s", "m", "N")
-    wire = CommandWire(scene)
-    decoded: Any = deserialize_message(wire.encode(7, (0.25, -3.0, 9.0)), JointState)
+    codec = CommandCodec(scene)
+    decoded: Any = deserialize_message(codec.encode(7, (0.25, -3.0, 9.0)), JointState)
     assert decoded.velocity[0] == 0.25 and decoded.position[1] == -3.0 and decoded.effort[2] == 9.0
     assert str(decoded.velocity[1]) == str(decoded.position[0]) == "nan"
-    assert read(scene, wire.encode(7, (0.25, -3.0, 9.0))) == (0.25, -3.0, 9.0)
+    assert read(scene, codec.encode(7, (0.25, -3.0, 9.0))) == (0.25, -3.0, 9.0)
     given = {"position": [NAN, 2.0, NAN], "velocity": [0.1, NAN, NAN], "effort": [NAN, NAN, 5.0]}
     assert read(scene, message(scene, **given)) == (0.1, 2.0, 5.0)
     backwards = JointState(
         name=["rope", "bridge", "trolley"], position=[0.0, 2.0, NAN], velocity=[0.0, NAN, 0.1], effort=[5.0, NAN, NAN]
     )
     assert read(scene, serialize_message(backwards)) == (0.1, 2.0, 5.0)
-    assert not wire.kind and CommandWire(crane({"all": SPEED})).kind == "velocity"
+    assert not codec.kind and CommandCodec(crane({"all": SPEED})).kind == "velocity"
 
 
 @pytest.mark.parametrize("fields", [{"effort": [1.0, 2.0, 3.0]}, {"velocity": [0.1, 0.2, 0.3]}])
 def test_a_command_in_another_field_is_refused(fields: dict[str, list[float]]) -> None:
     """A message that lacks the field of a drive is refused, and so is NaN in it."""
     assert read(crane(MIXED), message(crane(MIXED), **fields)) is None
-    validator, wire, scene = CommandValidator(("a", "b", "c"), (1.0,) * 3), CommandWire(crane(MIXED)), crane(MIXED)
-    frame = wire.decode(message(scene, velocity=[0.1] * 3, position=[NAN] * 3, effort=[0.0] * 3))
-    assert validator.match_joints(["a", "b", "c"], wire.values(frame)) is None
+    validator, codec, scene = CommandValidator(("a", "b", "c"), (1.0,) * 3), CommandCodec(crane(MIXED)), crane(MIXED)
+    frame = codec.decode(message(scene, velocity=[0.1] * 3, position=[NAN] * 3, effort=[0.0] * 3))
+    assert validator.match_joints(["a", "b", "c"], codec.values(frame)) is None
     assert validator.refused[Refusal.NOT_FINITE] == 1
 
 

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 KEPT = ("provenance", "drawn")  # properties of the run itself; the others follow from its scene
 
 
-def bagged_run(path: Path) -> RecordedRun:
+def read_bag_run(path: Path) -> RecordedRun:
     """Return the run in a bag as its recording would have it, but for events and figures, which no message has.
 
     Raises:
-        UnreadableRecording: the file is damaged, or lacks the scene or messages; one line.
+        UnreadableRecording: the file is damaged, or lacks the scene or messages; the message is one line.
     """
     bag = read_bag(path)
     with tempfile.TemporaryDirectory() as folder:

@@ -7,11 +7,11 @@ fields that a drive takes, with NaN where a joint's drive takes another one.
 from collections.abc import Sequence
 from math import nan
 
-from crane_sim.ros.common.serialization import STATE, Frame, JointWire
+from crane_sim.ros.common.serialization import STATE, Frame, JointStateCodec
 from crane_sim.scenes.scene import Scene
 
 
-class CommandWire:
+class CommandCodec:
     """Encoder and decoder of the commands of a scene's actuated joints.
 
     Attributes:
@@ -24,19 +24,19 @@ class CommandWire:
         self._kinds = dict(zip(scene.actuated, kinds, strict=True))
         self._fields = tuple(field for field in STATE if field in kinds) or ("effort",)
         self.kind = self._fields[0] if len(self._fields) == 1 else ""
-        self._wire = JointWire(scene.actuated, self._fields)
+        self._codec = JointStateCodec(scene.actuated, self._fields)
 
     def encode(self, stamp: int, command: Sequence[float]) -> bytes:
         """Return the message of a command (nu,) with `stamp`, ns."""
         if self.kind:
-            return self._wire.encode(stamp, command)
+            return self._codec.encode(stamp, command)
         named = list(zip(self._kinds.values(), command, strict=True))
         vectors = [[value if kind == field else nan for kind, value in named] for field in self._fields]
-        return self._wire.encode(stamp, *vectors)
+        return self._codec.encode(stamp, *vectors)
 
     def decode(self, data: bytes) -> Frame:
         """Return the content of a message of any layout; raises ValueError for bytes that are none."""
-        return self._wire.decode(data)
+        return self._codec.decode(data)
 
     def values(self, frame: Frame) -> Sequence[float]:
         """Return the commands in a message, one for each of its names; fewer where fields are not filled."""
