@@ -4,6 +4,7 @@
 - `kernel`: compiled, inlined into its callers; `routine`: compiled, called by them.
 - `generic`: a kernel with one body for each type of its first argument, like functools.singledispatch.
 - `lean_` before these: without reference counting (LEAN), for functions that allocate and return no array.
+- `routine_returning`: a routine that is lean where what it returns holds no array.
 - `routine_generic`, `stage_generic`: `generic` with bodies that are routines, or optimised before they are copied.
 
 A scene's physics is a tree of NamedTuples, and dispatch on their types is at compile time. Numba therefore
@@ -205,6 +206,30 @@ def lean_routine(f: Function) -> Function:
     """Compile `f` as a function that is not inlined, without reference counting, see LEAN."""
     _note_origin(f)
     return numba.njit(f, **(LEAN | {"forceinline": False}))
+
+
+def routine_returning(name: str) -> Callable[[Function], Function]:
+    """Return a decorator of routines that return what their argument `name` is changed to: lean if it has no array.
+
+    Whatever else the routine is given it must not return.
+    """
+
+    def decorate(f: Function) -> Function:
+        _note_origin(f)
+        at = f.__code__.co_varnames.index(name)
+        for options, counts in ((OPTIONS, True), (LEAN, False)):
+
+            def choose(*args: Any, counts: bool = counts) -> Function | None:
+                return f if _holds_array(args[at]) == counts else None
+
+            overload(f, strict=False, jit_options=options | {"forceinline": False})(choose)
+        return f
+
+    return decorate
+
+
+def _holds_array(kind: types.Type) -> bool:
+    return any(map(_holds_array, kind)) if isinstance(kind, types.BaseTuple) else isinstance(kind, types.Array)
 
 
 def entry_point(f: Function) -> Function:

@@ -135,7 +135,7 @@ def integrate_driven(method, p, u, integration, end, out, i):
     """Return the result of `integrate_period`, by steps that also end where a drive's effort has a kink."""
     while integration.status == OK and integration.t < end:
         kink = next_breakpoint(u, integration.t, end)
-        integration, i = integrate_period(method, p, u, integration, kink, kink, out, i)
+        integration, i = integrate_period(method, p, u, integration, kink, kink, out.times, out.samples, i)
     return integration, i
 
 
