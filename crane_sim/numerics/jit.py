@@ -228,8 +228,9 @@ def routine_returning(name: str) -> Callable[[Function], Function]:
     return decorate
 
 
-def _holds_array(kind: types.Type) -> bool:
-    return any(map(_holds_array, kind)) if isinstance(kind, types.BaseTuple) else isinstance(kind, types.Array)
+def _holds_array(kind: Any) -> bool:
+    """Return whether a value of this numba type is an array, or holds one."""
+    return isinstance(kind, types.Array) or any(map(_holds_array, getattr(kind, "types", ())))
 
 
 def entry_point(f: Function) -> Function:

@@ -5,9 +5,6 @@ They are gathered by the compiled functions that `metrics.Metrics` calls block b
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from crane_sim import system
 from crane_sim.numerics.jit import entry_point, generic, kernel, routine_generic
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants

@@ -204,9 +204,10 @@ def _allocate_scratch(scene: Scene) -> RunScratch:
     width, lanes, watched = row_width(scene.model, nq, nu), None, k
     if system.observe.has_implementation(type(scene.model)) and system.link_count(scene.model) == 1:
         lanes, watched = lane_buffers(nq, nu), 0
-    by_row = (np.empty((watched, n)) for n in (2, 6, nu))
-    times, states = np.arange(k, dtype=np.float64) * scene.period, np.empty((AT_ONCE, k, 1 + 2 * nq))
-    return RunScratch(times, driven, np.empty((watched, width)), np.empty((k - 1, nu)), *by_row, states, lanes)
+    rows, energies, ends, driven_q = (np.empty((watched, n)) for n in (width, 2, 6, nu))
+    times, commands = np.arange(k, dtype=np.float64) * scene.period, np.empty((k - 1, nu))
+    states = np.empty((AT_ONCE, k, 1 + 2 * nq))
+    return RunScratch(times, driven, rows, commands, energies, ends, driven_q, states, lanes)
 
 
 def _figures_of_runs(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
