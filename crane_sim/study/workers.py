@@ -22,6 +22,16 @@ _CONNECT_TIMEOUT = 10.0  # s, for an answer of the scheduler
 _FIRST_WORKER_TIMEOUT = 60.0  # s, for a worker of a scheduler that has none yet
 
 
+_QUIET: dict[str, Any] = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.worker.memory.monitor-interval": "1s",
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,  # pages that are given back are faulted in anew
+}
+"""Settings of a cluster on this machine: by default Dask watches itself, for a tenth of the processors' time."""
+
+
 class Workers(NamedTuple):
     """An executor, and how many tasks it runs at a time (`parallel`)."""
 
@@ -93,11 +103,12 @@ def _start_worker(parent: int) -> None:
 def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
     """Yield the workers of a Dask cluster."""
     try:
-        distributed = import_module("distributed")
+        dask, distributed = import_module("dask"), import_module("distributed")
     except ModuleNotFoundError:
         raise SceneError(f"dask is not installed: --scheduler needs it ({how_to_install('study')})") from None
     with ExitStack() as stack:
         if scheduler == LOCAL:
+            stack.enter_context(dask.config.set(_QUIET))
             options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
             scheduler = stack.enter_context(distributed.LocalCluster(n_workers=count, **options)).scheduler_address
         try:
