@@ -18,6 +18,8 @@ def load_function(key: str, name: str) -> Callable[..., Any]:
         Exception: whatever the module raises when it is executed.
     """
     place, _, function = name.rpartition(":")
+    if not (place and function):
+        raise SceneError(f"{key} = {name!r}: must be FILE.py:FUNCTION or MODULE:FUNCTION")
     module = _execute_file(key, Path(place)) if place.endswith(".py") else import_module(place)
     found = getattr(module, function, None)
     if not callable(found):

@@ -12,13 +12,14 @@ from typing import Any
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.figured_runs import FigureError
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
-from crane_sim.study.own_figures import load_figures
+from crane_sim.study.own_figures import UnusableFigures, load_figures
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
-from crane_sim.study.runs import Table, rows_of
-from crane_sim.study.store import Store, load_pyarrow
+from crane_sim.study.runs import OK, Table, rows_of, simulate_case
+from crane_sim.study.store import IDENTITY, Store, load_pyarrow
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
 
@@ -62,6 +63,8 @@ def run(
     listed = check_cases(checked)
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")
+    if not (Path(folder) / IDENTITY).exists():
+        check_figures(listed)
     store = Store(Path(folder), checked, len(listed))
     with store.locked():
         starts = itertools.chain(
@@ -91,6 +94,28 @@ def check_cases(study: Study) -> CaseList:
             where = f"variant {case.variant!r}: " if study.variants else ""
             raise SceneError(f"study: {where}{error}") from None
     return listed
+
+
+def check_figures(listed: CaseList) -> None:
+    """Run the first case of a study with figures of its own, to see whether they can be columns of its table.
+
+    An error that the function raises is not looked at here: it may be of this case only, and is in its row.
+
+    Raises:
+        SceneError: the function has names that the table has, or returns no numbers by name.
+    """
+    measure = load_figures(listed.study)
+    if measure is None:
+        return
+    run, status, _ = simulate_case(listed[0], scene_document(listed.study))
+    if run is None or status != OK:
+        return
+    try:
+        measure(run)
+    except UnusableFigures as error:
+        raise SceneError(f"study: {error}") from None
+    except FigureError:
+        pass
 
 
 def _run_missing(

@@ -16,12 +16,12 @@ from crane_sim.simulation.figured_runs import Attempt, Measure, RunEnd, attempt_
 from crane_sim.simulation.figures import cell_of
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.cases import Case, CaseColumns, CaseList
+from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER
 from crane_sim.study.own_figures import load_figures
 from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
 """Statuses of a row: the run reached its end; it ended before; its scene is not possible."""
-PARAMETER, FIRST_COLUMNS = "parameter.", ("case", "sample", "variant", "law", "seed", "status", "error")
 
 
 Table = dict[str, Any]

@@ -29,6 +29,8 @@ MIN_BLOCKS = 64
 """Blocks of a study that has as many cases: what is lost by an interruption is less than a part of it, per worker."""
 LARGE_BLOCK, MANY_BLOCKS, MAX_BLOCK = 64, 400, 256
 """Cases of a block that large studies have; these in more than MANY_BLOCKS have up to MAX_BLOCK: a file costs time."""
+IDENTITY = "study.json"
+"""The file of a folder that says which study it is of."""
 _INTEGERS = ("case", "sample", "seed", "steps", "events")
 
 
@@ -73,7 +75,7 @@ class Store:
         self.block = max(1, small, large)
         self.identity = identity_of(study)
         self.hash = hash_of(self.identity)
-        self._rows, self._file = folder / "rows", folder / "study.json"
+        self._rows, self._file = folder / "rows", folder / IDENTITY
         self.table_file = folder / "table.parquet"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -190,7 +192,7 @@ def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:
     types = {type(value) for value in values if value is not None}
     if types and types <= {int, float}:
         whole = name in _INTEGERS or name.endswith(("_steps", "_evaluations"))
-        return values, arrow.int64() if whole else arrow.float64()
+        return values, arrow.int64() if whole and float not in types else arrow.float64()
     return values if len(types) <= 1 else [None if value is None else str(value) for value in values], None
 
 

@@ -26,7 +26,7 @@ from crane_sim.files.document import get_value, set_value
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import cases
-from crane_sim.study.execution import check_cases, run, run_block
+from crane_sim.study.execution import check_cases, check_figures, run, run_block
 from crane_sim.study.form import Study, Tune, load_study, scene_document
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
@@ -84,9 +84,11 @@ def tune(
     if checked.tune is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
     training = checked.model_copy(update={"tune": None})
-    check_cases(training)
+    listed = check_cases(training)
     _check_gains(training, checked.tune)
     place = Path(folder)
+    if not (place / "tune.json").exists():
+        check_figures(listed)
     _check_folder(place, checked)
     loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:

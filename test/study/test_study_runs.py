@@ -142,35 +142,6 @@ def test_failures_are_recorded(failing: studies.StudyResult) -> None:
     assert crane_sim.read_recording(file).summary["state_sha256"] == failing.table["state_sha256"][1].as_py()
 
 
-OWN_FIGURES = """
-def furthest(run):
-    return {"furthest": abs(run.q[:, 0]).max(), "none": None}
-
-def broken(run):
-    return {"furthest": run.nowhere}
-"""
-
-
-@pytest.mark.interpreted
-def test_a_study_has_figures_of_ones_own(tmp_path: Path) -> None:
-    """A function of a run that the file names gives further columns, beside the rows of the study without it.
-
-    A function that is not there, or fails, is one line.
-    """
-    (tmp_path / "own.py").write_text(OWN_FIGURES)
-    file, small = tmp_path / "study.yaml", STUDY | {"samples": 2, "duration": 0.2}
-    file.write_text(yaml.safe_dump(small | {"figures": "own.py:furthest"}))
-    found, plain = studies.run(file, tmp_path / "own", 1), studies.run(small, tmp_path / "plain", 1)
-    for row, case in zip(found.table.to_pylist(), studies.cases(found.study), strict=True):
-        run = crane_sim.simulate("overhead_energy", overrides=case.changes)
-        assert row["furthest"] == abs(run.q[:, 0]).max() and row["none"] is None
-    same = ["case", "status", "state_sha256", "residual_swing_deg"]
-    assert found.table.select(same) == plain.table.select(same)
-    for name, reason in (("nowhere", "has no function 'nowhere'"), ("broken", "nowhere")):
-        with pytest.raises(SceneError, match=reason):
-            studies.run(small | {"figures": f"{tmp_path / 'own.py'}:{name}"}, tmp_path / name, 1)
-
-
 PROGRAM = """
 import sys, json
 from crane_sim import study

@@ -1,0 +1,109 @@
+"""Figures of one's own in studies: columns by a function that a study's file names, and what it may return."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import crane_sim
+from crane_sim import study as studies
+from crane_sim.files.errors import SceneError
+
+pytestmark = pytest.mark.interpreted
+MASS = "cable.node_masses.0"
+STUDY: dict[str, Any] = {
+    "scene": "overhead_energy",
+    "duration": 0.2,
+    "parameters": {MASS: [8.0, 12.0]},
+    "variants": {"energy": {}, "weak": {"control.kp": [10.0]}},
+}
+OWN = """
+def furthest(run):
+    return {"furthest": abs(run.q[:, 0]).max(), "none": None, "odd_steps": 0.5}
+
+def broken(run):
+    return {"furthest": run.nowhere}
+
+def of_strong_laws(run):
+    return {"inverse": 1.0 / int(abs(run.u[:, 0]).max() > 340.0)}
+
+RETURNED = {"figure": {}}
+
+def returned(run):
+    return RETURNED["figure"]
+"""
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """Return a file with functions of a run."""
+    file = tmp_path / "own.py"
+    file.write_text(OWN)
+    return file
+
+
+def run_with(figures: str, folder: Path, **changes: Any) -> list[dict[str, Any]]:
+    """Return the rows of the small study with figures of its own."""
+    return studies.run(STUDY | {"figures": figures} | changes, folder, workers=1).table.to_pylist()
+
+
+def test_a_study_has_figures_of_ones_own(own: Path, tmp_path: Path) -> None:
+    """A function of a run that the file names gives further columns, beside the rows of the study without it.
+
+    A function or module that is not there is one line.
+    """
+    file = tmp_path / "study.yaml"
+    file.write_text(yaml.safe_dump(STUDY | {"figures": "own.py:furthest"}))
+    found, plain = studies.run(file, tmp_path / "own", 1), studies.run(STUDY, tmp_path / "plain", 1)
+    for row, case in zip(found.table.to_pylist(), studies.cases(found.study), strict=True):
+        run = crane_sim.simulate("overhead_energy", overrides=case.changes)
+        assert row["furthest"] == abs(run.q[:, 0]).max() and row["none"] is None and row["odd_steps"] == 0.5
+    same = ["case", "status", "state_sha256", "residual_swing_deg"]
+    assert found.table.select(same) == plain.table.select(same)
+    for name, reason in (
+        (f"{own}:nowhere", "has no function 'nowhere'"),
+        ("foo", "= 'foo': must be FILE.py:FUNCTION or MODULE:FUNCTION"),
+        ("nowhere_at_all:foo", "No module named 'nowhere_at_all'"),
+    ):
+        with pytest.raises(SceneError, match=reason):
+            run_with(name, tmp_path / "refused")
+
+
+@pytest.mark.parametrize(
+    ("returned", "line"),
+    [
+        *(
+            ({name: 1.0}, f"returned {name!r}, which is taken by the table's own columns; take another name")
+            for name in ("status", "seed", "versions", "wall_time", "events", f"parameter.{MASS}", "state_sha256")
+        ),
+        ({"settling_time.bridge": 1.0}, "returned 'settling_time.bridge', which is taken"),
+        ({1: 1.0}, "returned 1 as a name; names are text"),
+        ({"far": [1.0]}, r"returned far = \[1.0\]; must be a number"),
+        (3.5, "returned 3.5; must return a dict of name: number"),
+        (None, "returned None; must return a dict of name: number"),
+    ],
+)
+def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str, own: Path, tmp_path: Path) -> None:
+    """Names that the table has, and what are no numbers by name: one line says what is possible, nothing is written."""
+    own.write_text(OWN.replace('{"figure": {}}', repr({"figure": returned})))
+    with pytest.raises(SceneError, match=line) as error:
+        run_with(f"{own}:returned", tmp_path / "refused")
+    assert f"study: figures = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
+    assert not (tmp_path / "refused").exists()
+
+
+def test_a_figure_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
+    """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
+
+    Also where all fail, the study reaches its end, with the figures of every run's summary.
+    """
+    rows = run_with(f"{own}:of_strong_laws", tmp_path / "some")
+    strong = [row["peak_effort.trolley"] > 340.0 for row in rows]
+    assert 0 < sum(strong) < 4 and [row["status"] for row in rows] == [("failed", "ok")[each] for each in strong]
+    (line,) = {row["error"] for row in rows if row["error"]}
+    assert line.startswith(f"figures = '{own}:of_strong_laws': ZeroDivisionError: ")
+    assert [row["inverse"] for row in rows] == [1.0 if each else None for each in strong]
+    broken = run_with(f"{own}:broken", tmp_path / "all")
+    assert all("AttributeError: " in row["error"] and row["status"] == "failed" for row in broken)
+    assert [row["state_sha256"] for row in broken] == [row["state_sha256"] for row in rows]
