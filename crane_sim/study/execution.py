@@ -15,11 +15,12 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.figured_runs import FigureError
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
+from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.own_figures import UnusableFigures, load_figures
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import OK, Table, rows_of, simulate_case
-from crane_sim.study.store import IDENTITY, Store, load_pyarrow
+from crane_sim.study.store import IDENTITY, Store, block_needs, differing_keys, load_pyarrow
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
 
@@ -148,7 +149,7 @@ def _results(
     store: Store, study: Study, blocks: list[int], workers: Workers, on_wait: Callable[[str], None]
 ) -> Iterator[tuple[int, Table]]:
     """Yield (block, rows) as workers finish them; call `on_wait` where they finish none for a known reason."""
-    task = study.model_dump_json(), store.identity["scene"], store.identity["versions"]
+    task = study.model_dump_json(), *block_needs(store.identity)
     pending, waiting = dict[Future[Table], int](), iter(blocks)
     while True:
         while len(pending) < AHEAD * workers.parallel and (block := next(waiting, None)) is not None:
@@ -170,15 +171,17 @@ def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
     return cases(load_study(json.loads(study) | {"scene": document})), document
 
 
-def run_block(study: str, scene: str, versions: dict[str, str], first: int, end: int) -> Table:
+def run_block(
+    study: str, scene: str, versions: dict[str, str], functions: dict[str, str], first: int, end: int
+) -> Table:
     """Return the rows of the cases `first` to `end` (excluded).
 
     Raises:
-        SceneError: this process would compute with other versions.
+        SceneError: this process would compute with other versions, or with other functions of one's own.
     """
-    mine = deciding_versions()
-    if mine != versions:
-        differing = ", ".join(key for key in sorted(mine.keys() | versions) if mine.get(key) != versions.get(key))
+    if differing := differing_keys(deciding_versions(), versions):
         raise SceneError(f"a worker has other versions than this process: {differing}")
     listed, document = _cases_of(study, scene)
+    if changed := differing_keys(hash_functions(listed.study, document), functions):
+        raise SceneError(f"{changed}: not as when the study began; undo that, or begin it in another folder")
     return rows_of(listed, first, end, document)

@@ -11,6 +11,7 @@ from crane_sim.simulation.figures import flatten
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.columns import COLUMNS
 from crane_sim.study.form import Study
+from crane_sim.study.named_functions import hash_source
 
 
 class UnusableFigures(FigureError):
@@ -25,11 +26,12 @@ def load_figures(study: Study) -> Measure | None:
     Raises:
         SceneError: there is no such function.
     """
-    return _load(study.figures) if study.figures else None
+    return _load(study.figures, hash_source(study.figures)) if study.figures else None
 
 
 @lru_cache(maxsize=1)
-def _load(name: str) -> Measure:
+def _load(name: str, _: str | None) -> Measure:
+    """Load a function anew where its source has another hash."""
     try:
         function = load_function("study: figures", name)
     except SceneError:

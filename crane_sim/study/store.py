@@ -1,6 +1,6 @@
 """Rows of a study on disk: a Parquet file for each block of cases, written whole or not at all, then one table.
 
-    FOLDER/study.json         which study this is: its hash, the versions that run it
+    FOLDER/study.json         which study this is: its hash, versions and functions of one's own that run it
     FOLDER/rows/000012.parquet
     FOLDER/table.parquet      all rows in order of their cases, when all are there
 
@@ -22,6 +22,7 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.form import Study, scene_document
+from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time
@@ -48,17 +49,30 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
 
 
 def identity_of(study: Study) -> dict[str, Any]:
-    """Return the study, the document of its scene in JSON, and the versions of what computes its numbers."""
-    return {
+    """Return the study, the document of its scene in JSON, and versions and own functions that make its numbers."""
+    document = scene_document(study)
+    identity = {
         "study": study.model_dump(mode="json"),
-        "scene": json.dumps(scene_document(study), default=str),
+        "scene": json.dumps(document, default=str),
         "versions": deciding_versions(),
     }
+    functions = hash_functions(study, document)
+    return identity | {"functions": functions} if functions else identity
+
+
+def block_needs(identity: dict[str, Any]) -> tuple[str, dict[str, str], dict[str, str]]:
+    """Return the scene, versions and functions that every process has to share which runs a part of a study."""
+    return identity["scene"], identity["versions"], identity.get("functions", {})
 
 
 def hash_of(identity: dict[str, Any]) -> str:
     """Return the hash of a study: folders with another one hold other numbers."""
     return hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
+    """Return the keys at which two identities differ, in one line; empty where they do not."""
+    return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
 
 
 class Store:
@@ -99,9 +113,9 @@ class Store:
         for part, what in (("study", "another study"), ("scene", "another state of its scene")):
             if known.get(part) != json.loads(json.dumps(self.identity[part], default=str)):
                 return f"holds {what}"
-        mine, other = self.identity["versions"], known.get("versions", {})
-        differing = ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
-        return f"was begun with other versions ({differing})"
+        if changed := differing_keys(self.identity.get("functions", {}), known.get("functions", {})):
+            return f"was begun with another content of {changed}"
+        return f"was begun with other versions ({differing_keys(self.identity['versions'], known.get('versions', {}))})"
 
     @contextmanager
     def locked(self) -> Iterator[None]:

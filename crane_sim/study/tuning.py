@@ -30,8 +30,7 @@ from crane_sim.study.execution import check_cases, check_figures, run, run_block
 from crane_sim.study.form import Study, Tune, load_study, scene_document
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
-from crane_sim.study.store import hash_of, identity_of, load_pyarrow, write_whole
-from crane_sim.study.versions import deciding_versions
+from crane_sim.study.store import block_needs, hash_of, identity_of, load_pyarrow, write_whole
 from crane_sim.study.workers import Workers, start_workers
 
 if TYPE_CHECKING:
@@ -142,7 +141,9 @@ def _check_folder(folder: Path, study: Study) -> None:
         if not file.exists():
             write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
         if json.loads(file.read_text()).get("hash") != identity:
-            raise SceneError(f"folder {folder}: holds another search, or one of other versions; name another folder")
+            raise SceneError(
+                f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
+            )
     except OSError as error:
         raise SceneError(f"folder {folder}: {error.strerror}") from None
 
@@ -216,7 +217,7 @@ def evaluate_gains(
     """
     base = next(iter(training.variant_changes.values()))
     trial = training.model_copy(update={"variants": {"trial": base | changes}})
-    task = trial.model_dump_json(), identity_of(trial)["scene"], deciding_versions()
+    task = trial.model_dump_json(), *block_needs(identity_of(trial))
     count, table = len(cases(trial)), list[list[float]]()
     starts = iter(range(0, count, SAMPLES_AT_ONCE))
     pending = deque[Future[Table]]()

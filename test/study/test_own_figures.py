@@ -1,5 +1,7 @@
 """Figures of one's own in studies: columns by a function that a study's file names, and what it may return."""
 
+import hashlib
+import json
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +10,9 @@ import yaml
 
 import crane_sim
 from crane_sim import study as studies
+from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
+from crane_sim.study.store import hash_of, identity_of
 
 pytestmark = pytest.mark.interpreted
 MASS = "cable.node_masses.0"
@@ -107,3 +111,65 @@ def test_a_figure_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> 
     broken = run_with(f"{own}:broken", tmp_path / "all")
     assert all("AttributeError: " in row["error"] and row["status"] == "failed" for row in broken)
     assert [row["state_sha256"] for row in broken] == [row["state_sha256"] for row in rows]
+
+
+LAW = """
+def push(t, q, v):
+    return (40.0 * (3.0 - q[0]) - 80.0 * v[0] + 100.0 * q[1],)
+"""
+NAMED: dict[str, dict[str, Any]] = {
+    "figures": {"figures": "NAMED"},
+    "changes": {"changes": {"control": {"law": "NAMED"}}},
+    "variants": {"variants": {"energy": {}, "own": {"control.law": "NAMED"}}},
+    "parameters": {"parameters": {"control.law": ["energy", "NAMED"]}},
+    "scene": {"scene": read("overhead_energy") | {"control": {"law": "NAMED"}}},
+}
+
+
+@pytest.mark.parametrize("place", NAMED)
+def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path, tmp_path: Path) -> None:
+    """Where the file of a study's figures, or of a law, was edited, its folder is refused in one line, as it is.
+
+    With the content that began the study, its folder is taken again.
+    """
+    law = tmp_path / "law.py"
+    law.write_text(LAW)
+    file, function = (own, "furthest") if place == "figures" else (law, "push")
+    plain = {key: value for key, value in STUDY.items() if key != "variants"}
+    changes = json.loads(json.dumps(plain | NAMED[place]).replace("NAMED", f"{file}:{function}"))
+    first, text = studies.run(changes, tmp_path / "folder", 1), file.read_text()
+    assert set(first.column("status")) == {"ok"}
+    file.write_text(text + "\n# edited\n")
+    line = f"folder {tmp_path / 'folder'}: was begun with another content of {file}; name another folder, or remove it"
+    with pytest.raises(SceneError) as refused:
+        studies.run(changes, tmp_path / "folder", 1)
+    assert str(refused.value) == line
+    file.write_text(text)
+    assert studies.run(changes, tmp_path / "folder", 1).table == first.table
+
+
+def test_a_module_of_figures_is_part_of_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures of a module count by its source file; a study that names no function has the identity that it had."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    source = tmp_path / "figures_of_a_package.py"
+    source.write_text(OWN)
+    study = studies.load_study(STUDY | {"figures": "figures_of_a_package:furthest"})
+    before = identity_of(study)
+    assert before["functions"] == {"figures_of_a_package": hashlib.sha256(OWN.encode()).hexdigest()}
+    source.write_text(OWN + "# edited\n")
+    assert hash_of(identity_of(study)) != hash_of(before)
+    assert "functions" not in identity_of(studies.load_study(STUDY))
+
+
+def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path: Path) -> None:
+    """Rows by two functions never meet: the next block names the file. Another study takes what the file has now."""
+
+    def edit(*_: int) -> None:
+        own.write_text(OWN.replace(".max()", ".min()"))
+
+    study = STUDY | {"figures": f"{own}:furthest"}
+    line = f"{own}: not as when the study began; undo that, or begin it in another folder"
+    with pytest.raises(SceneError) as ended:
+        studies.run(study, tmp_path / "edited", 1, on_progress=edit)
+    assert str(ended.value) == line
+    assert {row["furthest"] for row in run_with(f"{own}:furthest", tmp_path / "again")} == {0.0}
