@@ -21,6 +21,7 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
+from crane_sim.study.columns import OwnFigure
 from crane_sim.study.form import Study, scene_document
 from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.versions import deciding_versions
@@ -32,6 +33,8 @@ LARGE_BLOCK, MANY_BLOCKS, MAX_BLOCK = 64, 400, 256
 """Cases of a block that large studies have; these in more than MANY_BLOCKS have up to MAX_BLOCK: a file costs time."""
 IDENTITY = "study.json"
 """The file of a folder that says which study it is of."""
+OWN_FIGURE = {b"figure": b"own"}
+"""Metadata of a column that is a figure by the study's own function."""
 _INTEGERS = ("case", "sample", "seed", "steps", "events")
 
 
@@ -196,7 +199,10 @@ def _with_schema(table: Any, schema: Any) -> Any:
 def table_of(columns: Mapping[str, Any]) -> Any:
     """Return columns by name as a `pyarrow.Table`; numbers are floats but for counts."""
     arrow = load_pyarrow()
-    return arrow.table({name: arrow.array(*_column(name, values, arrow)) for name, values in columns.items()})
+    arrays = {name: arrow.array(*_column(name, values, arrow)) for name, values in columns.items()}
+    marks = {name: OWN_FIGURE if isinstance(values, OwnFigure) else None for name, values in columns.items()}
+    fields = [arrow.field(name, array.type, metadata=marks[name]) for name, array in arrays.items()]
+    return arrow.table(list(arrays.values()), schema=arrow.schema(fields))
 
 
 def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:

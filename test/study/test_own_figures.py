@@ -1,18 +1,23 @@
 """Figures of one's own in studies: columns by a function that a study's file names, and what it may return."""
 
 import hashlib
+import io
 import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from rich.console import Console
 
 import crane_sim
 from crane_sim import study as studies
+from crane_sim.cli.sweep import print_result
+from crane_sim.evaluation.report.study_page import study_page
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
 from crane_sim.study.store import hash_of, identity_of
+from crane_sim.study.summary import shown_figures
 
 pytestmark = pytest.mark.interpreted
 MASS = "cable.node_masses.0"
@@ -173,3 +178,28 @@ def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path:
         studies.run(study, tmp_path / "edited", 1, on_progress=edit)
     assert str(ended.value) == line
     assert {row["furthest"] for row in run_with(f"{own}:furthest", tmp_path / "again")} == {0.0}
+
+
+def test_own_figures_are_in_the_summary(own: Path, tmp_path: Path) -> None:
+    """Summary, terminal and page show a study's own figures behind those of every run, also where first rows lack them.
+
+    In a narrow terminal names break, and no number is cut.
+    """
+    own.write_text(
+        OWN
+        + """
+def late(run):
+    return {"far": float(run.q[-1, 0])} if run.scene.seed % 2 else {"mean [m]": 0.000123456}
+"""
+    )
+    study = STUDY | {"design": "monte_carlo", "samples": 4, "seed": 3, "figures": f"{own}:late"}
+    study["parameters"] = {MASS: {"distribution": "uniform", "low": 8.0, "high": 12.0}}
+    result = studies.run(study, tmp_path / "folder", 1)
+    assert len({seed % 2 for seed in result.column("seed")}) == 2
+    assert sorted(result.own_figures) == ["far", "mean [m]"]
+    assert set(shown_figures(result)[-2:]) == {"far", "mean [m]"}
+    lines = io.StringIO()
+    print_result(result, Console(file=lines, width=80))
+    shown = lines.getvalue()
+    assert "far " in shown and "mean [m]" in shown and "0.0001235" in shown and "…" not in shown
+    assert max(map(len, shown.splitlines()[:-1])) <= 80 and "mean [m]" in study_page(result)
