@@ -39,6 +39,7 @@ def run(
     on_progress: Progress | None = None,
     on_wait: Callable[[str], None] = warnings.warn,
     pool: Workers | None = None,
+    first_is_possible: bool = True,
 ) -> StudyResult:
     """Run a study, or what is missing of it in the folder, and return its table.
 
@@ -51,6 +52,8 @@ def run(
         on_progress: called with (runs that are done, all runs) after each block.
         on_wait: called with a line on why no run is finished, after a minute without one, where that is known.
         pool: workers that have been started already, and are used first.
+        first_is_possible: whether a study is refused whose first sample is not possible with every variant; else that
+            is a row with the status `refused`, as of any other sample.
 
     Raises:
         SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
@@ -61,7 +64,7 @@ def run(
     checked = load_study(study)
     if checked.tune is not None:
         raise SceneError("study: tune: is for crane tune; leave it out to run the study itself")
-    listed = check_cases(checked)
+    listed = check_cases(checked) if first_is_possible else cases(checked)
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")
     if not (Path(folder) / IDENTITY).exists():

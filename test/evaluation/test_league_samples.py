@@ -10,9 +10,9 @@ import pytest
 from crane_sim.cli.league import sampled_document, save_samples
 from crane_sim.evaluation.documentation.pages import PAGES
 from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
-from crane_sim.evaluation.league.cells import measure_figures
+from crane_sim.evaluation.league.cells import evaluate, measure_figures
 from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
-from crane_sim.evaluation.league.sampled_table import sampled_tables
+from crane_sim.evaluation.league.sampled_table import format_samples, sampled_tables
 from crane_sim.evaluation.league.samples import study_of
 from crane_sim.evaluation.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
@@ -190,6 +190,32 @@ def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
     assert "limit" in cells[0].failed and "best" not in [
         line.from_the_best_m for line in sampled_tables(cells)["trolley"]
     ]
+
+
+@pytest.mark.interpreted
+def test_scenes_that_are_not_possible_are_counted(tmp_path: Path) -> None:
+    """Where the first sample of a trial is refused, with others, its laws have cells with their number; it goes on."""
+    group = GROUP._replace(trials=(STILL,), entrants=(ENERGY, LQR), uncertain={MASSES: 10.0})  # some are negative
+    cells = list(evaluate_samples(5, tmp_path, [group], 1))
+    status = read_result(tmp_path / study_of(group, STILL, 5).folder).column("status").reshape(5, 2)
+    refused = (status == "refused").sum(axis=0).tolist()
+    assert status[0, 0] == "refused" and 1 < refused[0] < 5
+    assert [(cell.law, cell.refused_runs) for cell in cells] == [("energy", refused[0]), ("lqr", refused[1])]
+    assert cells[0].controlled is not None and "cable.node_masses" in cells[0].failed
+    line = f"- trolley, energy, set-point: {refused[0]} of 5 scenes are not possible; the first reason: "
+    assert line in format_samples(cells)
+
+
+def test_a_refusal_names_the_entrant() -> None:
+    """A law that does not apply is named as its row is, not as the law that is behind several entrants."""
+    group = GROUPS[0]
+    trial = next(trial for trial in group.trials if "vision" in trial.column)
+    refused = study_of(group, trial, 2).refused
+    for name in ("open loop", "open loop, ZV", "angular"):
+        assert f"for law {name!r}" in refused[name]
+        assert (
+            evaluate(group, next(each for each in group.entrants if each.name == name), trial).refused == refused[name]
+        )
 
 
 def test_cranes_are_chosen_by_name() -> None:

@@ -74,18 +74,19 @@ def evaluate(group: Group, entrant: Entrant, trial: Trial) -> Cell:
     try:
         scenes = [load_scene(trial_scene(trial, entrant, seed)) for seed in seeds]
     except SceneError as error:
-        return Cell(*name, None, reason_of(error), "")
+        return Cell(*name, None, reason_of(error, entrant), "")
     try:
         figures = median_figures([measure_figures(simulate(scene), group.goal == "path") for scene in scenes])
     except (SimulationError, LawError) as error:
-        return Cell(*name, None, "", reason_of(error))
+        return Cell(*name, None, "", str(error))
     out_of_control = figures.peak_swing >= LEVEL
     return Cell(*name, figures, "", "the rope swings past the horizontal" if out_of_control else "")
 
 
-def reason_of(error: Exception) -> str:
-    """Return an error of a scene without the scene's name, another one as it is."""
-    return str(error).removeprefix("scene ").partition(": ")[2] if isinstance(error, SceneError) else str(error)
+def reason_of(error: SceneError, entrant: Entrant) -> str:
+    """Return an error of an entrant's scene without the scene's name; the law has the name of the entrant."""
+    reason = str(error).removeprefix("scene ").partition(": ")[2]
+    return reason.replace(f"law {entrant.law!r}", f"law {entrant.name!r}")
 
 
 def measure_figures(run: Rollout, on_path: bool) -> Figures:

@@ -49,7 +49,7 @@ def study_of(group: Group, trial: Trial, samples: int) -> TrialStudy:
             load_scene(document)
             documents[entrant.name] = document
         except SceneError as error:
-            refused[entrant.name] = reason_of(error)
+            refused[entrant.name] = reason_of(error, entrant)
     if not documents:
         return TrialStudy(group.name, trial.column, None, refused)
     base = next(iter(documents.values()))
