@@ -13,7 +13,7 @@ import yaml
 from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.compare import compare_runs
-from crane_sim.cli.help_lines import HELP, CommandGroup
+from crane_sim.cli.help_lines import HELP, AtLeast, CommandGroup
 from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
@@ -279,7 +279,11 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 
 @app.command()
 @click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
-@click.option("--samples", type=click.IntRange(min=2), help="Runs of each law in each trial, on the same samples.")
+@click.option(
+    "--samples",
+    type=AtLeast(2),
+    help="Runs of each law in each trial, on the same samples; less than 11 cannot tell 8 laws apart.",
+)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Rows of samples (default: runs/league_SAMPLES).")
 @click.option("--crane", "cranes", multiple=True, metavar="CRANE", help="With --samples: only this crane; repeatable.")
 @as_json_option
@@ -294,7 +298,8 @@ def league(
     from crane_sim.evaluation.league.cases import groups_named
 
     if samples is None and (output is not None or cranes):
-        raise click.UsageError("-o and --crane are for --samples")
+        option = f"--crane {cranes[0]!r}" if cranes else f"-o {str(output)!r}"
+        raise click.UsageError(f"{option}: is for --samples N only; add it, or leave out {option.split()[0]}")
     check_folder(folder)
     install_groups(*["plots"] * (folder is not None and samples is None))
     if samples is None:

@@ -18,6 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Column, Table
 
 from crane_sim.cli import report
+from crane_sim.cli.help_lines import AtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option
 
@@ -32,7 +33,7 @@ WIDE = 200
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the table (default: runs/NAME).")
-@click.option("--workers", type=click.IntRange(min=1), help="Processes (default: one for each core).")
+@click.option("--workers", type=AtLeast(1), help="Processes (default: one for each core).")
 @click.option("--scheduler", metavar="ADDRESS", help="Workers of a Dask scheduler (tcp://…); local: a cluster here.")
 @click.option("--copy-to", metavar="URL", help="Also copy the finished study there (fsspec: s3://…, file:///…).")
 @as_json_option

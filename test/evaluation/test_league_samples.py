@@ -13,7 +13,7 @@ from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, L
 from crane_sim.evaluation.league.cells import evaluate, measure_figures
 from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
 from crane_sim.evaluation.league.sampled_table import format_samples, sampled_tables
-from crane_sim.evaluation.league.samples import study_of
+from crane_sim.evaluation.league.samples import TrialStudy, study_of
 from crane_sim.evaluation.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
@@ -160,6 +160,22 @@ def test_better_is_significant_for_all_pairs_together() -> None:
     assert better_laws(skewed) == {"a": ("b",), "b": ()}  # by ranks, though b is less in more than half
     failed = {"a": small, "b": np.full(8, np.inf)}
     assert better_laws(failed) == {"a": ("b",), "b": ()}
+
+
+def test_eleven_samples_can_tell_eight_laws_apart() -> None:
+    """Of laws that differ in every sample 10 samples tell no pair apart (28 pairs, 2 / 2**10 each: 0.055), 11 all."""
+    for samples, expected in ((10, 0), (11, 28)):
+        errors = {str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples) for i in range(8)}
+        assert sum(map(len, better_laws(errors).values())) == expected
+
+
+def test_folders_have_words_for_signs_only() -> None:
+    """A trial's folder writes out the sign of a number, keeps hyphens, and is no other trial's."""
+    trials = [TrialStudy(group.name, trial.column, None, {}) for group in GROUPS for trial in group.trials]
+    folders = {str(trial.folder) for trial in trials}
+    assert len(folders) == len(trials)
+    expected = {"pendulum_set-point", "pendulum_mass_minus20", "pendulum_rope_plus5", "overhead_trolley_and_hoist_gust"}
+    assert expected <= folders and not any(mark in folder for mark in " ,%+" for folder in folders)
 
 
 @pytest.mark.interpreted
