@@ -81,7 +81,7 @@ def test_the_bootstrap_of_a_median_of_three_is_its_closed_form() -> None:
 
 @pytest.mark.parametrize("n", [7, 500])
 def test_the_bootstrap_of_a_median_is_that_of_all_resamples_at_once(n: int) -> None:
-    """Drawn in blocks, random numbers are those of one call, and the interval is that of their medians to the last bit."""
+    """Drawn in blocks, random numbers are those of one call: the interval is that of their medians, bit for bit."""
     values = np.random.default_rng(1).normal(size=n)
     resamples = values[np.argsort(values)][np.random.default_rng(3).integers(0, n, (9999, n))]
     medians = np.sort(np.median(resamples, axis=1))
