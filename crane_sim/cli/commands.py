@@ -17,7 +17,7 @@ from crane_sim.cli.help_lines import HELP, AtLeast, CommandGroup
 from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
 from crane_sim.cli.run_options import RunOptions, check_folder, check_recording, run_options
-from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
+from crane_sim.cli.scene_options import as_json_option, change_options, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
 from crane_sim.cli.tune import tune
 from crane_sim.cli.viewing import clip, output_of, recording_of, replay, shot, view
@@ -165,11 +165,12 @@ def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
 
 @app.command()
 @click.argument("file")
+@change_options
 @click.option("--ros2-control", "urdf", type=click.Path(path_type=Path), help="Its <ros2_control> tag is checked, too.")
 @click.option("--namespace", default="", help="Of the run that the tag is for (default: the crane's name).")
-def check(file: str, urdf: Path | None, namespace: str) -> None:
+def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
     """Validate a scene file, and with --ros2-control URDF the tag with which ros2_control is to drive its crane."""
-    loaded = load_scene_with_options(file)
+    loaded = load_scene_with_options(file, **changes)
     if urdf is not None:
         from crane_sim.ros.common.ros2_control_tag import check_tag
 
