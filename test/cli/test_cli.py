@@ -50,7 +50,10 @@ from crane_sim.simulation.rollout import simulate
         (["soak", "memry"], "No such command 'memry', did you mean 'memory'? (known: determinism, inprocess"),
         (["bench", "flight"], "unknown SUITE 'flight' (known: scenes, lockstep"),
         (["check", "/"], "cannot be read"),
-        (["check", "overhead_energy", "--set", "trolley.mass=-1"], "trolley.mass = -1: must be greater than or equal to 0"),
+        (
+            ["check", "overhead_energy", "--set", "trolley.mass=-1"],
+            "trolley.mass = -1: must be greater than or equal to 0",
+        ),
     ],
     ids=lambda case: " ".join(case) if isinstance(case, list) else "",
 )

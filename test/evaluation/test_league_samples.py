@@ -13,7 +13,7 @@ from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, L
 from crane_sim.evaluation.league.cells import evaluate, measure_figures
 from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
 from crane_sim.evaluation.league.sampled_table import format_samples, sampled_tables
-from crane_sim.evaluation.league.samples import TrialStudy, study_of
+from crane_sim.evaluation.league.samples import TrialStudy, parameters_of, study_of, uncertain_scene
 from crane_sim.evaluation.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
@@ -124,6 +124,19 @@ def test_samples_are_hidden_from_the_laws() -> None:
     assert study is not None
     forces = {max(case.changes["forces.0.force.values"]) for case in cases(study)}
     assert len(forces) == 5 and all(4.0 <= force <= 6.0 for force in forces)
+
+
+def test_the_wind_varies_where_it_is_the_disturbance() -> None:
+    """In the tower crane's gust samples vary the mean speed of its wind, which no law knows; in still air none."""
+    group = next(group for group in GROUPS if group.name.startswith("tower"))
+    gust = next(trial for trial in group.trials if trial.column == "gust")
+    for entrant in group.entrants:
+        document = uncertain_scene(group, gust, entrant)
+        assert document["wind"]["speed"] == 9.0 and not get_value(document, "control.nominal.wind")[0]
+        varied = parameters_of(group, gust, document, 5)["wind.speed"]
+        assert (varied["low"], varied["high"], varied["relative"]) == (0.8, 1.2, True)
+    still = uncertain_scene(group, group.trials[0], group.entrants[0])
+    assert "wind.speed" not in parameters_of(group, group.trials[0], still, 5)
 
 
 def test_each_sample_has_a_sea_of_its_own() -> None:

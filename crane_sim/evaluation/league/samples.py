@@ -22,6 +22,7 @@ DISTURBANCES = (
     "base_motion.sway.amplitude",
     "base_motion.surge.amplitude",
     "base_motion.sea.significant_height",
+    "wind.speed",
 )
 """Keys of the size of disturbances."""
 _SIGNS = {"-": "minus", "+": "plus"}
