@@ -25,7 +25,7 @@ import yaml
 from crane_sim.files.document import get_value, set_value
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.cases import cases
+from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.execution import check_cases, check_figures, run, run_block
 from crane_sim.study.form import Study, Tune, load_study, scene_document
 from crane_sim.study.result import columns_of
@@ -86,9 +86,7 @@ def tune(
     listed = check_cases(training)
     _check_gains(training, checked.tune)
     place = Path(folder)
-    if not (place / "tune.json").exists():
-        check_figures(listed)
-    _check_folder(place, checked)
+    _check_folder(place, checked, listed)
     loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:
         search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
@@ -131,11 +129,16 @@ def _check_gains(study: Study, settings: Tune) -> None:
             check_cases(study.model_copy(update={"variants": {f"{key} = {value:g}": tried}}))
 
 
-def _check_folder(folder: Path, study: Study) -> None:
-    """Write which search a folder holds, or raise SceneError where it holds another one; trials may be more."""
+def _check_folder(folder: Path, study: Study, listed: CaseList) -> None:
+    """Write which search a folder holds, or raise SceneError where it holds another one; trials may be more.
+
+    The figures of a new search are checked by a run of the first of the cases `listed`.
+    """
     settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
     identity = hash_of(identity_of(study.model_copy(update={"tune": settings})))
     file = folder / "tune.json"
+    if not file.exists():
+        check_figures(listed)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not file.exists():
