@@ -39,7 +39,7 @@ def run(
     on_progress: Progress | None = None,
     on_wait: Callable[[str], None] = warnings.warn,
     pool: Workers | None = None,
-    first_is_possible: bool = True,
+    check_first: bool = True,
 ) -> StudyResult:
     """Run a study, or what is missing of it in the folder, and return its table.
 
@@ -52,8 +52,8 @@ def run(
         on_progress: called with (runs that are done, all runs) after each block.
         on_wait: called with a line on why no run is finished, after a minute without one, where that is known.
         pool: workers that have been started already, and are used first.
-        first_is_possible: whether a study is refused whose first sample is not possible with every variant; else that
-            is a row with the status `refused`, as of any other sample.
+        check_first: whether a study is refused whose first sample is not possible with every variant, or whose own
+            figures cannot be columns there; else that is in the rows of this sample, as of any other one.
 
     Raises:
         SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
@@ -64,10 +64,10 @@ def run(
     checked = load_study(study)
     if checked.tune is not None:
         raise SceneError("study: tune: is for crane tune; leave it out to run the study itself")
-    listed = check_cases(checked) if first_is_possible else cases(checked)
+    listed = check_cases(checked) if check_first else cases(checked)
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")
-    if not (Path(folder) / IDENTITY).exists():
+    if check_first and not (Path(folder) / IDENTITY).exists():
         check_figures(listed)
     store = Store(Path(folder), checked, len(listed))
     with store.locked():

@@ -25,7 +25,10 @@ def hash_functions(study: Study, document: Mapping[str, Any]) -> dict[str, str]:
 def hash_source(name: str) -> str | None:
     """Return the SHA-256 of the source of a function FILE.py:FUNCTION or MODULE:FUNCTION, None where there is none."""
     source = source_of(name)
-    return None if source is None else hashlib.sha256(source.read_bytes()).hexdigest()
+    try:
+        return None if source is None else hashlib.sha256(source.read_bytes()).hexdigest()
+    except OSError:  # told where it is loaded
+        return None
 
 
 def _laws_of(study: Study, document: Mapping[str, Any]) -> Iterator[str]:

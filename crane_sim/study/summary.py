@@ -17,7 +17,7 @@ def shown_figures(result: StudyResult) -> list[str]:
     """Return the columns of the table that a summary shows: those of SHOWN, and the study's own figures."""
     numbers = [name for name, kind in result.types.items() if kind in ("double", "int64")]
     shown = [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
-    return shown + [name for name in result.own_figures if name in numbers]
+    return list(dict.fromkeys([*shown, *(name for name in result.own_figures if name in numbers)]))
 
 
 def summarise(result: StudyResult) -> dict[str, Any]:

@@ -81,7 +81,7 @@ def evaluate_samples(
                 folder / trial.folder,
                 workers,
                 pool=pool,
-                first_is_possible=False,
+                check_first=False,
                 on_progress=lambda n, _, before=before: on_progress(before + n, count),
             )
             done += len(result)
