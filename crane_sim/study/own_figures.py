@@ -73,6 +73,8 @@ def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:
 
 def _number(name: str, value: Any) -> float | None:
     try:
+        if isinstance(value, str | bytes):
+            raise TypeError
         return None if value is None else float(value)
     except (TypeError, ValueError):
         line = f"returned {name} = {shorten(value)}; must be a number, or None where a run has none"

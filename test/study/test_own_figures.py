@@ -37,6 +37,10 @@ def broken(run):
 def of_strong_laws(run):
     return {"inverse": 1.0 / int(abs(run.u[:, 0]).max() > 340.0)}
 
+class Table:
+    def __repr__(self):
+        return "rows\\n    rows"
+
 RETURNED = {"figure": {}}
 
 def returned(run):
@@ -89,13 +93,16 @@ def test_a_study_has_figures_of_ones_own(own: Path, tmp_path: Path) -> None:
         ({"settling_time.bridge": 1.0}, "returned 'settling_time.bridge', which is taken"),
         ({1: 1.0}, "returned 1 as a name; names are text"),
         ({"far": [1.0]}, r"returned far = \[1.0\]; must be a number"),
+        ({"far": "3.0"}, "returned far = '3.0'; must be a number"),
+        ("Table()", "returned rows rows; must return a dict"),
         (3.5, "returned 3.5; must return a dict of name: number"),
         (None, "returned None; must return a dict of name: number"),
     ],
 )
 def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str, own: Path, tmp_path: Path) -> None:
     """Names that the table has, and what are no numbers by name: one line says what is possible, nothing is written."""
-    own.write_text(OWN.replace('{"figure": {}}', repr({"figure": returned})))
+    text = returned if returned == "Table()" else repr(returned)
+    own.write_text(OWN.replace('{"figure": {}}', f'{{"figure": {text}}}'))
     with pytest.raises(SceneError, match=line) as error:
         run_with(f"{own}:returned", tmp_path / "refused")
     assert f"study: figures = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
