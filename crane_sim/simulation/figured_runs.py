@@ -39,7 +39,11 @@ Array = npt.NDArray[np.float64]
 
 
 Measure = Callable[[Rollout], dict[str, float | None]]
-"""Returns figures of a run by name."""
+"""Returns figures of a run by name; raises FigureError."""
+
+
+class FigureError(ValueError):
+    """A run whose further figures cannot be had; one line."""
 
 
 class RunEnd(NamedTuple):
@@ -87,7 +91,12 @@ def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
     run, error, refused = attempt_run(scene)
     if run is None:
         return RunEnd({}, error, (), refused)
-    further = measure(run) if measure is not None and error is None else {}
+    further: dict[str, float | None] = {}
+    if measure is not None and error is None:
+        try:
+            further = measure(run)
+        except FigureError as reason:
+            error = str(reason)
     return RunEnd(flatten(run.summary) | further, error, tuple(run.events))
 
 

@@ -1,6 +1,6 @@
 """Rows of a study on disk: an Arrow file for each block of cases, written whole or not at all, then one table.
 
-    FOLDER/study.json         which study this is: its hash, the versions that run it
+    FOLDER/study.json         which study this is: its hash, versions and functions of one's own that run it
     FOLDER/rows/000012.arrow  a file for each block: Arrow's own form costs a fifth of Parquet's time
     FOLDER/table.parquet      all rows in order of their cases, when all are there
 
@@ -21,7 +21,9 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
+from crane_sim.study.columns import OwnFigure
 from crane_sim.study.form import Study, scene_document
+from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time
@@ -29,6 +31,10 @@ MIN_BLOCKS = 64
 """Blocks of a study that has as many cases: what is lost by an interruption is less than a part of it, per worker."""
 MAX_BLOCK = 512
 """Cases of a block at most: what a block costs beside its cases is then little for each of them."""
+IDENTITY = "study.json"
+"""The file of a folder that says which study it is of."""
+OWN_FIGURE = {b"figure": b"own"}
+"""Metadata of a column that is a figure by the study's own function."""
 _INTEGERS = ("case", "sample", "seed", "steps", "events")
 
 
@@ -46,17 +52,30 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
 
 
 def identity_of(study: Study) -> dict[str, Any]:
-    """Return the study, the document of its scene in JSON, and the versions of what computes its numbers."""
-    return {
+    """Return the study, the document of its scene in JSON, and versions and own functions that make its numbers."""
+    document = scene_document(study)
+    identity = {
         "study": study.model_dump(mode="json"),
-        "scene": json.dumps(scene_document(study), default=str),
+        "scene": json.dumps(document, default=str),
         "versions": deciding_versions(),
     }
+    functions = hash_functions(study, document)
+    return identity | {"functions": functions} if functions else identity
+
+
+def block_needs(identity: dict[str, Any]) -> tuple[str, dict[str, str], dict[str, str]]:
+    """Return the scene, versions and functions that every process has to share which runs a part of a study."""
+    return identity["scene"], identity["versions"], identity.get("functions", {})
 
 
 def hash_of(identity: dict[str, Any]) -> str:
     """Return the hash of a study: folders with another one hold other numbers."""
     return hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
+    """Return the keys at which two identities differ, in one line; empty where they do not."""
+    return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
 
 
 class Store:
@@ -72,7 +91,7 @@ class Store:
         self.block = max(1, min(MAX_BLOCK, cases // MIN_BLOCKS))
         self.identity = identity_of(study)
         self.hash = hash_of(self.identity)
-        self._rows, self._file = folder / "rows", folder / "study.json"
+        self._rows, self._file = folder / "rows", folder / IDENTITY
         self.table_file = folder / "table.parquet"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -96,9 +115,9 @@ class Store:
         for part, what in (("study", "another study"), ("scene", "another state of its scene")):
             if known.get(part) != json.loads(json.dumps(self.identity[part], default=str)):
                 return f"holds {what}"
-        mine, other = self.identity["versions"], known.get("versions", {})
-        differing = ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
-        return f"was begun with other versions ({differing})"
+        if changed := differing_keys(self.identity.get("functions", {}), known.get("functions", {})):
+            return f"was begun with another content of {changed}"
+        return f"was begun with other versions ({differing_keys(self.identity['versions'], known.get('versions', {}))})"
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -187,7 +206,10 @@ def _with_schema(table: Any, schema: Any) -> Any:
 def table_of(columns: Mapping[str, Any]) -> Any:
     """Return columns by name as a `pyarrow.Table`; numbers are floats but for counts."""
     arrow = load_pyarrow()
-    return arrow.table({name: arrow.array(*_column(name, values, arrow)) for name, values in columns.items()})
+    arrays = {name: arrow.array(*_column(name, values, arrow)) for name, values in columns.items()}
+    marks = {name: OWN_FIGURE if isinstance(values, OwnFigure) else None for name, values in columns.items()}
+    fields = [arrow.field(name, array.type, metadata=marks[name]) for name, array in arrays.items()]
+    return arrow.table(list(arrays.values()), schema=arrow.schema(fields))
 
 
 def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:
@@ -197,7 +219,7 @@ def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:
     types = {type(value) for value in values if value is not None}
     if types and types <= {int, float}:
         whole = name in _INTEGERS or name.endswith(("_steps", "_evaluations"))
-        return values, arrow.int64() if whole else arrow.float64()
+        return values, arrow.int64() if whole and float not in types else arrow.float64()
     return values if len(types) <= 1 else [None if value is None else str(value) for value in values], None
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.process_signals import end_with_parent
+from crane_sim.process_signals import blocked_interrupts, end_with_parent
 
 LOCAL = "local"
 """The scheduler of a Dask cluster on this machine, which lives as long as the study."""
@@ -75,10 +75,18 @@ def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]
             yield Workers(SerialExecutor(), 1)
         else:
             stack.enter_context(_limit_threads())
-            context = multiprocessing.get_context("spawn")
-            pool = ProcessPoolExecutor(count or cores, context, _start_worker, (os.getpid(),))
+            pool = start_processes(count or cores)
             stack.callback(pool.shutdown, cancel_futures=True)
             yield Workers(pool, count or cores)
+
+
+def start_processes(count: int) -> ProcessPoolExecutor:
+    """Return a pool of processes of this machine, which ignore SIGINT and end with this process, in whatever way."""
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
+    with blocked_interrupts():  # until they ignore it
+        for _ in range(count):
+            pool.submit(os.getpid)  # starts a process each, since none is idle yet
+    return pool
 
 
 @contextmanager
@@ -93,9 +101,10 @@ def _limit_threads() -> Iterator[None]:
             del os.environ[name]
 
 
-def _start_worker(parent: int) -> None:
+def _begin_worker(parent: int) -> None:
     """Ignore SIGINT, which the parent handles for all, and exit when the parent exits, in whatever way."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     end_with_parent(parent)
 
 
