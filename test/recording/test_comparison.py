@@ -140,7 +140,7 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
-    """In a browser the page draws both cranes where their runs had them, without a fault or a request, and names them."""
+    """In a browser the page draws both cranes where their runs had them, without fault or request, and names them."""
     other = crane_sim.read_recording(crane_sim.simulate("overhead_lqr", duration=1.0).record(tmp_path / "b.rrd"))
     save_comparison(crane_sim.compare(run, other, names=("one", "two")), tmp_path / "page.html")
     answer = evaluate_in_pages({"page": (tmp_path / "page.html").read_text()}, SCRIPT, tmp_path)["page"]
