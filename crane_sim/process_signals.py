@@ -10,7 +10,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import NoReturn
 
@@ -39,6 +39,30 @@ def exit_now(code: int) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def end_workers() -> None:
+    """Kill what `multiprocessing` has started, and remove its semaphores, where this process is about to end at once.
+
+    Else a process of Python's own finds the semaphores after the end, removes them, and prints a warning.
+    """
+    processes, finalizers = (sys.modules.get(f"multiprocessing.{name}") for name in ("process", "util"))
+    if processes is not None:
+        for child in processes.active_children():
+            with suppress(ValueError):  # another thread has seen it end
+                child.kill()
+    if finalizers is not None:
+        finalizers._run_finalizers(0)  # those of semaphores; they join no thread, and await no process
+
+
+@contextmanager
+def blocked_interrupts() -> Iterator[None]:
+    """Block SIGINT in the block: it comes after it, and processes that are started in it begin without it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

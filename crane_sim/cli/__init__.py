@@ -50,4 +50,8 @@ def _on_interrupt() -> None:
     """End the process independent of its other threads."""
     if sys.stderr.isatty():
         print("\r\x1b[K\x1b[?25h", end="", file=sys.stderr)  # clear the progress display's line, show the cursor
-    os._exit(_fail("interrupted", 1))
+    try:
+        _fail("interrupted", 1)
+        process_signals.end_workers()
+    finally:
+        os._exit(1)

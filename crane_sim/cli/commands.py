@@ -13,11 +13,11 @@ import yaml
 from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.compare import compare_runs
-from crane_sim.cli.help_lines import HELP, CommandGroup
+from crane_sim.cli.help_lines import HELP, AtLeast, CommandGroup
 from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
 from crane_sim.cli.run_options import RunOptions, check_recording, ensure_writable_folder, run_options
-from crane_sim.cli.scene_options import as_json_option, load_scene_with_options, scene_options
+from crane_sim.cli.scene_options import as_json_option, change_options, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
 from crane_sim.cli.tune import tune
 from crane_sim.cli.viewing import check_output, clip, recording_of, replay, shot, view
@@ -165,11 +165,12 @@ def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
 
 @app.command()
 @click.argument("file")
+@change_options
 @click.option("--ros2-control", "urdf", type=click.Path(path_type=Path), help="Its <ros2_control> tag is checked, too.")
 @click.option("--namespace", default="", help="Of the run that the tag is for (default: the crane's name).")
-def check(file: str, urdf: Path | None, namespace: str) -> None:
+def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
     """Validate a scene file, and with --ros2-control URDF the tag with which ros2_control is to drive its crane."""
-    loaded = load_scene_with_options(file)
+    loaded = load_scene_with_options(file, **changes)
     if urdf is not None:
         from crane_sim.ros.common.ros2_control_tag import check_tag
 
@@ -279,7 +280,11 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 
 @app.command()
 @click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
-@click.option("--samples", type=click.IntRange(min=2), help="Runs of each law in each trial, on the same samples.")
+@click.option(
+    "--samples",
+    type=AtLeast(2),
+    help="Runs of each law in each trial, on the same samples; less than 11 cannot tell 8 laws apart.",
+)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Rows of samples (default: runs/league_SAMPLES).")
 @click.option("--crane", "cranes", multiple=True, metavar="CRANE", help="With --samples: only this crane; repeatable.")
 @as_json_option
@@ -294,7 +299,8 @@ def league(
     from crane_sim.evaluation.league.cases import groups_named
 
     if samples is None and (output is not None or cranes):
-        raise click.UsageError("-o and --crane are for --samples")
+        option = f"--crane {cranes[0]!r}" if cranes else f"-o {str(output)!r}"
+        raise click.UsageError(f"{option}: is for --samples N only; add it, or leave out {option.split()[0]}")
     ensure_writable_folder(folder)
     install_groups(*["plots"] * (folder is not None and samples is None))
     if samples is None:

@@ -1,6 +1,7 @@
 """Help of the command line: -h everywhere, whole sentences for subcommands, and the names near an unknown one."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import click
 
@@ -30,3 +31,14 @@ class CommandGroup(click.Group):
             formatter.write_dl(
                 [(name, command.get_short_help_str(_MAX_HELP_LENGTH)) for name, command in commands if command]
             )
+
+
+class AtLeast(click.IntRange):
+    """A whole number that is at least `min`; anything else is answered with what is possible."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number of an option's text."""
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(f"{value!r}: must be a whole number of at least {self.min}", param, ctx)

@@ -12,19 +12,22 @@ from crane_sim.files.errors import SceneError, shorten
 
 DEFAULT_SCENE = "knuckle_setpoint"
 as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
-_SCENE_OPTIONS = (
-    click.argument("scene", default=DEFAULT_SCENE),
+_CHANGES = (
     click.option("--duration", type=float, help="Simulated seconds (default: the scene's)."),
     click.option("--law", help="Another law, a name or FILE.py:FUNCTION; the settings of the scene's own are dropped."),
     click.option("--seed", type=int, help="Seed of all random numbers."),
     click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
-    as_json_option,
 )
 
 
 def scene_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of a scene to a command."""
-    for option in reversed(_SCENE_OPTIONS):
+    """Add a scene, the options that change it, and --json to a command."""
+    return click.argument("scene", default=DEFAULT_SCENE)(change_options(as_json_option(command)))
+
+
+def change_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that change a scene to a command: the arguments of `load_scene_with_options`."""
+    for option in reversed(_CHANGES):
         command = option(command)
     return command
 

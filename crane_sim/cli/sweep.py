@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
+from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from crane_sim.cli import report
+from crane_sim.cli.help_lines import AtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option
 
@@ -23,11 +26,14 @@ if TYPE_CHECKING:
     from crane_sim.study.execution import Progress as OnProgress
     from crane_sim.study.result import StudyResult
 
+WIDE = 200
+"""Columns of a pipe, so that no row of a table breaks."""
+
 
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the table (default: runs/NAME).")
-@click.option("--workers", type=click.IntRange(min=1), help="Processes (default: one for each core).")
+@click.option("--workers", type=AtLeast(1), help="Processes (default: one for each core).")
 @click.option("--scheduler", metavar="ADDRESS", help="Workers of a Dask scheduler (tcp://…); local: a cluster here.")
 @click.option("--copy-to", metavar="URL", help="Also copy the finished study there (fsspec: s3://…, file:///…).")
 @as_json_option
@@ -57,7 +63,7 @@ def sweep(
 
         print(json.dumps(report.json_value(summarise(result))))
     else:
-        print_result(result, Console())
+        print_result(result, Console(width=None if sys.stdout.isatty() else WIDE))
 
 
 def _tell(line: str) -> None:
@@ -82,35 +88,48 @@ def print_result(result: StudyResult, console: Console) -> None:
     for variant, count in found["failures"].items():
         if count:
             samples = found["runs"] // len(found["failures"])
-            console.print(f"{variant}: {count} of {samples} runs failed", style="bold red")
+            console.print(f"{escape(variant)}: {count} of {samples} runs failed", style="bold red", highlight=False)
     for line in first_errors(result):
-        console.print(line, highlight=False, soft_wrap=True)
-    table = Table("figure", "variant", "runs", "least", "median", "greatest", title="figures", title_justify="left")
-    for name, by_variant in found["figures"].items():
-        for variant in result.study.variant_changes:
-            spread = by_variant[variant]
-            table.add_row(name, variant, *(format_cell(spread[key]) for key in ("runs", "least", "median", "greatest")))
-    console.print(table)
+        console.print(line, highlight=False, soft_wrap=True, markup=False)
+    console.print(_figures(found))
     if len(found["failures"]) > 1:
         console.print(_differences(found))
     for name, by_variant in found["sensitivities"].items():
         console.print(_sensitivities(name, by_variant, result.study.design))
-    console.print(found["table"], highlight=False, soft_wrap=True)
+    console.print(found["table"], highlight=False, soft_wrap=True, markup=False)
+
+
+def _table_of_figures(title: str, *numbers: str) -> Table:
+    """Return a table of numbers by figure and variant without rows: where it is narrow, names break, numbers do not."""
+    names = [Column(name, overflow="fold") for name in ("figure", "variant")]
+    columns = [Column(name, no_wrap=True, justify="right") for name in numbers]
+    return Table(*names, *columns, title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+
+
+def _figures(found: dict[str, Any]) -> Table:
+    """Return the table of the spread of figures, of the summary of a study."""
+    keys = ("runs", "least", "median", "greatest")
+    table = _table_of_figures("figures", *keys)
+    for name, by_variant in found["figures"].items():
+        for i, variant in enumerate(found["failures"]):
+            table.add_row(
+                "" if i else escape(name), escape(variant), *(format_cell(by_variant[variant][k]) for k in keys)
+            )
+    return table
 
 
 def _differences(found: dict[str, Any]) -> Table:
     """Return the table of what variants differ in, on the same samples, of the summary of a study."""
     first, *others = found["failures"]  # variants
-    title = f"differences from {first} on the same samples, mean with its 95 % interval, Wilcoxon's p"
-    columns = ("figure", "variant", "pairs", "mean", "from", "to", "smaller", "p")
-    table = Table(*columns, title=title, title_justify="left")
+    title = f"differences from {escape(first)} on the same samples: mean with its 95 % interval, Wilcoxon's p"
+    table = _table_of_figures(title, "pairs", "mean", "from", "to", "smaller", "p")
     for name, by_variant in found["figures"].items():
-        for other in others:
+        for i, other in enumerate(others):
             each = by_variant[f"{other} - {first}"]
             numbers = (format_cell(each[key]) for key in ("pairs", "mean", "low", "high"))
             share, p = each["share"], each["p_value"]
             share, p = "" if np.isnan(share) else f"{share:.0%}", "" if np.isnan(p) else f"{p:.2g}"
-            table.add_row(name, other, *numbers, share, p)
+            table.add_row("" if i else escape(name), escape(other), *numbers, share, p)
     return table
 
 

@@ -11,6 +11,7 @@ import click
 from rich.console import Console
 from rich.table import Column, Table
 
+from crane_sim.cli.help_lines import AtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.report import json_value
 from crane_sim.cli.scene_options import as_json_option
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the search (default: runs/NAME).")
-@click.option("--trials", type=click.IntRange(min=1), help="Trials of the search (default: the file's).")
-@click.option("--workers", type=click.IntRange(min=1), help="Processes (default: one for each core).")
+@click.option("--trials", type=AtLeast(1), help="Trials of the search (default: the file's).")
+@click.option("--workers", type=AtLeast(1), help="Processes (default: one for each core).")
 @click.option("--save", type=click.Path(path_type=Path), metavar="FILE.json", help="Also add the result to this file.")
 @as_json_option
 def tune(

@@ -1,6 +1,7 @@
 """Errors in scene files, each in one line: the offending key, its value, and the possible ones."""
 
 import difflib
+import re
 import types
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Union, get_args, get_origin
@@ -151,9 +152,9 @@ def one_word(name: Any) -> str:
 
 
 def shorten(value: Any) -> str:
-    """Return a value as a short text for a message."""
+    """Return a value as a short text for a message, without the line breaks that arrays have."""
     try:
-        text = repr(value)
+        text = re.sub(r"\s*\n\s*", " ", repr(value))
     except (ValueError, RecursionError) as error:  # an integer of thousands of digits; groups in groups in groups
         return f"{type(value).__name__} ({error})"
     return text if len(text) <= 60 else text[:57] + "..."

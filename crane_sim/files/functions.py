@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from importlib import import_module
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -18,11 +18,25 @@ def load_function(key: str, name: str) -> Callable[..., Any]:
         Exception: whatever the module raises when it is executed.
     """
     place, _, function = name.rpartition(":")
+    if not (place and function):
+        raise SceneError(f"{key} = {name!r}: must be FILE.py:FUNCTION or MODULE:FUNCTION")
     module = _execute_file(key, Path(place)) if place.endswith(".py") else import_module(place)
     found = getattr(module, function, None)
     if not callable(found):
         raise SceneError(f"{key} = {name!r}: {place} has no function {function!r}")
     return found
+
+
+def source_of(name: str) -> Path | None:
+    """Return the source file of a function FILE.py:FUNCTION or MODULE:FUNCTION, None where there is none."""
+    place = name.rpartition(":")[0]
+    if not place.endswith(".py"):
+        try:
+            spec = find_spec(place)
+        except Exception:  # of a package that the module is in, which is executed: told where it is loaded
+            return None
+        place = "" if spec is None or spec.origin is None else spec.origin
+    return Path(place) if Path(place).is_file() else None
 
 
 def _execute_file(key: str, path: Path) -> ModuleType:

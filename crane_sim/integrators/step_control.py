@@ -12,7 +12,7 @@ from crane_sim.integrators.integration import (
 )
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.status import NOT_FINITE, OK, STEP_TOO_SMALL
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine_returning
 from crane_sim.numerics.states import add, dimension, scale, squared_error_norm
 from crane_sim.system import project, rhs, rhs_into
 
@@ -119,7 +119,7 @@ def _(x, out):
         out[i] = x[i]
 
 
-@routine
+@routine_returning("integration")
 def accepted_step(method, p, u, integration, end):
     """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
     out = allocate(integration.x)

@@ -35,10 +35,14 @@ class Column:
     __hash__: Any = _refuse("hash")
     __float__, __int__, __index__, __round__ = map(_refuse, ("float", "int", "an index", "round"))
     __str__, __format__ = _refuse("a text"), _refuse("a text")
+    # no __getitem__: numpy would take a column for a sequence
+    __len__, __iter__, __contains__ = map(_refuse, ("len", "an iteration", "in"))
     __pow__, __rpow__, __mod__, __rmod__, __floordiv__, __rfloordiv__ = map(_refuse, ("**", "**", "%", "%", "//", "//"))
+    __matmul__, __rmatmul__, __divmod__, __rdivmod__ = map(_refuse, ("@", "@", "divmod", "divmod"))
     sin, cos, tan, arctan, arcsin, arccos, exp, log = map(
         _refuse, ("sin", "cos", "tan", "arctan", "arcsin", "arccos", "exp", "log")
     )  # what functions of numpy call: compiled code and numpy have other last digits, so that columns have none
+    arctan2, hypot, degrees, radians = map(_refuse, ("arctan2", "hypot", "degrees", "radians"))
 
     def __init__(self, values: Array, alike: npt.NDArray[np.bool_]) -> None:
         """Take the values (n, ...), and the marks (n,) that all columns of these cranes share: which are alike."""
@@ -53,6 +57,20 @@ class Column:
         parts = [number.values if isinstance(number, Column) else number for number in numbers]
         with np.errstate(all="ignore"):
             return self._with(function(*parts))
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        """Apply a function of numpy entry by entry, each of them for all cranes: by what columns have of its operation.
+
+        Raises:
+            NotVectorisable: they do not have it.
+        """
+        entries = [_as_entry(number) if isinstance(number, Column) else number for number in inputs]
+        try:
+            return getattr(ufunc, method)(*entries, **options)
+        except NotVectorisable:
+            raise
+        except (AttributeError, TypeError, ValueError) as error:
+            raise NotVectorisable(f"{ufunc.__name__} takes numbers, not a column") from error
 
     def _answer(self, function: Callable[..., Array], other: Any) -> bool:
         """Return the answer of the first crane that is alike, and mark those that answer otherwise."""
@@ -93,6 +111,9 @@ class Column:
             self.alike &= self.values != 0.0
         return self._combine(operator.truediv, other, self)
 
+    def __pos__(self) -> "Column":
+        return self
+
     def __neg__(self) -> "Column":
         return self._with(-self.values)
 
@@ -125,6 +146,13 @@ class Column:
 
     def __ge__(self, other: Any) -> bool:
         return self._answer(operator.ge, other)
+
+
+def _as_entry(column: Column) -> Array:
+    """Return a column as the only entry of an array () of objects."""
+    entry = np.empty((), object)
+    entry[()] = column
+    return entry
 
 
 def as_float(number: Any) -> Any:

@@ -5,6 +5,7 @@
 - `generic`: a function with single dispatch: a kernel with one implementation for each type of its first argument, like
   functools.singledispatch, chosen at compile time.
 - `lean_` before these: compiled without reference counting (LEAN), for functions that allocate and return no array.
+- `routine_returning`: a routine that is lean where what it returns holds no array.
 - `routine_generic`: `generic` with implementations that are not inlined; `stage_generic`: with implementations that are
   optimised before they are inlined, for what a step of an integrator holds many copies of (its stages).
 
@@ -207,6 +208,31 @@ def lean_routine(f: Function) -> Function:
     """Compile `f` as a function that is not inlined, without reference counting, see LEAN."""
     _note_origin(f)
     return numba.njit(f, **(LEAN | {"forceinline": False}))
+
+
+def routine_returning(name: str) -> Callable[[Function], Function]:
+    """Return a decorator of routines that return what their argument `name` is changed to: lean if it has no array.
+
+    Whatever else the routine is given it must not return.
+    """
+
+    def decorate(f: Function) -> Function:
+        _note_origin(f)
+        at = f.__code__.co_varnames.index(name)
+        for options, counts in ((OPTIONS, True), (LEAN, False)):
+
+            def choose(*args: Any, counts: bool = counts) -> Function | None:
+                return f if _holds_array(args[at]) == counts else None
+
+            overload(f, strict=False, jit_options=options | {"forceinline": False})(choose)
+        return f
+
+    return decorate
+
+
+def _holds_array(kind: Any) -> bool:
+    """Return whether a value of this numba type is an array, or holds one."""
+    return isinstance(kind, types.Array) or any(map(_holds_array, getattr(kind, "types", ())))
 
 
 def entry_point(f: Function) -> Function:

@@ -14,6 +14,7 @@ from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.actuated_support import bare_support
+from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
 
 if TYPE_CHECKING:
@@ -137,14 +138,20 @@ def gantry_scales(scene: Scene) -> tuple[float, ...]:
 def suspended_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) that are drawn as arrows of a seventh of a tower or mobile crane's size.
 
-    A joint needs this much to carry the load at the initial radius, a slew or a trolley a tenth of it.
+    A joint needs this much to carry the load at the initial radius, boom and telescope the telescoped section with it,
+    a slew or a trolley a tenth of it.
     """
     radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
-    crane = scene.model
-    weight = crane.gravity * hung_mass(crane)
-    scales = {"N m": radius * weight, "N": weight, "m/s²": 1.0, "m/s": 1.0}
-    shares = [0.1 if name in ("slew", "trolley", "bridge") else 1.0 for name in scene.actuated]
-    return tuple(max(share * scales[unit], 1e-9) for share, unit in zip(shares, scene.effort_units, strict=True))
+    crane, support = scene.model, bare_support(scene.model.support)
+    load = hung_mass(crane)
+    section = support.telescope.mass if isinstance(support, TelescopicBoom) else 0.0
+    masses = dict.fromkeys(("slew", "trolley", "bridge"), 0.1 * load)
+    masses |= dict.fromkeys(("boom", "telescope"), load + section)
+    arms = {"N m": radius, "N": 1.0}
+    return tuple(
+        max(crane.gravity * masses.get(name, load) * arms[unit], 1e-9) if unit in arms else 1.0
+        for name, unit in zip(scene.actuated, scene.effort_units, strict=True)
+    )
 
 
 def of_pendulum(scene: Scene) -> Framing:

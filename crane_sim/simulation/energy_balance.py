@@ -38,9 +38,15 @@ def work_up_to(work, held, q):
     done = 0.0
     for j in range(len(q)):
         done += held[1, j] * (q[j] - held[0, j])
-    after = work[0] + done
-    lost = (work[0] - after) + done if abs(work[0]) >= abs(done) else (done - after) + work[0]
-    return after, work[1] + lost
+    return add_compensated(work[0], work[1], done)
+
+
+@lean_kernel
+def add_compensated(total, lost, term):
+    """Return (sum, its rounding error) with one more term (Neumaier)."""
+    after = total + term
+    missed = (total - after) + term if abs(total) >= abs(term) else (term - after) + total
+    return after, lost + missed
 
 
 @lean_kernel

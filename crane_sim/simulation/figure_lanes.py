@@ -1,6 +1,7 @@
 """Figures of whole runs in lanes: instants side by side, of cranes with one link that have `system.observe`.
 
-LANES instants are watched at a time, in vectors of the processor; sums go one instant after the other.
+LANES instants are watched at a time, as soon as they have passed, in vectors of the processor; sums go one instant
+after the other.
 """
 
 from typing import Any, NamedTuple
@@ -8,15 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import lean_kernel, lean_routine
+from crane_sim.numerics.jit import kernel, lean_kernel, lean_routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, use_wide_vectors
 from crane_sim.numerics.states import scale, smaller
-from crane_sim.simulation.energy_balance import balance_instant, work_instant
+from crane_sim.simulation.energy_balance import add_compensated, balance_instant
 from crane_sim.simulation.extremes import note_range_at
-from crane_sim.simulation.figure_loops import output_of, watch_run
+from crane_sim.simulation.figure_loops import Clock, RunColumns, RunScratch, output_of, watch_run
 from crane_sim.simulation.peaks import PUSHED, watch_efforts, watch_swing, watch_tension
 from crane_sim.simulation.settling import is_outside
-from crane_sim.stepping.periods import BriefOutput
+from crane_sim.stepping.periods import write_instant
 
 
 class LaneBuffers(NamedTuple):
@@ -36,54 +37,107 @@ def lane_buffers(nq: int, nu: int) -> LaneBuffers:
     return LaneBuffers(*(np.empty((n, LANES)) for n in (joints, 9, 1, 2, joints + 6, 1)))
 
 
+class LaneOutput(NamedTuple):
+    """An `Output` that keeps states in place of rows; instants go into lanes, and from there into figures."""
+
+    rows: Any  # (steps + 1, 1 + 2 nq), time and joints
+    commands: Any  # (steps, nu)
+    times: Any  # none
+    samples: Any  # none
+    clock: Clock
+    run: RunColumns  # of one run
+    scratch: RunScratch
+
+
 @output_of.register(LaneBuffers)
-def _(lanes, scratch):
-    return BriefOutput(scratch.rows, scratch.commands, np.empty(0), np.empty((0, scratch.rows.shape[1])))
-
-
-@watch_run.register(LaneBuffers)
-def _(lanes, p, clock, run, scratch, states):
-    k, nq = run.counts[1], len(run.q)
-    q, v = system.joints(p, system.state(p, 0.0, run.q, run.v))
-    u = system.efforts_from_row(p, scratch.rows[0, 2 * nq :])
-    whole, like = k - k % LANES, (q, v, u)
+def _(lanes, clock, run, scratch, states):
     for j in range(LANES):
         lanes.pushed[0, j] = 0.0
         for c in range(len(lanes.least)):
             lanes.least[c, j] = np.inf
-    for first in range(0, whole, LANES):
-        load_block(clock, run, scratch, first, states)
-        watch_block(p, like, clock, run, scratch, first)
-        watch_swings(run.peaks, clock, scratch, first)
+    run.counts[4] = 0
+    return LaneOutput(states, scratch.commands, scratch.times[:0], scratch.rows[:0], clock, run, scratch)
+
+
+@write_instant.register(LaneOutput)
+def _(out, i, p, t, x, u):
+    (q, v), tau, lanes, j = system.joints(p, x), system.effort(u, p, t, x), out.scratch.lanes, i % LANES
+    if j == 0 and i > 0:
+        watch_block(out, p, (q, v, tau), i - LANES)
+    put_lane(lanes.joints, j, (q, v, tau))
+    lanes.supplied[0, j] = system.energy_supplied(p, x)
+    out.rows[i, 0] = out.scratch.times[i]
+    for c in range(len(q)):
+        out.rows[i, 1 + c], out.rows[i, 1 + len(q) + c] = q[c], v[c]
+
+
+@watch_run.register(LaneOutput)
+def _(out, p, clock, run, scratch, states):
+    k, lanes = run.counts[1], scratch.lanes
+    q, v = system.joints(p, system.state(p, 0.0, run.q, run.v))
+    whole, like = k - k % LANES, (q, v, system.efforts_from_row(p, scratch.commands[0]))
     join_lanes(run, lanes)
-    observe_instants(p, like, scratch, whole, k)
+    observe_lanes(p, like, scratch, whole)
     for i in range(whole, k + 1):
-        watch_instant(clock, run, scratch, i, i - whole, states[i])
-    note_last_outside(run, scratch)
+        watch_instant(out, i, i - whole)
+    note_last_outside(run, scratch, whole, k - whole)
+    note_limited(run, clock, scratch, whole, k - whole)
     for j in range(6):
-        scratch.ends[k, j] = lanes.observed[3 + j, k % LANES]
+        run.ends[j] = lanes.observed[3 + j, k % LANES]
 
 
 @lean_routine
-def load_block(clock, run, scratch, first, states):
-    """Put the instants from number `first` on into the lanes, and copy their states; add up the work up to each."""
-    nq, nu, lanes = len(run.q), len(run.target), scratch.lanes
-    for j in range(LANES):
-        i = first + j
-        row, driven_q = scratch.rows[i], scratch.driven_q[i]
-        states[i, 0] = scratch.times[i]
-        for c in range(2 * nq):
-            states[i, 1 + c] = lanes.joints[c, j] = row[c]
-        for c in range(2 * nq, 2 * nq + nu):
-            lanes.joints[c, j] = row[c]
-        for c in range(nu):
-            driven_q[c] = row[scratch.driven[c]]
-        u, supplied = row[2 * nq : 2 * nq + nu], row[2 * nq + nu]
-        lanes.supplied[0, j] = work_instant(run.balance, clock.metered, driven_q, u, supplied)
+def watch_block(out, p, like, first):
+    """Take the LANES instants from number `first` on, which are in the lanes, into the figures of a run."""
+    run, clock, scratch = out.run, out.clock, out.scratch
+    add_work(run.balance, clock.metered, scratch)
+    watch_lanes(p, like, run, scratch, first)
+    watch_swings(run.peaks, clock, scratch, first)
+    note_last_outside(run, scratch, first, LANES)
+    note_limited(run, clock, scratch, first, LANES)
 
 
 @lean_routine
-def watch_block(p, like, clock, run, scratch, first):
+def add_work(balance, metered, scratch):
+    """Put what was supplied up to each instant into the lanes, where no meter tells: the work of held efforts."""
+    joints, driven, held = scratch.lanes.joints, scratch.driven, balance.held
+    total, lost, efforts = balance.work[0], balance.work[1], len(joints) - len(driven)
+    for j in range(0 if metered else LANES):
+        done = 0.0
+        for c in range(len(driven)):
+            q = joints[driven[c], j]
+            done += held[1, c] * (q - held[0, c])
+            held[0, c], held[1, c] = q, joints[efforts + c, j]
+        total, lost = add_compensated(total, lost, done)
+        scratch.lanes.supplied[0, j] = total + lost
+    balance.work[0], balance.work[1] = total, lost
+    balance.count[0] += LANES
+
+
+@lean_kernel
+def note_last_outside(run, scratch, first, count):
+    """Note when joints were last not near their targets, of `count` instants from number `first` on in the lanes."""
+    for c in range(len(run.target)):
+        positions, j = scratch.lanes.joints[scratch.driven[c]], count - 1
+        while j >= 0 and not is_outside(run.target[c], run.near[c], positions[j]):
+            j -= 1
+        if j >= 0:
+            run.outside[c] = scratch.times[first + j]
+
+
+@lean_kernel
+def note_limited(run, clock, scratch, first, count):
+    """Count the commands that were limited, of `count` instants from number `first` on in the lanes."""
+    efforts = scratch.lanes.joints[2 * len(run.q) :]
+    for j in range(count if clock.sampled else 0):
+        differs = False
+        for c in range(len(run.target)):
+            differs = differs or scratch.commands[first + j, c] != efforts[c, j]
+        run.counts[4] += differs
+
+
+@lean_routine
+def watch_lanes(p, like, run, scratch, first):
     """Gather the figures of LANES instants side by side; `like`: joints and efforts of one."""
     use_wide_vectors()
     lanes, start = scratch.lanes, (run.balance.start[0], run.balance.start[1])
@@ -129,16 +183,6 @@ def watch_swings(peaks, clock, scratch, first):
 
 
 @lean_routine
-def note_last_outside(run, scratch):
-    """Note when joints were last not near their targets: from the end on, which most have reached long before."""
-    for c in range(len(run.target)):
-        for i in range(run.counts[1] - 1, -1, -1):
-            if is_outside(run.target[c], run.near[c], scratch.driven_q[i, c]):
-                run.outside[c] = scratch.times[i]
-                break
-
-
-@lean_routine
 def join_lanes(run, lanes):
     """Take the least values of all lanes into the figures of the run."""
     nq, nu, least, extremes = len(run.q), len(run.target), lanes.least, run.balance.extremes
@@ -157,34 +201,27 @@ def join_lanes(run, lanes):
 
 
 @lean_routine
-def observe_instants(p, like, scratch, first, last):
-    """Observe the instants from number `first` on, none beyond `last`, in lanes; `like`: joints and efforts of one."""
+def observe_lanes(p, like, scratch, first):
+    """Observe the instants from number `first` on, which are in the lanes; `like`: joints and efforts of one."""
     use_wide_vectors()
-    joints, observed = scratch.lanes.joints, scratch.lanes.observed
+    lanes, last = scratch.lanes, len(scratch.times) - 1
     for j in range(LANES):
-        row = scratch.rows[min(first + j, last)]
-        for c in range(len(joints)):
-            joints[c, j] = row[c]
-    for j in range(LANES):
-        q, v, u = lane(like, joints, j)
-        put_lane(observed, j, system.observe(p, scratch.times[min(first + j, last)], q, v, u))
+        q, v, u = lane(like, lanes.joints, j)
+        put_lane(lanes.observed, j, system.observe(p, scratch.times[min(first + j, last)], q, v, u))
 
 
-@lean_kernel
-def watch_instant(clock, run, scratch, i, j, state):
-    """Gather the figures of instant i, which is in lane j, and copy its state."""
-    row, driven_q, seen = scratch.rows[i], scratch.driven_q[i], scratch.lanes.observed
-    t, nq, nu = scratch.times[i], len(run.q), len(run.target)
-    state[0] = t
-    for c in range(2 * nq):
-        state[1 + c] = row[c]
+@kernel
+def watch_instant(out, i, j):
+    """Take instant i, which is in lane j, into the figures of a run; of the last one, positions only."""
+    run, clock, scratch = out.run, out.clock, out.scratch
+    nq, nu, joints, seen = len(run.q), len(run.target), scratch.lanes.joints, scratch.lanes.observed
+    note_range_at(joints[:nq, j], run.ranges[0], run.ranges[1])
     for c in range(nu):
-        driven_q[c] = row[scratch.driven[c]]
-    note_range_at(row[:nq], run.ranges[0], run.ranges[1])
+        run.driven_end[c] = joints[scratch.driven[c], j]
     if i < run.counts[1]:
-        u, supplied = row[2 * nq : 2 * nq + nu], row[2 * nq + nu]
-        balance_instant(run.balance, clock.metered, driven_q, u, supplied, seen[0, j], seen[1, j])
+        u, supplied = joints[2 * nq : 2 * nq + nu, j], scratch.lanes.supplied[0, j]
+        balance_instant(run.balance, clock.metered, run.driven_end, u, supplied, seen[0, j], seen[1, j])
         watch_tension(run.peaks, seen[2, j], seen[2, j])
         rope = seen[6, j] - seen[3, j], seen[7, j] - seen[4, j], seen[8, j] - seen[5, j]
-        watch_swing(run.peaks, t, clock.late, rope)
+        watch_swing(run.peaks, scratch.times[i], clock.late, rope)
         watch_efforts(run.peaks, u)

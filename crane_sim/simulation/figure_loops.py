@@ -5,10 +5,7 @@ They are gathered by the compiled functions that `metrics.Metrics` calls block b
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from crane_sim import system
-from crane_sim.numerics.jit import entry_point, generic, routine, routine_generic
+from crane_sim.numerics.jit import entry_point, generic, kernel, routine_generic
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants
 from crane_sim.simulation.extremes import note_range
@@ -23,12 +20,13 @@ AT_ONCE = 16
 
 
 class Clock(NamedTuple):
-    """Control periods of a run, the same for all cranes of a kind, and whether these have meters."""
+    """Control periods of a run, the same for all cranes of a kind, and whether these have meters and sampled laws."""
 
     period: float  # s
     steps: int
     late: float  # s, when the last part of the run begins
     metered: bool
+    sampled: bool  # whether a law is
 
 
 class RunColumns(NamedTuple):
@@ -54,60 +52,54 @@ class RunScratch(NamedTuple):
 
     times: Any  # (steps + 1,) s
     driven: Any  # (nu,) indices of the actuated joints
-    rows: Any  # (steps + 1, width), see `stepping.rows`
+    rows: Any  # (steps + 1, width), see `stepping.rows`; (0, width) with lanes
     commands: Any  # (steps, nu)
-    energies: Any  # (steps + 1, 2) J
-    ends: Any  # (steps + 1, 6) m
-    driven_q: Any  # (steps + 1, nu)
+    energies: Any  # (steps + 1, 2) J, as many as rows
+    ends: Any  # (steps + 1, 6) m, likewise
+    driven_q: Any  # (steps + 1, nu), likewise
     states: Any  # (AT_ONCE, steps + 1, 1 + 2 nq), time and joints of the runs
-    lanes: Any  # `figure_lanes.LaneBuffers` where rows have no tensions; None for others
+    lanes: Any  # `figure_lanes.LaneBuffers` where instants are watched in lanes, as they come; None for others
 
 
 @generic
 def roll_out(source, method, p, integration, period, out):
-    """Return (last integration, number of whole periods, those in which a command was limited); fill `out`."""
-    return (*continuous_rollout(method, p, source, integration, period, out), 0)
+    """Return (last integration, number of whole periods); fill `out`."""
+    return continuous_rollout(method, p, source, integration, period, out)
 
 
 @roll_out.register(Sampled)
 def _(source, method, p, integration, period, out):
-    integration, done = zero_order_hold_rollout(method, p, source.law, integration, period, out)
-    limited, nu = 0, out.commands.shape[1]
-    first = 2 * len(system.joints(p, integration.x)[0])
-    for k in range(done):
-        differs = False
-        for j in range(nu):
-            differs = differs or out.commands[k, j] != out.rows[k, first + j]
-        limited += differs
-    return integration, done, limited
+    return zero_order_hold_rollout(method, p, source.law, integration, period, out)
 
 
 @generic
-def output_of(lanes, scratch):
-    """Return the output of a rollout whose rows have tensions by default."""
-    return Output(scratch.rows, scratch.commands, np.empty(0), np.empty((0, scratch.rows.shape[1])))
+def output_of(lanes, clock, run, scratch, states):
+    """Return the output of the rollout of one run, whose states are to be kept in `states`: rows by default."""
+    return Output(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
 
 
 @entry_point
 def run_cranes_with_figures(cranes, clock, runs, scratch, first, last):
     """Run cranes `first` to `last` (excluded): columns of `Driven`; fill `RunColumns`, and the states of each run."""
-    out = output_of(scratch.lanes, scratch)
     for i in range(first, last):
         method, p, source = tree_column(cranes, i)
-        integration, _, _ = begin(p, runs.q[i], runs.v[i])
-        runs.balance.start[i, 0] = read_meters(p, integration.x)[0]
-        integration, done, limited = roll_out(source, method, p, integration, clock.period, out)
-        counts = runs.counts[i]
-        counts[0], counts[1], counts[2] = integration.status, done, integration.evaluations
-        counts[3], counts[4] = integration.terminal_guard, limited
+        run, states = tree_column(runs, i), scratch.states[i - first]
+        integration, _, _ = begin(p, run.q, run.v)
+        run.balance.start[0] = read_meters(p, integration.x)[0]
+        out = output_of(scratch.lanes, clock, run, scratch, states)
+        integration, done = roll_out(source, method, p, integration, clock.period, out)
+        run.counts[0], run.counts[1], run.counts[2] = integration.status, done, integration.evaluations
+        run.counts[3] = integration.terminal_guard
         runs.reached[i] = integration.t
-        watch_run(scratch.lanes, p, clock, tree_column(runs, i), scratch, scratch.states[i - first])
-        finish_run(p, clock, tree_column(runs, i), scratch, integration.x)
+        watch_run(out, p, clock, run, scratch, states)
+        energy, supplied = read_meters(p, integration.x)
+        audit = balance_errors(run.balance, clock.metered, run.driven_end, energy, supplied)
+        run.audit[0], run.audit[1] = audit
 
 
 @routine_generic
-def watch_run(lanes, p, clock, run, scratch, states):
-    """Gather the figures of one run from its rows, and copy its states."""
+def watch_run(out, p, clock, run, scratch, states):
+    """Gather the figures of one run that have not been gathered as it went: all, from rows; copy its states."""
     k, nq, nu = run.counts[1], len(run.q), len(run.target)
     rows, t = scratch.rows[: k + 1], scratch.times[: k + 1]
     q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : 2 * nq + nu]
@@ -124,16 +116,20 @@ def watch_run(lanes, p, clock, run, scratch, states):
     watch_instants(run.peaks, t[:k], clock.late, u[:k], tensions, scratch.ends)
     note_range(q, run.ranges[0], run.ranges[1])
     note_outside(run.target, run.near, t[:k], driven_q, run.outside)
-
-
-@routine
-def finish_run(p, clock, run, scratch, x):
-    """Note the figures of a run at its end, in state x of the integration."""
-    k = run.counts[1]
+    run.counts[4] = limited_periods(out, k, 2 * nq) if clock.sampled else 0
     for j in range(6):
         run.ends[j] = scratch.ends[k, j]
-    for j in range(len(run.driven_end)):
+    for j in range(nu):
         run.driven_end[j] = scratch.driven_q[k, j]
-    energy, supplied = read_meters(p, x)
-    audit = balance_errors(run.balance, clock.metered, scratch.driven_q[k], energy, supplied)
-    run.audit[0], run.audit[1] = audit
+
+
+@kernel
+def limited_periods(out, count, first):
+    """Return in how many of the first `count` periods a command was limited; efforts are in columns from `first` on."""
+    limited = 0
+    for k in range(count):
+        differs = False
+        for j in range(out.commands.shape[1]):
+            differs = differs or out.commands[k, j] != out.rows[k, first + j]
+        limited += differs
+    return limited

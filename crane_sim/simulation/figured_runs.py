@@ -39,7 +39,11 @@ Array = npt.NDArray[np.float64]
 
 
 Measure = Callable[[Rollout], dict[str, float | None]]
-"""Returns figures of a run by name."""
+"""Returns figures of a run by name; raises FigureError."""
+
+
+class FigureError(ValueError):
+    """A run whose further figures cannot be had; one line."""
 
 
 class RunEnd(NamedTuple):
@@ -87,7 +91,12 @@ def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
     run, error, refused = attempt_run(scene)
     if run is None:
         return RunEnd({}, error, (), refused)
-    further = measure(run) if measure is not None and error is None else {}
+    further: dict[str, float | None] = {}
+    if measure is not None and error is None:
+        try:
+            further = measure(run)
+        except FigureError as reason:
+            error = str(reason)
     return RunEnd(flatten(run.summary) | further, error, tuple(run.events))
 
 
@@ -165,7 +174,7 @@ def _run(starts: RunStarts) -> EndColumns:
     """Run n cranes of one kind."""
     first, runs = starts.first, _allocate(starts)
     late, metered = (1.0 - LAST) * first.duration, first.model.energy_meter is not None
-    clock = Clock(first.period, first.steps, late, metered)
+    clock = Clock(first.period, first.steps, late, metered, first.sampled)
     scratch, hashes = _allocate_scratch(first), list[str]()
     for start in range(0, len(runs.q), AT_ONCE):
         end = min(start + AT_ONCE, len(runs.q))
@@ -201,13 +210,13 @@ def _allocate(starts: RunStarts) -> RunColumns:
 def _allocate_scratch(scene: Scene) -> RunScratch:
     nq, nu, k = len(scene.joint_names), len(scene.actuated), scene.steps + 1
     driven = np.array([scene.joint_names.index(name) for name in scene.actuated], np.int64)
-    width, lanes = row_width(scene.model, nq, nu), None
+    width, lanes, watched = row_width(scene.model, nq, nu), None, k
     if system.observe.has_implementation(type(scene.model)) and system.link_count(scene.model) == 1:
-        width, lanes = width - 1, lane_buffers(nq, nu)
-    rows, commands = np.empty((k, width)), np.empty((k - 1, nu))
-    watched = np.empty((k, 2)), np.empty((k, 6)), np.empty((k, nu))
+        lanes, watched = lane_buffers(nq, nu), 0
+    rows, energies, ends, driven_q = (np.empty((watched, n)) for n in (width, 2, 6, nu))
+    times, commands = np.arange(k, dtype=np.float64) * scene.period, np.empty((k - 1, nu))
     states = np.empty((AT_ONCE, k, 1 + 2 * nq))
-    return RunScratch(np.arange(k, dtype=np.float64) * scene.period, driven, rows, commands, *watched, states, lanes)
+    return RunScratch(times, driven, rows, commands, energies, ends, driven_q, states, lanes)
 
 
 def _figures_of_runs(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from crane_sim.integrators import (
     step,
 )
 from crane_sim.integrators.integration import equal_step, periods_per_step, status_of
-from crane_sim.numerics.jit import entry_point, generic, kernel, routine
+from crane_sim.numerics.jit import entry_point, generic, kernel, routine, routine_returning
 from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
 from crane_sim.numerics.states import dimension, replace_field
 from crane_sim.stepping.periods import Output, finish, integrate_period, write
@@ -77,13 +77,24 @@ def state_at_start(p, arrays, i):
 @generic
 def integrate_run(source, method, p, integration, grid, rows):
     """Return (last integration, number of whole periods) of a run; write its rows."""
+    return integrate_continuous_run(source, method, p, integration, grid, rows)
+
+
+@integrate_run.register(Sampled)
+def _(source, method, p, integration, grid, rows):
+    return integrate_sampled_run(source, method, p, integration, grid, rows)
+
+
+@routine_returning("integration")
+def integrate_continuous_run(source, method, p, integration, grid, rows):
+    """Return the result of `integrate_run` under a source that the equations evaluate."""
     i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
     out = Output(rows, None, grid.times, rows[:m])
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(grid.steps):
         before, end = integration, (k + 1) * grid.period
         latest = latest_step_end(method, k, grid.steps, grid.period)
-        integration, i = integrate_period(method, p, source, integration, end, latest, out, i)
+        integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
             t = k * grid.period
             write(rows, m, p, t, dense_output(method, p, source, before, t), source)
@@ -92,15 +103,16 @@ def integrate_run(source, method, p, integration, grid, rows):
     return integration, grid.steps
 
 
-@integrate_run.register(Sampled)
-def _(source, method, p, integration, grid, rows):
+@routine_returning("integration")
+def integrate_sampled_run(source, method, p, integration, grid, rows):
+    """Return the result of `integrate_run` under a sampled law."""
     i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
     out = Output(rows, None, grid.times, rows[:m])
     u = sampled_source(source.law, p, 0.0, integration.x)
     for k in range(grid.steps):
         u, end = sampled_source(source.law, p, k * grid.period, integration.x), (k + 1) * grid.period
         before = apply_pending_events(system.switching(p), p, u, integration)
-        integration, i = integrate_period(method, p, u, before, end, end, out, i)
+        integration, i = integrate_period(method, p, u, before, end, end, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
             write(rows, m, p, before.t, before.x, u)
             return integration, k

@@ -142,7 +142,7 @@ def integrate_period_with_drives(method, p, u, integration, end, out, i):
     """Return the result of `integrate_period`, by steps that also end where a drive's effort has a breakpoint."""
     while integration.status == OK and integration.t < end:
         break_time = next_breakpoint(u, integration.t, end)
-        integration, i = integrate_period(method, p, u, integration, break_time, break_time, out, i)
+        integration, i = integrate_period(method, p, u, integration, break_time, break_time, out.times, out.samples, i)
     return integration, i
 
 

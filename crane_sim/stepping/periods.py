@@ -19,7 +19,7 @@ from crane_sim.integrators import (
     start,
 )
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry_point, lean_generic, lean_kernel, routine
+from crane_sim.numerics.jit import entry_point, lean_generic, routine, routine_returning
 
 
 class Replay(NamedTuple):
@@ -44,15 +44,6 @@ class Output(NamedTuple):
     samples: Any  # (m, width), rows at these times
 
 
-class BriefOutput(NamedTuple):
-    """An `Output` whose rows have no tensions, of a model whose states are tuples: its rows are written faster."""
-
-    rows: Any
-    commands: Any
-    times: Any
-    samples: Any
-
-
 @entry_point
 def begin(p, q, v):
     """Return the integration at t = 0, before its first step, and the joints q, v of its state.
@@ -65,52 +56,38 @@ def begin(p, q, v):
 
 @routine
 def write(rows, i, p, t, x, u):
-    """Write the row of state x under the source u into rows[i], without tensions where it has no room for them."""
+    """Write the row of state x under the source u into rows[i]."""
     q, v = system.joints(p, x)
     tau = system.effort(u, p, t, x)
-    after = write_joints(rows, i, p, x, q, v, tau)
-    if rows.shape[1] > after:
-        system.tensions(p, t, x, tau, rows, i, after)
-
-
-@lean_kernel
-def write_joints(rows, i, p, x, q, v, tau):
-    """Write joints, efforts and energy supplied into rows[i]; return the column after them."""
     for j in range(len(q)):
         rows[i, j] = q[j]
         rows[i, j + len(q)] = v[j]
     store(rows, i, 2 * len(q), tau)
     after = 2 * len(q) + len(tau)
     rows[i, after] = system.energy_supplied(p, x)
-    return after + 1
+    system.tensions(p, t, x, tau, rows, i, after + 1)
 
 
 @lean_generic
-def write_start(out, i, p, t, x, u):
-    """Write row i of an output: state x at t, at the start of a period, and efforts u that are held."""
+def write_instant(out, i, p, t, x, u):
+    """Write instant i of an output, the start of a period or the end: state x at t under the source u."""
     write(out.rows, i, p, t, x, u)
 
 
-@write_start.register(BriefOutput)
-def _(out, i, p, t, x, u):
-    write_joints(out.rows, i, p, x, *system.joints(p, x), u)
-
-
-@routine
-def integrate_period(method, p, u, integration, end, latest, out, i):
+@routine_returning("integration")
+def integrate_period(method, p, u, integration, end, latest, times, samples, i):
     """Return (integration covering `end`, index of the next sample); write the samples of this period.
 
     Args:
         method, p, u, integration: settings, parameters, source, integration under way.
         end: of the period [s].
         latest: instant [s] that no step may pass: `end` when u is held, since u jumps there.
-        out: `Output`, whose samples are written.
+        times, samples: of an `Output`; the samples are written.
         i: index of the first sample not yet written.
     """
-    times = out.times
     while i < len(times) and times[i] < end and (integration.status == OK or integration.t >= times[i]):
         integration = integrate_to(method, p, u, integration, times[i], latest)
-        write(out.samples, i, p, times[i], dense_output(method, p, u, integration, times[i]), u)
+        write(samples, i, p, times[i], dense_output(method, p, u, integration, times[i]), u)
         i += 1
     return integrate_to(method, p, u, integration, end, latest), i
 
@@ -151,7 +128,7 @@ def continuous_step(method, p, source, integration, k, steps, period, rows, i):
 def finish(method, p, u, integration, end, out, i):
     """Write the row and the samples at the very end of a run."""
     x = dense_output(method, p, u, integration, end)
-    write(out.rows, len(out.rows) - 1, p, end, x, u)
+    write_instant(out, len(out.rows) - 1, p, end, x, u)
     while i < len(out.times):
         write(out.samples, i, p, end, x, u)
         i += 1
@@ -169,6 +146,12 @@ def zero_order_hold_rollout(method, p, law, integration, period, out):
     Returns:
         (last integration, number of whole periods)
     """
+    return hold_each_period(method, p, law, integration, period, out)
+
+
+@routine_returning("integration")
+def hold_each_period(method, p, law, integration, period, out):
+    """Return the result of `zero_order_hold_rollout`."""
     steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     q, v = system.joints(p, integration.x)
@@ -179,9 +162,9 @@ def zero_order_hold_rollout(method, p, law, integration, period, out):
         store(out.commands, k, 0, command)
         u = system.saturate(p, command)
         integration = apply_pending_events(system.switching(p), p, u, integration)
-        write_start(out, k, p, integration.t, integration.x, u)
+        write_instant(out, k, p, integration.t, integration.x, u)
         end = (k + 1) * period
-        integration, i = integrate_period(method, p, u, integration, end, end, out, i)
+        integration, i = integrate_period(method, p, u, integration, end, end, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
             return integration, k
     finish(method, p, u, integration, integration.t, out, i)
@@ -191,14 +174,20 @@ def zero_order_hold_rollout(method, p, law, integration, period, out):
 @entry_point
 def continuous_rollout(method, p, source, integration, period, out):
     """Run under a source that the equations evaluate; arguments and results of `zero_order_hold_rollout`."""
+    return pass_each_period(method, p, source, integration, period, out)
+
+
+@routine_returning("integration")
+def pass_each_period(method, p, source, integration, period, out):
+    """Return the result of `continuous_rollout`."""
     steps = len(out.rows) - 1
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(steps):
         end = (k + 1) * period
-        write(out.rows, k, p, k * period, dense_output(method, p, source, integration, k * period), source)
+        write_instant(out, k, p, k * period, dense_output(method, p, source, integration, k * period), source)
         latest = latest_step_end(method, k, steps, period)
-        integration, i = integrate_period(method, p, source, integration, end, latest, out, i)
+        integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
             return integration, k
     finish(method, p, source, integration, steps * period, out, i)

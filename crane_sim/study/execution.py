@@ -12,13 +12,15 @@ from typing import Any
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.figured_runs import FigureError
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.form import Study, load_study, scene_document
-from crane_sim.study.own_figures import load_figures
+from crane_sim.study.named_functions import hash_functions
+from crane_sim.study.own_figures import UnusableFigures, load_figures
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
-from crane_sim.study.runs import Table, rows_of
-from crane_sim.study.store import Store, load_pyarrow
+from crane_sim.study.runs import OK, Table, rows_of, simulate_case
+from crane_sim.study.store import IDENTITY, Store, block_needs, differing_keys, load_pyarrow
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
 
@@ -37,6 +39,7 @@ def run(
     on_progress: Progress | None = None,
     on_wait: Callable[[str], None] = warnings.warn,
     pool: Workers | None = None,
+    check_first: bool = True,
 ) -> StudyResult:
     """Run a study, or what is missing of it in the folder, and return its table.
 
@@ -49,6 +52,8 @@ def run(
         on_progress: called with (runs that are done, all runs) after each block.
         on_wait: called with a line on why no run is finished, after a minute without one, where that is known.
         pool: workers that have been started already, and are used first.
+        check_first: whether a study is refused whose first sample is not possible with every variant, or whose own
+            figures cannot be columns there; else that is in the rows of this sample, as of any other one.
 
     Raises:
         SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
@@ -59,9 +64,11 @@ def run(
     checked = load_study(study)
     if checked.tune is not None:
         raise SceneError("study: tune: is for crane tune; leave it out to run the study itself")
-    listed = check_cases(checked)
+    listed = check_cases(checked) if check_first else cases(checked)
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")
+    if check_first and not (Path(folder) / IDENTITY).exists():
+        check_figures(listed)
     store = Store(Path(folder), checked, len(listed))
     with store.locked():
         starts = itertools.chain(
@@ -91,6 +98,28 @@ def check_cases(study: Study) -> CaseList:
             where = f"variant {case.variant!r}: " if study.variants else ""
             raise SceneError(f"study: {where}{error}") from None
     return listed
+
+
+def check_figures(listed: CaseList) -> None:
+    """Run the first case of a study with figures of its own, to see whether they can be columns of its table.
+
+    An error that the function raises is not looked at here: it may be of this case only, and is in its row.
+
+    Raises:
+        SceneError: the function has names that the table has, or returns no numbers by name.
+    """
+    measure = load_figures(listed.study)
+    if measure is None:
+        return
+    run, status, _ = simulate_case(listed[0], scene_document(listed.study))
+    if run is None or status != OK:
+        return
+    try:
+        measure(run)
+    except UnusableFigures as error:
+        raise SceneError(f"study: {error}") from None
+    except FigureError:
+        pass
 
 
 def _run_missing(
@@ -123,7 +152,7 @@ def _results(
     store: Store, study: Study, blocks: list[int], workers: Workers, on_wait: Callable[[str], None]
 ) -> Iterator[tuple[int, Table]]:
     """Yield (block, rows) as workers finish them; call `on_wait` where they finish none for a known reason."""
-    task = study.model_dump_json(), store.identity["scene"], store.identity["versions"]
+    task = study.model_dump_json(), *block_needs(store.identity)
     pending, waiting = dict[Future[Table], int](), iter(blocks)
     while True:
         while len(pending) < AHEAD * workers.parallel and (block := next(waiting, None)) is not None:
@@ -145,15 +174,17 @@ def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
     return cases(load_study(json.loads(study) | {"scene": document})), document
 
 
-def run_block(study: str, scene: str, versions: dict[str, str], first: int, end: int) -> Table:
+def run_block(
+    study: str, scene: str, versions: dict[str, str], functions: dict[str, str], first: int, end: int
+) -> Table:
     """Return the rows of the cases `first` to `end` (excluded).
 
     Raises:
-        SceneError: this process would compute with other versions.
+        SceneError: this process would compute with other versions, or with other functions of one's own.
     """
-    mine = deciding_versions()
-    if mine != versions:
-        differing = ", ".join(key for key in sorted(mine.keys() | versions) if mine.get(key) != versions.get(key))
+    if differing := differing_keys(deciding_versions(), versions):
         raise SceneError(f"a worker has other versions than this process: {differing}")
     listed, document = _cases_of(study, scene)
+    if changed := differing_keys(hash_functions(listed.study, document), functions):
+        raise SceneError(f"{changed}: not as when the study began; undo that, or begin it in another folder")
     return rows_of(listed, first, end, document)

@@ -1,37 +1,81 @@
 """Further figures of a study's runs, by a function that its file names."""
 
+from collections.abc import Mapping
 from functools import lru_cache
+from typing import Any
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.functions import load_function
-from crane_sim.simulation.figured_runs import Measure
+from crane_sim.simulation.figured_runs import FigureError, Measure
+from crane_sim.simulation.figures import flatten
 from crane_sim.simulation.rollout import Rollout
+from crane_sim.study.columns import COLUMNS
 from crane_sim.study.form import Study
+from crane_sim.study.named_functions import hash_source
+
+
+class UnusableFigures(FigureError):
+    """What a function of figures returned can be no columns of a table, of this run and probably of any other."""
 
 
 def load_figures(study: Study) -> Measure | None:
     """Return the function of a run that has the study's further figures, None where it asks for none.
 
+    When called it raises `FigureError` where the function raised an error, and `UnusableFigures`.
+
     Raises:
-        SceneError: there is no such function; when called: it raised an error, or returned what are no numbers by name.
+        SceneError: there is no such function.
     """
-    return _load(study.figures) if study.figures else None
+    return _load(study.figures, hash_source(study.figures)) if study.figures else None
 
 
 @lru_cache(maxsize=1)
-def _load(name: str) -> Measure:
+def _load(name: str, _: str | None) -> Measure:
+    """Load a function anew where its source has another hash."""
     try:
         function = load_function("study: figures", name)
     except SceneError:
         raise
     except Exception as error:  # of the user's own module: any error of it is one line
-        raise SceneError(f"study: figures = {name!r}: {type(error).__name__}: {error}") from error
+        raise SceneError(f"study: figures = {name!r}: {_cause(error)}") from error
 
     def measure(run: Rollout) -> dict[str, float | None]:
         try:
-            found = dict(function(run))
-            return {str(key): None if value is None else float(value) for key, value in found.items()}
+            found = function(run)
         except Exception as error:
-            raise SceneError(f"study: figures = {name!r}: {type(error).__name__}: {error}") from error
+            raise FigureError(f"figures = {name!r}: {_cause(error)}") from error
+        try:
+            return _numbers_by_name(found, run)
+        except UnusableFigures as error:
+            raise UnusableFigures(f"figures = {name!r}: {error}") from None
 
     return measure
+
+
+def _cause(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:
+    """Return what a function of figures returned of a run, as numbers by name; raises UnusableFigures."""
+    if not isinstance(found, Mapping):
+        line = f"returned {shorten(found)}; must return a dict of name: number, None where a run has none"
+        raise UnusableFigures(line)
+    taken = {name.partition(".")[0] for name in (*COLUMNS, *flatten(run.summary))}
+    for name in found:
+        if not isinstance(name, str) or not name:
+            raise UnusableFigures(f"returned {shorten(name)} as a name; names are text")
+        if name.partition(".")[0] in taken:
+            reason = "is taken by the table's own columns"
+            raise UnusableFigures(f"returned {name!r}, which {reason}; take another name, such as 'own_{name}'")
+    return {name: _number(name, value) for name, value in found.items()}
+
+
+def _number(name: str, value: Any) -> float | None:
+    try:
+        if isinstance(value, str | bytes):
+            raise TypeError
+        return None if value is None else float(value)
+    except (TypeError, ValueError):
+        line = f"returned {name} = {shorten(value)}; must be a number, or None where a run has none"
+        raise UnusableFigures(line) from None

@@ -14,7 +14,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.study.form import Study, load_study
 from crane_sim.study.runs import OK
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
-from crane_sim.study.store import load_pyarrow
+from crane_sim.study.store import OWN_FIGURE, load_pyarrow
 
 
 def read_result(folder: Path) -> "StudyResult":
@@ -61,8 +61,16 @@ class StudyResult:
     @cached_property
     def types(self) -> dict[str, str]:
         """The types of the table's columns by name, such as double, int64 and string."""
-        schema = load_pyarrow("pyarrow.parquet").read_schema(self.folder / "table.parquet")
-        return {field.name: str(field.type) for field in schema}
+        return {field.name: str(field.type) for field in self._schema}
+
+    @cached_property
+    def own_figures(self) -> list[str]:
+        """Columns of the figures by the study's own function."""
+        return [field.name for field in self._schema if OWN_FIGURE.items() <= (field.metadata or {}).items()]
+
+    @property
+    def _schema(self) -> Any:
+        return load_pyarrow("pyarrow.parquet").read_schema(self.folder / "table.parquet")
 
     def __len__(self) -> int:
         """Return the number of runs."""

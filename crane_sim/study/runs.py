@@ -16,12 +16,12 @@ from crane_sim.simulation.figured_runs import Attempt, Measure, RunEnd, attempt_
 from crane_sim.simulation.figures import cell_of
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.cases import Case, CaseColumns, CaseList
+from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER, OwnFigure
 from crane_sim.study.own_figures import load_figures
 from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
 """Statuses of a row: the run reached its end; it ended before; its scene is not possible."""
-PARAMETER, FIRST_COLUMNS = "parameter.", ("case", "sample", "variant", "law", "seed", "status", "error")
 
 
 Table = dict[str, Any]
@@ -35,14 +35,29 @@ def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any])
     in one compiled call; a case has the numbers of its single run, bit for bit.
     """
     began, parts, count = time.perf_counter(), list[tuple[list[int], Table]](), end - first
-    measure = load_figures(listed.study)
+    measure, own = _collect_names(load_figures(listed.study))
     for cases in listed.columns(first, end):
         together, alone = _run_together(cases, document) if measure is None else ([], cases.numbers)
         parts += together
         parts += _run_each([listed[number] for number in alone], document, measure) if alone else []
     table = _join([([number - first for number in numbers], part) for numbers, part in parts], count)
+    table |= {name: OwnFigure(table[name]) for name in own}
     each = (time.perf_counter() - began) / count
     return table | {"versions": [_versions()] * count, "wall_time": [each] * count}
+
+
+def _collect_names(measure: Measure | None) -> tuple[Measure | None, dict[str, None]]:
+    """Return a function of further figures, and their names, in order, which it adds as it is called."""
+    names = dict[str, None]()
+    if measure is None:
+        return None, names
+
+    def collecting(run: Rollout) -> dict[str, float | None]:
+        found = measure(run)
+        names.update(dict.fromkeys(found))
+        return found
+
+    return collecting, names
 
 
 def _run_together(cases: CaseColumns, document: Mapping[str, Any]) -> tuple[list[tuple[list[int], Table]], list[int]]:

@@ -9,6 +9,7 @@ from scipy import stats
 
 CONFIDENCE = 0.95
 _RESAMPLES = 9999
+_DRAWN = 2**19  # indices of a bootstrap that are in memory at a time, 8 bytes each
 MANY = 2000  # pairs, above which the mean is as good as normally distributed
 
 Array = npt.NDArray[np.float64]
@@ -50,11 +51,14 @@ def estimate_median(values: Array, seed: int = 0) -> Estimate:
         values: at least one; infinity stands for a run without the figure, which is worse than any other.
         seed: of the bootstrap's random numbers.
     """
-    n, tail = len(values), (1.0 - CONFIDENCE) / 2.0
-    ordered = np.sort(values)
-    chosen = np.sort(np.random.default_rng(seed).integers(0, n, (_RESAMPLES, n)), axis=1)
-    middle = ordered[chosen[:, (n - 1) // 2]] / 2.0 + ordered[chosen[:, n // 2]] / 2.0
-    medians = np.sort(middle)
+    n, rng, tail = len(values), np.random.default_rng(seed), (1.0 - CONFIDENCE) / 2.0
+    ordered, middles, medians = np.sort(values), ((n - 1) // 2, n // 2), np.empty(_RESAMPLES)
+    rows = max(1, _DRAWN // n)
+    for start in range(0, _RESAMPLES, rows):
+        block = medians[start : start + rows]
+        chosen = np.partition(rng.integers(0, n, (len(block), n)), middles, axis=1)
+        block[:] = ordered[chosen[:, middles[0]]] / 2.0 + ordered[chosen[:, middles[1]]] / 2.0
+    medians.sort()
     k = round(tail * (_RESAMPLES + 1))
     return Estimate(float(np.median(values)), float(medians[k - 1]), float(medians[-k]))
 

@@ -14,9 +14,10 @@ SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort",
 
 
 def shown_figures(result: StudyResult) -> list[str]:
-    """Return the columns of the table that a summary shows."""
+    """Return the columns of the table that a summary shows: those of SHOWN, and the study's own figures."""
     numbers = [name for name, kind in result.types.items() if kind in ("double", "int64")]
-    return [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
+    shown = [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
+    return list(dict.fromkeys([*shown, *(name for name in result.own_figures if name in numbers)]))
 
 
 def summarise(result: StudyResult) -> dict[str, Any]:

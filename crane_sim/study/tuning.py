@@ -25,13 +25,12 @@ import yaml
 from crane_sim.files.document import get_value, set_value
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.cases import cases
-from crane_sim.study.execution import check_cases, run, run_block
+from crane_sim.study.cases import CaseList, cases
+from crane_sim.study.execution import check_cases, check_figures, run, run_block
 from crane_sim.study.form import Study, Tune, load_study, scene_document
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
-from crane_sim.study.store import hash_of, identity_of, load_pyarrow, write_whole
-from crane_sim.study.versions import deciding_versions
+from crane_sim.study.store import block_needs, hash_of, identity_of, load_pyarrow, write_whole
 from crane_sim.study.workers import Workers, start_workers
 
 if TYPE_CHECKING:
@@ -84,10 +83,10 @@ def tune(
     if checked.tune is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
     training = checked.model_copy(update={"tune": None})
-    check_cases(training)
+    listed = check_cases(training)
     _check_gains(training, checked.tune)
     place = Path(folder)
-    _check_folder(place, checked)
+    _check_folder(place, checked, listed)
     loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:
         search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
@@ -130,17 +129,24 @@ def _check_gains(study: Study, settings: Tune) -> None:
             check_cases(study.model_copy(update={"variants": {f"{key} = {value:g}": tried}}))
 
 
-def _check_folder(folder: Path, study: Study) -> None:
-    """Write which search a folder holds, or raise SceneError where it holds another one; trials may be more."""
+def _check_folder(folder: Path, study: Study, listed: CaseList) -> None:
+    """Write which search a folder holds, or raise SceneError where it holds another one; trials may be more.
+
+    The figures of a new search are checked by a run of the first of the cases `listed`.
+    """
     settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
     identity = hash_of(identity_of(study.model_copy(update={"tune": settings})))
     file = folder / "tune.json"
+    if not file.exists():
+        check_figures(listed)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not file.exists():
             write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
         if json.loads(file.read_text()).get("hash") != identity:
-            raise SceneError(f"folder {folder}: holds another search, or one of other versions; name another folder")
+            raise SceneError(
+                f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
+            )
     except OSError as error:
         raise SceneError(f"folder {folder}: {error.strerror}") from None
 
@@ -214,7 +220,7 @@ def evaluate_gains(
     """
     base = next(iter(training.variant_changes.values()))
     trial = training.model_copy(update={"variants": {"trial": base | changes}})
-    task = trial.model_dump_json(), identity_of(trial)["scene"], deciding_versions()
+    task = trial.model_dump_json(), *block_needs(identity_of(trial))
     count, table = len(cases(trial)), list[list[float]]()
     starts = iter(range(0, count, SAMPLES_AT_ONCE))
     pending = deque[Future[Table]]()

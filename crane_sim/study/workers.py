@@ -13,13 +13,23 @@ from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.process_signals import end_with_parent
+from crane_sim.process_signals import blocked_interrupts, end_with_parent
 
 LOCAL = "local"
 """The scheduler of a Dask cluster on this machine, which lives as long as the study."""
 _THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _CONNECT_TIMEOUT = 10.0  # s, for an answer of the scheduler
 _FIRST_WORKER_TIMEOUT = 60.0  # s, for a worker of a scheduler that has none yet
+
+
+_QUIET: dict[str, Any] = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.worker.memory.monitor-interval": "1s",
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,  # pages that are given back are faulted in anew
+}
+"""Settings of a cluster on this machine: by default Dask watches itself, for a tenth of the processors' time."""
 
 
 class Workers(NamedTuple):
@@ -65,10 +75,18 @@ def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]
             yield Workers(SerialExecutor(), 1)
         else:
             stack.enter_context(_limit_threads())
-            context = multiprocessing.get_context("spawn")
-            pool = ProcessPoolExecutor(count or cores, context, _start_worker, (os.getpid(),))
+            pool = start_processes(count or cores)
             stack.callback(pool.shutdown, cancel_futures=True)
             yield Workers(pool, count or cores)
+
+
+def start_processes(count: int) -> ProcessPoolExecutor:
+    """Return a pool of processes of this machine, which ignore SIGINT and end with this process, in whatever way."""
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
+    with blocked_interrupts():  # until they ignore it
+        for _ in range(count):
+            pool.submit(os.getpid)  # starts a process each, since none is idle yet
+    return pool
 
 
 @contextmanager
@@ -83,9 +101,10 @@ def _limit_threads() -> Iterator[None]:
             del os.environ[name]
 
 
-def _start_worker(parent: int) -> None:
+def _begin_worker(parent: int) -> None:
     """Ignore SIGINT, which the parent handles for all, and exit when the parent exits, in whatever way."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     end_with_parent(parent)
 
 
@@ -93,11 +112,12 @@ def _start_worker(parent: int) -> None:
 def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
     """Yield the workers of a Dask cluster."""
     try:
-        distributed = import_module("distributed")
+        dask, distributed = import_module("dask"), import_module("distributed")
     except ModuleNotFoundError:
         raise SceneError(f"dask is not installed: --scheduler needs it ({how_to_install('study')})") from None
     with ExitStack() as stack:
         if scheduler == LOCAL:
+            stack.enter_context(dask.config.set(_QUIET))
             options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
             scheduler = stack.enter_context(distributed.LocalCluster(n_workers=count, **options)).scheduler_address
         try:

@@ -30,6 +30,13 @@ def test_every_page_is_listed() -> None:
     assert {file.stem for file in DOCS.glob("*.md")} == {*PAGES, *HAND_WRITTEN}
 
 
+def test_the_first_page_leads_to_all() -> None:
+    """The first page has a link to every other one."""
+    assert {f"{name}.md" for name in {*PAGES, *HAND_WRITTEN} - {"index"}} == set(
+        re.findall(r"\(([a-z0-9_]+\.md)\)", text("index"))
+    )
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_names_its_command(name: str) -> None:
     """The first lines of a page name its command as `crane docs` does."""

@@ -20,6 +20,7 @@ from crane_sim.files.errors import SceneError
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(file.stem for file in (ROOT / "docs").glob("*.md")), *(Path(name).stem for name in OWN.values())])
 OPENED = ("index", "first_controller", "api", "scene_format", "ros", "scenes", "performance")
+OTHERS = tuple(name for name in PAGES if name not in OPENED)
 SCRIPT = """() => ({
   wide: document.documentElement.scrollWidth,
   height: document.body.scrollHeight,
@@ -106,11 +107,12 @@ def served(folder: Path) -> Iterator[str]:
             thread.join()
 
 
-def test_pages_open_without_errors(site: Path) -> None:
+@pytest.mark.long(cases=["others"])
+@pytest.mark.parametrize("names", [pytest.param(OPENED, id="some"), pytest.param(OTHERS, id="others")])
+@pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+def test_pages_open_without_errors(site: Path, names: tuple[str, ...]) -> None:
     """In a browser no page logs an error or asks another address for anything, and none is wider than its window."""
-    if CHROMIUM is None:
-        pytest.skip(NO_CHROMIUM)
-    texts = {f"asked_{name}": (site / f"{name}.html").read_text() for name in OPENED}
+    texts = {f"asked_{name}": (site / f"{name}.html").read_text() for name in names}
     with served(site) as address:
         answers = evaluate_in_pages(texts, SCRIPT, site, address=address)
     assert set(answers) == set(texts)

@@ -10,10 +10,10 @@ import pytest
 from crane_sim.cli.league import sampled_document, save_samples
 from crane_sim.evaluation.documentation.pages import PAGES
 from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
-from crane_sim.evaluation.league.cells import measure_figures
+from crane_sim.evaluation.league.cells import evaluate, measure_figures
 from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
-from crane_sim.evaluation.league.sampled_table import sampled_tables
-from crane_sim.evaluation.league.samples import study_of
+from crane_sim.evaluation.league.sampled_table import format_samples, sampled_tables
+from crane_sim.evaluation.league.samples import TrialStudy, parameters_of, study_of, uncertain_scene
 from crane_sim.evaluation.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
@@ -126,6 +126,19 @@ def test_samples_are_hidden_from_the_laws() -> None:
     assert len(forces) == 5 and all(4.0 <= force <= 6.0 for force in forces)
 
 
+def test_the_wind_varies_where_it_is_the_disturbance() -> None:
+    """In the tower crane's gust samples vary the mean speed of its wind, which no law knows; in still air none."""
+    group = next(group for group in GROUPS if group.name.startswith("tower"))
+    gust = next(trial for trial in group.trials if trial.column == "gust")
+    for entrant in group.entrants:
+        document = uncertain_scene(group, gust, entrant)
+        assert document["wind"]["speed"] == 9.0 and not get_value(document, "control.nominal.wind")[0]
+        varied = parameters_of(group, gust, document, 5)["wind.speed"]
+        assert (varied["low"], varied["high"], varied["relative"]) == (0.8, 1.2, True)
+    still = uncertain_scene(group, group.trials[0], group.entrants[0])
+    assert "wind.speed" not in parameters_of(group, group.trials[0], still, 5)
+
+
 def test_each_sample_has_a_sea_of_its_own() -> None:
     """A trial with a sea has another seed of it in every sample, the same ones for all laws."""
     group = GROUPS[0]
@@ -162,6 +175,22 @@ def test_better_is_significant_for_all_pairs_together() -> None:
     assert better_laws(failed) == {"a": ("b",), "b": ()}
 
 
+def test_eleven_samples_can_tell_eight_laws_apart() -> None:
+    """Of laws that differ in every sample 10 samples tell no pair apart (28 pairs, 2 / 2**10 each: 0.055), 11 all."""
+    for samples, expected in ((10, 0), (11, 28)):
+        errors = {str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples) for i in range(8)}
+        assert sum(map(len, better_laws(errors).values())) == expected
+
+
+def test_folders_have_words_for_signs_only() -> None:
+    """A trial's folder writes out the sign of a number, keeps hyphens, and is no other trial's."""
+    trials = [TrialStudy(group.name, trial.column, None, {}) for group in GROUPS for trial in group.trials]
+    folders = {str(trial.folder) for trial in trials}
+    assert len(folders) == len(trials)
+    expected = {"pendulum_set-point", "pendulum_mass_minus20", "pendulum_rope_plus5", "overhead_trolley_and_hoist_gust"}
+    assert expected <= folders and not any(mark in folder for mark in " ,%+" for folder in folders)
+
+
 @pytest.mark.interpreted
 def test_page_and_data_are_written(tmp_path: Path) -> None:
     """The page has a row for each cell, the data its numbers; what is not finite is null."""
@@ -190,6 +219,32 @@ def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
     assert "limit" in cells[0].failed and "best" not in [
         line.from_the_best_m for line in sampled_tables(cells)["trolley"]
     ]
+
+
+@pytest.mark.interpreted
+def test_scenes_that_are_not_possible_are_counted(tmp_path: Path) -> None:
+    """Where the first sample of a trial is refused, with others, its laws have cells with their number; it goes on."""
+    group = GROUP._replace(trials=(STILL,), entrants=(ENERGY, LQR), uncertain={MASSES: 10.0})  # some are negative
+    cells = list(evaluate_samples(5, tmp_path, [group], 1))
+    status = read_result(tmp_path / study_of(group, STILL, 5).folder).column("status").reshape(5, 2)
+    refused = (status == "refused").sum(axis=0).tolist()
+    assert status[0, 0] == "refused" and 1 < refused[0] < 5
+    assert [(cell.law, cell.refused_runs) for cell in cells] == [("energy", refused[0]), ("lqr", refused[1])]
+    assert cells[0].controlled is not None and "cable.node_masses" in cells[0].failed
+    line = f"- trolley, energy, set-point: {refused[0]} of 5 scenes are not possible; the first reason: "
+    assert line in format_samples(cells)
+
+
+def test_a_refusal_names_the_entrant() -> None:
+    """A law that does not apply is named as its row is, not as the law that is behind several entrants."""
+    group = GROUPS[0]
+    trial = next(trial for trial in group.trials if "vision" in trial.column)
+    refused = study_of(group, trial, 2).refused
+    for name in ("open loop", "open loop, ZV", "angular"):
+        assert f"for law {name!r}" in refused[name]
+        assert (
+            evaluate(group, next(each for each in group.entrants if each.name == name), trial).refused == refused[name]
+        )
 
 
 def test_cranes_are_chosen_by_name() -> None:

@@ -13,6 +13,8 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 import crane_sim
 from crane_sim.evaluation.report.page import page, save_page
 from crane_sim.evaluation.report.page_data import page_data
+from crane_sim.files.catalogue import scene_files
+from crane_sim.recording.layout import FRAME_NS
 from crane_sim.recording.run import RecordedRun
 
 SIZE = 2_000_000  # bytes of a page at most
@@ -28,6 +30,9 @@ SCENES = {
     "gantry": ("port_sts_container", 0.6),
     "pendulum": ("pendulum_free", 0.4),
 }
+SLOW = {"overhead_long_cable", "overhead_steel", "pendulum_sea"}  # minutes without compilation
+CATALOGUE = sorted(scene_files().keys() - SLOW)
+TOGETHER = 8  # pages in a browser, which draws in 16 at most
 PUSHED: dict[str, Any] = {  # the point reaches its limit after three seconds: x = t² / 2
     "duration": 3.5,
     "initial": {"direction": [0.0, 0.0, -1.0]},
@@ -72,9 +77,8 @@ def answers(runs: dict[str, RecordedRun], tmp_path_factory: pytest.TempPathFacto
     return evaluate_in_pages({name: page(run) for name, run in runs.items()}, SCRIPT, tmp_path_factory.mktemp("pages"))
 
 
-@pytest.mark.interpreted
-def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
-    """Payload and tip, and the solid that is drawn for the payload, are where the recording has them."""
+def check_positions(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
+    """Check that payload and tip, and the solid that is drawn for the payload, are where the recordings have them."""
     for name, run in runs.items():
         rows = np.array(answers[name]["answer"]["rows"])
         at = np.searchsorted(run.t, rows[:, 0] - 0.5 * run.period)
@@ -83,12 +87,39 @@ def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answ
             assert np.abs(drawn - known[at]).max() < ACCURACY, name
 
 
-@pytest.mark.interpreted
-def test_pages_are_alone_and_without_errors(answers: dict[str, Any]) -> None:
-    """No page logs an error or a warning, or requests anything from anywhere; none is wider than its window."""
+def check_quiet(answers: dict[str, Any]) -> None:
+    """Check that no page logs an error or a warning, or requests anything; none is wider than its window."""
     for name, answer in answers.items():
         assert answer["faults"] == [] and answer["requests"] == [], name
         assert answer["answer"]["wide"] <= 900, name
+
+
+@pytest.mark.interpreted
+def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
+    """Payload and tip, and the solid that is drawn for the payload, are where the recording has them."""
+    check_positions(runs, answers)
+
+
+@pytest.mark.interpreted
+def test_pages_are_alone_and_without_errors(answers: dict[str, Any]) -> None:
+    """No page logs an error or a warning, or requests anything from anywhere; none is wider than its window."""
+    check_quiet(answers)
+
+
+@pytest.mark.long
+@pytest.mark.interpreted
+@pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+@pytest.mark.parametrize("first", range(0, len(CATALOGUE), TOGETHER))
+def test_pages_of_the_catalogue(first: int, tmp_path: Path) -> None:
+    """The same of every scene of the catalogue: positions, no error, no request."""
+    runs = dict[str, RecordedRun]()
+    for name in CATALOGUE[first : first + TOGETHER]:
+        scene = crane_sim.load_scene(name)
+        frames = (INSTANTS + 1) * max(scene.period, 1e-9 * FRAME_NS)  # s
+        runs[name] = recorded(name, min(scene.duration, frames), tmp_path)
+    answers = evaluate_in_pages({name: page(run) for name, run in runs.items()}, SCRIPT, tmp_path)
+    check_positions(runs, answers)
+    check_quiet(answers)
 
 
 @pytest.mark.interpreted

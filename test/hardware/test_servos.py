@@ -246,6 +246,21 @@ def test_an_infinite_gain_is_exact(drive: str) -> None:
     assert np.max(np.abs(run.q[:, 1])) > 0.03
 
 
+@pytest.mark.interpreted
+def test_an_exact_speed_drive_is_a_prescribed_motion() -> None:
+    """A crane whose drive has an infinite gain passes through the states of one with that motion prescribed."""
+    jerk = 0.5  # m/s³; within the run neither the acceleration nor the speed reaches its limit
+    servo = {"gain": inf, "max_acceleration": 2.0, "max_jerk": jerk, "max_speed": 9.0}
+    # two links, released aside: a double pendulum, which parts from another one
+    groups = {"cable": {"lengths": [2.5, 1.5], "node_masses": [20.0, 3000.0]}, "initial": {"angles": [0.2, -0.1]}}
+    driven = under(trolley(servo, **groups), lambda t: 9.0)
+    motion = {"kind": "polynomial", "coefficients": [0.0, 0.0, 0.0, jerk / 6.0]}
+    prescribed = {"trolley": {"drive": "prescribed", "motion": motion}, "actuators": None, "control": None}
+    given = simulate(load_scene(trolley(servo, **groups).to_dict() | prescribed))
+    assert np.max(np.abs(driven.q - given.q)) < 1e-9 and np.max(np.abs(driven.v - given.v)) < 1e-9
+    assert given.q[-1, 0] > 2.0 and np.max(np.abs(given.q[:, 1] - given.q[0, 1])) > 0.1
+
+
 def integrated(phases: list[tuple[float, float]], times: Any) -> Any:
     """Return (position, velocity) (m, 2) at the times from rest under phases (duration, jerk)."""
     rows = []

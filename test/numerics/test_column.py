@@ -45,6 +45,10 @@ def test_what_takes_one_number_takes_no_column() -> None:
         float, int, hash, str, "{:g}".format, "{}".format, math.cos, math.sqrt, np.cos, np.exp, round,
         lambda x: x**2.0, lambda x: 2.0**x, lambda x: x % 2.0, lambda x: np.array([x], dtype=float),
         lambda x: np.array(0.0).fill(x), lambda x: [1.0, 2.0][x], lambda x: x < "2", lambda x: x == A,
+        np.degrees, np.arctan, np.floor, lambda x: np.arctan2(x, 1.0), lambda x: np.arctan2(1.0, x), np.isnan,
+        lambda x: np.hypot(x, A), lambda x: np.hypot(A, x), lambda x: np.degrees(np.array([x])), lambda x: divmod(x, 2),
+        len, list, tuple, sum, lambda x: 1.0 in x, lambda x: A @ x, lambda x: x @ A, lambda x: [*x],
+        np.logaddexp.reduce,
     )  # fmt: skip
     for take in takes:
         with pytest.raises(NotVectorisable):
@@ -58,6 +62,10 @@ def test_an_array_takes_a_column_entry_by_entry() -> None:
     a, _ = columns()
     for found in (a * B, B * a):
         assert [entry.values.tolist() for entry in found] == [(y * A).tolist() for y in B]
+    for found in (np.multiply(a, B), np.multiply(B, a), np.float64(0.3) * np.array([a, a, a])):
+        assert len(found) == 3 and all(isinstance(entry, Column) for entry in found)
+    assert np.sqrt(abs(a)).values.tolist() == np.sqrt(np.abs(A)).tolist() and (+a).values is a.values
+    assert (np.float64(2.0) * a).values.tolist() == (2.0 * A).tolist()
     with pytest.raises(TypeError):
         a * "text"
     found = np.ones(3) / a

@@ -190,3 +190,28 @@ def test_only_compilation_is_reported() -> None:
         compilations.clear()
         assert double(2.0) == 4.0 and not compilations
     assert double(1) == 2.0 and not compilations
+
+
+@jit.routine_returning("state")
+def changed_state(state: Any, given: Any) -> Any:
+    """Return the state, a tuple whose last entry may be an array, with the sum of an array added to its first entry."""
+    return (state[0] + given.sum(), *state[1:])
+
+
+@jit.entry_point
+def change_repeatedly(state: Any, given: Any, times: int) -> Any:
+    """Return the state after many changes."""
+    for _ in range(times):
+        state = changed_state(state, given)
+    return state
+
+
+def test_routines_without_references_keep_arrays_alive() -> None:
+    """A routine that returns its state counts references only where that holds an array: none is freed or kept."""
+    given, held = np.ones(3), np.arange(4.0)
+    counts = [sys.getrefcount(array) for array in (given, held)]
+    assert change_repeatedly((0.0, 1.0), given, 1000) == (3000.0, 1.0)
+    total, returned = change_repeatedly((0.0, held), given, 1000)
+    assert total == 3000.0 and np.array_equal(returned, [0.0, 1.0, 2.0, 3.0])
+    del returned
+    assert [sys.getrefcount(array) for array in (given, held)] == counts

@@ -15,9 +15,17 @@ from crane_sim.recording.figure_units import figure_row
 
 pytestmark = pytest.mark.interpreted
 SHIFT = 0.125  # m, a power of two: sums with it are exact at these magnitudes up to rounding
-SCRIPT = """() => ({
-  text: document.body.innerText, drawn: window.crane.drawn(), charts: document.querySelectorAll("svg").length,
-})"""
+ACCURACY = 1e-6  # m: positions are quantised to their range / 2^32, the transforms add roundings
+INSTANTS = 10
+SCRIPT = """() => {
+  const { times, link, drawn } = window.crane;
+  const at = Array.from({ length: COUNT }, (_, k) => times[Math.round((k * (times.length - 1)) / (COUNT - 1))]);
+  const rows = [0, 1].map((crane) => at.map((t) => [t, ...link("payload_link", t, crane)]));
+  return {
+    text: document.body.innerText, drawn: drawn(), charts: document.querySelectorAll("svg").length, rows,
+    wide: document.documentElement.scrollWidth,
+  };
+}""".replace("COUNT", str(INSTANTS))
 
 
 @pytest.fixture(scope="module")
@@ -132,9 +140,16 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
-    """In a browser the page draws, reports no fault, makes no request, and names every run."""
-    save_comparison(crane_sim.compare(run, shifted(run), names=("one", "two")), tmp_path / "page.html")
+    """In a browser the page draws both cranes where their runs had them, without fault or request, and names them."""
+    other = crane_sim.read_recording(crane_sim.simulate("overhead_lqr", duration=1.0).record(tmp_path / "b.rrd"))
+    save_comparison(crane_sim.compare(run, other, names=("one", "two")), tmp_path / "page.html")
     answer = evaluate_in_pages({"page": (tmp_path / "page.html").read_text()}, SCRIPT, tmp_path)["page"]
     assert not answer["faults"] and not answer["requests"]
-    assert answer["answer"]["drawn"] and answer["answer"]["charts"] >= 8  # of eight quantities or more
-    assert all(word in answer["answer"]["text"] for word in ("one", "two", "two − one", "comparison"))
+    shown = answer["answer"]
+    assert shown["drawn"] and shown["charts"] >= 8 and shown["wide"] <= 900  # of eight quantities or more
+    assert all(word in shown["text"] for word in ("one", "two", "two − one", "comparison"))
+    for each, rows in zip((run, other), map(np.array, shown["rows"]), strict=True):
+        at = np.searchsorted(each.t, rows[:, 0] - 0.5 * each.period)
+        assert len(np.unique(at)) == INSTANTS
+        assert np.abs(rows[:, 1:] - each.payload[at]).max() < ACCURACY
+    assert np.abs(run.payload - other.payload).max() > 1e-3  # the second crane is not the first one again

@@ -39,6 +39,20 @@ def test_the_clock_leads_lockstep(
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("tag", ["actuated", "all"])
+def test_a_wall_clock_in_lockstep(domain_id: int, ros_environment: dict[str, str], tmp_path: Path, tag: str) -> None:
+    """Where stamps are ignored every command of the wall clock answers a state of lockstep, and the crane arrives.
+
+    Which state it answers is a matter of timing: there is no law in one process to compare with.
+    """
+    options = ("wall", tag, "single", "reliable")
+    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="any")
+    assert "error" not in summary and summary["steps"] == SCENE.steps
+    assert summary["commands"]["rejected"] == 0, summary["commands"]
+    assert max(map(abs, summary["final_error"].values())) < ARRIVED
+
+
+@pytest.mark.long
 def test_a_manager_that_starts_anew_goes_on(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
     """The clock goes on for a controller manager that is started anew during a run, and the crane arrives."""
     options = ("sim", "all", "single", "reliable", "200")

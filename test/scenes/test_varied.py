@@ -1,6 +1,6 @@
 """Scenes that differ in numbers only, made at once: each equals the scene that is made alone, bit for bit."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from typing import Any
 
@@ -111,6 +111,15 @@ def test_what_is_not_alike_is_left_out() -> None:
 def test_what_is_made_one_by_one(always: dict[str, Any], varied: dict[str, Any]) -> None:
     """Scenes that do not differ in plain numbers of a schema are not made at once, and nothing is raised."""
     assert load_columns("overhead_energy", always, varied) is None
+
+
+@pytest.mark.parametrize("take", [len, tuple, np.degrees, lambda x: np.hypot(1.0, x), lambda x: np.ones(2) @ x])
+def test_code_that_takes_one_number_leaves_scenes_to_be_made_one_by_one(
+    take: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A law's design that does with a number what columns have not is no error: its scenes are made one by one."""
+    monkeypatch.setattr("crane_control.lqr.build_columns", lambda settings, scene, alike: take(scene.initial_v[0]))
+    assert load_columns("overhead_energy", {"control.law": "lqr"}, {"initial.v": [0.1, 0.2]}) is None
 
 
 def test_an_error_of_the_program_is_no_reason_for_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:

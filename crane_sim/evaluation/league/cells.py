@@ -2,9 +2,7 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from math import inf, isfinite
-from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,13 +12,13 @@ from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.evaluation.league.trials import SEEDS, Entrant, Group, Trial
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
-from crane_sim.process_signals import end_with_parent
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.goals import express_in_base, path_positions, target_position
 from crane_sim.simulation.metrics import DIFFERENCE_STEP, tip_accelerations
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
+from crane_sim.study.workers import start_processes
 
 LEVEL = 90.0  # deg: a larger swing is not under control
 
@@ -56,8 +54,7 @@ class Cell(NamedTuple):
 def evaluate_all(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
     """Yield the cells of these groups, in order; entrants are evaluated in parallel, a process for each core."""
     entries = [(group, entrant) for group in groups for entrant in group.entrants]
-    # an interrupted command ends at once, and its workers with it
-    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn"), end_with_parent, (os.getpid(),)) as pool:
+    with start_processes(os.cpu_count() or 1) as pool:
         for cells in pool.map(evaluate_entrant, *zip(*entries, strict=True)):
             yield from cells
 
@@ -74,18 +71,19 @@ def evaluate(group: Group, entrant: Entrant, trial: Trial) -> Cell:
     try:
         scenes = [load_scene(trial_scene(trial, entrant, seed)) for seed in seeds]
     except SceneError as error:
-        return Cell(*name, None, reason_of(error), "")
+        return Cell(*name, None, reason_of(error, entrant), "")
     try:
         figures = median_figures([measure_figures(simulate(scene), group.goal == "path") for scene in scenes])
     except (SimulationError, LawError) as error:
-        return Cell(*name, None, "", reason_of(error))
+        return Cell(*name, None, "", str(error))
     out_of_control = figures.peak_swing >= LEVEL
     return Cell(*name, figures, "", "the rope swings past the horizontal" if out_of_control else "")
 
 
-def reason_of(error: Exception) -> str:
-    """Return an error of a scene without the scene's name, another one as it is."""
-    return str(error).removeprefix("scene ").partition(": ")[2] if isinstance(error, SceneError) else str(error)
+def reason_of(error: SceneError, entrant: Entrant) -> str:
+    """Return an error of an entrant's scene without the scene's name; the law has the name of the entrant."""
+    reason = str(error).removeprefix("scene ").partition(": ")[2]
+    return reason.replace(f"law {entrant.law!r}", f"law {entrant.name!r}")
 
 
 def measure_figures(run: Rollout, on_path: bool) -> Figures:

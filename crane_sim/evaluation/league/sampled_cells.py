@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from crane_sim.evaluation.league.trials import Group
 from crane_sim.study.cases import cases
 from crane_sim.study.execution import run
 from crane_sim.study.result import StudyResult
+from crane_sim.study.runs import REFUSED
 from crane_sim.study.statistics import (
     Estimate,
     PairedDifference,
@@ -44,7 +45,8 @@ class SampledCell(NamedTuple):
     figures: dict[str, Estimate] = {}  # medians; infinite where half of the samples have none
     from_best: PairedDifference | None = None  # mean error less that of the law with the least median
     better_than: tuple[str, ...] = ()  # laws of the same trial whose mean error is larger, significantly
-    failed: str = ""  # the first reason why a run ended before its time
+    failed: str = ""  # the first reason why a run ended before its time, or why its scene is not possible
+    refused_runs: int = 0  # whose scenes are not possible
 
 
 def evaluate_samples(
@@ -79,6 +81,7 @@ def evaluate_samples(
                 folder / trial.folder,
                 workers,
                 pool=pool,
+                check_first=False,
                 on_progress=lambda n, _, before=before: on_progress(before + n, count),
             )
             done += len(result)
@@ -103,7 +106,9 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
         controlled = estimate_share(int(is_controlled(result, law).sum()), samples)
         cell = SampledCell(trial.crane, law, trial.trial, samples, "", controlled, figures)
         difference = None if law == best and np.isfinite(np.median(errors[law])) else pairs
-        found.append(cell._replace(from_best=difference, better_than=better[law], failed=_first_error(result, law)))
+        failed, refused_runs = _first_error(result, law), int(np.sum(_of_law(result, "status", law) == REFUSED))
+        cell = cell._replace(failed=failed, refused_runs=refused_runs)
+        found.append(cell._replace(from_best=difference, better_than=better[law]))
     return found
 
 
@@ -128,8 +133,12 @@ def is_controlled(result: StudyResult, law: str) -> npt.NDArray[np.bool_]:
 
 
 def _first_error(result: StudyResult, law: str) -> str:
-    errors = result.column("error")[result.column("variant") == law]
-    return next((str(error) for error in errors if error), "")
+    return next((str(error) for error in _of_law(result, "error", law) if error), "")
+
+
+def _of_law(result: StudyResult, column: str, law: str) -> npt.NDArray[Any]:
+    """Return the entries (n,) of a column for the runs of a law."""
+    return result.column(column)[result.column("variant") == law]
 
 
 def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[str, ...]]:

@@ -22,8 +22,8 @@ ranges (Latin hypercube), and the laws know of none of them. All laws see the sa
 - **Controlled**: the share of samples in which the run reached its end, the rope never swung to the horizontal, and the
   payload stayed within 2 % of the way in the end; with Wilson's 95 % interval.
 - **Figures** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). A run that
-  failed, or did not settle, counts as worse than any that has the figure; `-`: half of the samples or more do not.
-  They are defined as in [the league](league.md).
+  failed, whose scene is not possible, or that did not settle, counts as worse than any that has the figure; `-`: half
+  of the samples or more do not. They are defined as in [the league](league.md).
 - **From the best**: the error (MAE) less that of the law with the least median, mean of the pairs in which both have
   one, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law.
 - **Better than**: the laws whose errors (MAE) on the same samples are larger by their ranks, significantly: Wilcoxon's
@@ -89,7 +89,13 @@ def format_samples(cells: Sequence[SampledCell]) -> str:
     sections = [HEAD.format(samples=samples, command=command_of(samples, cranes))]
     for crane, lines in sampled_tables(cells).items():
         sections.append(f"## {crane.capitalize()}\n\n" + markdown_of(lines))
-    for title, reasons in (("Runs that failed", "failed"), ("Does not apply", "refused")):
-        rows = [f"- {c.crane}, {c.law}, {c.trial}: {getattr(c, reasons)}" for c in cells if getattr(c, reasons)]
+    for title, reason_of in (("Runs that failed", _failure), ("Does not apply", lambda cell: cell.refused)):
+        rows = [f"- {c.crane}, {c.law}, {c.trial}: {reason_of(c)}" for c in cells if reason_of(c)]
         sections.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
     return "\n".join(sections)
+
+
+def _failure(cell: SampledCell) -> str:
+    """Return why runs of a cell failed, empty where none did."""
+    count = f"{cell.refused_runs} of {cell.samples} scenes are not possible; " if cell.refused_runs else ""
+    return cell.failed and f"{count}the first reason: {cell.failed}"

@@ -3,6 +3,7 @@
 Around the numbers of a trial samples vary masses, ropes and the size of its disturbance; each has its own sea or noise.
 """
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,8 +22,10 @@ DISTURBANCES = (
     "base_motion.sway.amplitude",
     "base_motion.surge.amplitude",
     "base_motion.sea.significant_height",
+    "wind.speed",
 )
 """Keys of the size of disturbances."""
+_SIGNS = {"-": "minus", "+": "plus"}
 
 
 class TrialStudy(NamedTuple):
@@ -35,9 +38,9 @@ class TrialStudy(NamedTuple):
 
     @property
     def folder(self) -> Path:
-        """Where its rows are, within the league's folder: a name without blanks and commas."""
-        words = f"{self.crane} {self.trial}".replace(",", "").replace("%", "").split()
-        return Path("_".join(words).replace("-", "minus").replace("+", "plus"))
+        """Where its rows are, within the league's folder: a name without blanks, commas, and signs of numbers."""
+        words = re.sub(r"[,%]", "", f"{self.crane} {self.trial}").split()
+        return Path(re.sub(r"(?<![^_])[-+](?=\d)", lambda sign: _SIGNS[sign[0]], "_".join(words)))
 
 
 def study_of(group: Group, trial: Trial, samples: int) -> TrialStudy:
@@ -49,7 +52,7 @@ def study_of(group: Group, trial: Trial, samples: int) -> TrialStudy:
             load_scene(document)
             documents[entrant.name] = document
         except SceneError as error:
-            refused[entrant.name] = reason_of(error)
+            refused[entrant.name] = reason_of(error, entrant)
     if not documents:
         return TrialStudy(group.name, trial.column, None, refused)
     base = next(iter(documents.values()))

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError
+from crane_sim.study.columns import PARAMETER
 from crane_sim.study.result import StudyResult, read_result
-from crane_sim.study.runs import PARAMETER
 from crane_sim.study.sensitivity import HEADS
 from crane_sim.study.summary import first_errors, shown_figures, summarise
 

@@ -24,8 +24,9 @@ _NOT_PARAMETERS = ("crane", "name", "description", "seed", "uncertain", "control
 
 def _to_radians(value: Any) -> Any:
     """Return radians for text that is an angle, any other value as it is."""
-    with suppress(ValueError):
-        return to_radians(value)
+    if isinstance(value, str):
+        with suppress(ValueError):
+            return to_radians(value)
     return value
 
 

@@ -159,9 +159,9 @@ class CraneView {
     this.renderer.render(this.scene, this.camera);
   }
 
-  // Return where a link is drawn in the world.
-  positionOf(link) {
+  // Return where a link of a crane is drawn in the world; crane 0 is the run's own, the others are ghosts.
+  positionOf(link, crane) {
     this.scene.updateMatrixWorld(true);
-    return this.body.links[link].getWorldPosition(new THREE.Vector3()).toArray();
+    return this.bodies[crane].links[link].getWorldPosition(new THREE.Vector3()).toArray();
   }
 }

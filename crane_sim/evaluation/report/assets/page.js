@@ -162,7 +162,7 @@
     seek,
     payload: (t) => frames.at("nodes", frames.locate(t)).slice(-3),
     tip: (t) => frames.at("nodes", frames.locate(t)).slice(0, 3),
-    link: (name, t) => { seek(t); return view.positionOf(name); },
+    link: (name, t, crane = 0) => { seek(t); return view.positionOf(name, crane); },
     drawn: () => view !== null,
   };
 })();

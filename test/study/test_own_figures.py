@@ -1,0 +1,212 @@
+"""Figures of one's own in studies: columns by a function that a study's file names, and what it may return."""
+
+import hashlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from rich.console import Console
+
+import crane_sim
+from crane_sim import study as studies
+from crane_sim.cli.sweep import print_result
+from crane_sim.evaluation.report.study_page import study_page
+from crane_sim.files.document import read
+from crane_sim.files.errors import SceneError
+from crane_sim.study.store import hash_of, identity_of
+from crane_sim.study.summary import shown_figures
+
+pytestmark = pytest.mark.interpreted
+MASS = "cable.node_masses.0"
+STUDY: dict[str, Any] = {
+    "scene": "overhead_energy",
+    "duration": 0.2,
+    "parameters": {MASS: [8.0, 12.0]},
+    "variants": {"energy": {}, "weak": {"control.kp": [10.0]}},
+}
+OWN = """
+def furthest(run):
+    return {"furthest": abs(run.q[:, 0]).max(), "none": None, "odd_steps": 0.5}
+
+def broken(run):
+    return {"furthest": run.nowhere}
+
+def of_strong_laws(run):
+    return {"inverse": 1.0 / int(abs(run.u[:, 0]).max() > 340.0)}
+
+class Table:
+    def __repr__(self):
+        return "rows\\n    rows"
+
+RETURNED = {"figure": {}}
+
+def returned(run):
+    return RETURNED["figure"]
+"""
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """Return a file with functions of a run."""
+    file = tmp_path / "own.py"
+    file.write_text(OWN)
+    return file
+
+
+def run_with(figures: str, folder: Path, **changes: Any) -> list[dict[str, Any]]:
+    """Return the rows of the small study with figures of its own."""
+    return studies.run(STUDY | {"figures": figures} | changes, folder, workers=1).table.to_pylist()
+
+
+def test_a_study_has_figures_of_ones_own(own: Path, tmp_path: Path) -> None:
+    """A function of a run that the file names gives further columns, beside the rows of the study without it.
+
+    A function or module that is not there is one line.
+    """
+    file = tmp_path / "study.yaml"
+    file.write_text(yaml.safe_dump(STUDY | {"figures": "own.py:furthest"}))
+    found, plain = studies.run(file, tmp_path / "own", 1), studies.run(STUDY, tmp_path / "plain", 1)
+    for row, case in zip(found.table.to_pylist(), studies.cases(found.study), strict=True):
+        run = crane_sim.simulate("overhead_energy", overrides=case.changes)
+        assert row["furthest"] == abs(run.q[:, 0]).max() and row["none"] is None and row["odd_steps"] == 0.5
+    same = ["case", "status", "state_sha256", "residual_swing_deg"]
+    assert found.table.select(same) == plain.table.select(same)
+    for name, reason in (
+        (f"{own}:nowhere", "has no function 'nowhere'"),
+        ("foo", "= 'foo': must be FILE.py:FUNCTION or MODULE:FUNCTION"),
+        ("nowhere_at_all:foo", "No module named 'nowhere_at_all'"),
+    ):
+        with pytest.raises(SceneError, match=reason):
+            run_with(name, tmp_path / "refused")
+
+
+@pytest.mark.parametrize(
+    ("returned", "line"),
+    [
+        *(
+            ({name: 1.0}, f"returned {name!r}, which is taken by the table's own columns; take another name")
+            for name in ("status", "seed", "versions", "wall_time", "events", f"parameter.{MASS}", "state_sha256")
+        ),
+        ({"settling_time.bridge": 1.0}, "returned 'settling_time.bridge', which is taken"),
+        ({1: 1.0}, "returned 1 as a name; names are text"),
+        ({"far": [1.0]}, r"returned far = \[1.0\]; must be a number"),
+        ({"far": "3.0"}, "returned far = '3.0'; must be a number"),
+        ("Table()", "returned rows rows; must return a dict"),
+        (3.5, "returned 3.5; must return a dict of name: number"),
+        (None, "returned None; must return a dict of name: number"),
+    ],
+)
+def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str, own: Path, tmp_path: Path) -> None:
+    """Names that the table has, and what are no numbers by name: one line says what is possible, nothing is written."""
+    text = returned if returned == "Table()" else repr(returned)
+    own.write_text(OWN.replace('{"figure": {}}', f'{{"figure": {text}}}'))
+    with pytest.raises(SceneError, match=line) as error:
+        run_with(f"{own}:returned", tmp_path / "refused")
+    assert f"study: figures = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
+    assert not (tmp_path / "refused").exists()
+
+
+def test_a_figure_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
+    """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
+
+    Also where all fail, the study reaches its end, with the figures of every run's summary.
+    """
+    rows = run_with(f"{own}:of_strong_laws", tmp_path / "some")
+    strong = [row["peak_effort.trolley"] > 340.0 for row in rows]
+    assert 0 < sum(strong) < 4 and [row["status"] for row in rows] == [("failed", "ok")[each] for each in strong]
+    (line,) = {row["error"] for row in rows if row["error"]}
+    assert line.startswith(f"figures = '{own}:of_strong_laws': ZeroDivisionError: ")
+    assert [row["inverse"] for row in rows] == [1.0 if each else None for each in strong]
+    broken = run_with(f"{own}:broken", tmp_path / "all")
+    assert all("AttributeError: " in row["error"] and row["status"] == "failed" for row in broken)
+    assert [row["state_sha256"] for row in broken] == [row["state_sha256"] for row in rows]
+
+
+LAW = """
+def push(t, q, v):
+    return (40.0 * (3.0 - q[0]) - 80.0 * v[0] + 100.0 * q[1],)
+"""
+NAMED: dict[str, dict[str, Any]] = {
+    "figures": {"figures": "NAMED"},
+    "changes": {"changes": {"control": {"law": "NAMED"}}},
+    "variants": {"variants": {"energy": {}, "own": {"control.law": "NAMED"}}},
+    "parameters": {"parameters": {"control.law": ["energy", "NAMED"]}},
+    "scene": {"scene": read("overhead_energy") | {"control": {"law": "NAMED"}}},
+}
+
+
+@pytest.mark.parametrize("place", NAMED)
+def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path, tmp_path: Path) -> None:
+    """Where the file of a study's figures, or of a law, was edited, its folder is refused in one line, as it is.
+
+    With the content that began the study, its folder is taken again.
+    """
+    law = tmp_path / "law.py"
+    law.write_text(LAW)
+    file, function = (own, "furthest") if place == "figures" else (law, "push")
+    plain = {key: value for key, value in STUDY.items() if key != "variants"}
+    changes = json.loads(json.dumps(plain | NAMED[place]).replace("NAMED", f"{file}:{function}"))
+    first, text = studies.run(changes, tmp_path / "folder", 1), file.read_text()
+    assert set(first.column("status")) == {"ok"}
+    file.write_text(text + "\n# edited\n")
+    line = f"folder {tmp_path / 'folder'}: was begun with another content of {file}; name another folder, or remove it"
+    with pytest.raises(SceneError) as refused:
+        studies.run(changes, tmp_path / "folder", 1)
+    assert str(refused.value) == line
+    file.write_text(text)
+    assert studies.run(changes, tmp_path / "folder", 1).table == first.table
+
+
+def test_a_module_of_figures_is_part_of_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures of a module count by its source file; a study that names no function has the identity that it had."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    source = tmp_path / "figures_of_a_package.py"
+    source.write_text(OWN)
+    study = studies.load_study(STUDY | {"figures": "figures_of_a_package:furthest"})
+    before = identity_of(study)
+    assert before["functions"] == {"figures_of_a_package": hashlib.sha256(OWN.encode()).hexdigest()}
+    source.write_text(OWN + "# edited\n")
+    assert hash_of(identity_of(study)) != hash_of(before)
+    assert "functions" not in identity_of(studies.load_study(STUDY))
+
+
+def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path: Path) -> None:
+    """Rows by two functions never meet: the next block names the file. Another study takes what the file has now."""
+
+    def edit(*_: int) -> None:
+        own.write_text(OWN.replace(".max()", ".min()"))
+
+    study = STUDY | {"figures": f"{own}:furthest"}
+    line = f"{own}: not as when the study began; undo that, or begin it in another folder"
+    with pytest.raises(SceneError) as ended:
+        studies.run(study, tmp_path / "edited", 1, on_progress=edit)
+    assert str(ended.value) == line
+    assert {row["furthest"] for row in run_with(f"{own}:furthest", tmp_path / "again")} == {0.0}
+
+
+def test_own_figures_are_in_the_summary(own: Path, tmp_path: Path) -> None:
+    """Summary, terminal and page show a study's own figures behind those of every run, also where first rows lack them.
+
+    In a narrow terminal names break, and no number is cut.
+    """
+    own.write_text(
+        OWN
+        + """
+def late(run):
+    return {"far": float(run.q[-1, 0])} if run.scene.seed % 2 else {"mean [m]": 0.000123456}
+"""
+    )
+    study = STUDY | {"design": "monte_carlo", "samples": 4, "seed": 3, "figures": f"{own}:late"}
+    study["parameters"] = {MASS: {"distribution": "uniform", "low": 8.0, "high": 12.0}}
+    result = studies.run(study, tmp_path / "folder", 1)
+    assert len({seed % 2 for seed in result.column("seed")}) == 2
+    assert sorted(result.own_figures) == ["far", "mean [m]"]
+    assert set(shown_figures(result)[-2:]) == {"far", "mean [m]"}
+    lines = io.StringIO()
+    print_result(result, Console(file=lines, width=80))
+    shown = lines.getvalue()
+    assert "far " in shown and "mean [m]" in shown and "0.0001235" in shown and "…" not in shown
+    assert max(map(len, shown.splitlines()[:-1])) <= 80 and "mean [m]" in study_page(result)
