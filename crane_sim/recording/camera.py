@@ -145,7 +145,7 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
     crane, support = scene.model, bare_support(scene.model.support)
     load = hung_mass(crane)
     section = support.telescope.mass if isinstance(support, TelescopicBoom) else 0.0
-    masses = dict.fromkeys(("slew", "trolley", "bridge"), 0.1 * load)
+    masses: dict[str, float] = dict.fromkeys(("slew", "trolley", "bridge"), 0.1 * load)
     masses |= dict.fromkeys(("boom", "telescope"), load + section)
     arms = {"N m": radius, "N": 1.0}
     return tuple(
