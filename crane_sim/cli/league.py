@@ -15,7 +15,7 @@ from crane_sim.evaluation.league.cases import GROUPS, Group
 from crane_sim.evaluation.league.cells import Cell, evaluate_all
 from crane_sim.evaluation.league.figure import draw_league
 from crane_sim.evaluation.league.sampled_cells import SampledCell, evaluate_samples
-from crane_sim.evaluation.league.sampled_table import format_samples, sampled_tables
+from crane_sim.evaluation.league.sampled_table import format_samples, list_reasons, sampled_tables
 from crane_sim.evaluation.league.table import format_comparison, tables_by_crane
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.reproduce.table import print_tables
@@ -55,6 +55,9 @@ def sampled_league(
         print(json.dumps(sampled_document(cells)))
     else:
         print_tables(sampled_tables(cells))
+        for title, lines in list_reasons(cells).items():
+            if lines:
+                print("\n- ".join([title, *lines]))
     if folder is not None:
         save_samples(cells, Path(folder))
 

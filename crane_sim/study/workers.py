@@ -56,6 +56,19 @@ class SerialExecutor(Executor):
         return future
 
 
+class WorkerProcesses(ProcessPoolExecutor):
+    """Processes of this machine, which ignore SIGINT and end with this process, in whatever way."""
+
+    def __init__(self, count: int) -> None:
+        """Take the number of processes, which are started as tasks are submitted."""
+        super().__init__(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Return the future of a task; a process that is started for it does not see SIGINT before it ignores it."""
+        with blocked_interrupts():
+            return super().submit(fn, *args, **kwargs)
+
+
 @contextmanager
 def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]:
     """Yield workers; those that were started here end with the block, or with this process.
@@ -75,18 +88,9 @@ def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]
             yield Workers(SerialExecutor(), 1)
         else:
             stack.enter_context(_limit_threads())
-            pool = start_processes(count or cores)
+            pool = WorkerProcesses(count or cores)
             stack.callback(pool.shutdown, cancel_futures=True)
             yield Workers(pool, count or cores)
-
-
-def start_processes(count: int) -> ProcessPoolExecutor:
-    """Return a pool of processes of this machine, which ignore SIGINT and end with this process, in whatever way."""
-    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
-    with blocked_interrupts():  # until they ignore it
-        for _ in range(count):
-            pool.submit(os.getpid)  # starts a process each, since none is idle yet
-    return pool
 
 
 @contextmanager

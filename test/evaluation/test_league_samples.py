@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crane_sim.cli.league import sampled_document, save_samples
+from crane_sim.cli.league import sampled_document, sampled_league, save_samples
 from crane_sim.evaluation.documentation.pages import PAGES
 from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
 from crane_sim.evaluation.league.cells import evaluate, measure_figures
@@ -222,8 +222,11 @@ def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
 
 
 @pytest.mark.interpreted
-def test_scenes_that_are_not_possible_are_counted(tmp_path: Path) -> None:
-    """Where the first sample of a trial is refused, with others, its laws have cells with their number; it goes on."""
+def test_scenes_that_are_not_possible_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where the first sample of a trial is refused, with others, its laws have cells with their number; it goes on.
+
+    Page and terminal say how many.
+    """
     group = GROUP._replace(trials=(STILL,), entrants=(ENERGY, LQR), uncertain={MASSES: 10.0})  # some are negative
     cells = list(evaluate_samples(5, tmp_path, [group], 1))
     status = read_result(tmp_path / study_of(group, STILL, 5).folder).column("status").reshape(5, 2)
@@ -233,6 +236,8 @@ def test_scenes_that_are_not_possible_are_counted(tmp_path: Path) -> None:
     assert cells[0].controlled is not None and "cable.node_masses" in cells[0].failed
     line = f"- trolley, energy, set-point: {refused[0]} of 5 scenes are not possible; the first reason: "
     assert line in format_samples(cells)
+    sampled_league(False, None, 5, tmp_path, [group])
+    assert "\nRuns that failed\n" + line in capsys.readouterr().out
 
 
 def test_a_refusal_names_the_entrant() -> None:

@@ -18,7 +18,7 @@ from crane_sim.simulation.metrics import DIFFERENCE_STEP, tip_accelerations
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import Settling
-from crane_sim.study.workers import start_processes
+from crane_sim.study.workers import WorkerProcesses
 
 LEVEL = 90.0  # deg: a larger swing is not under control
 
@@ -54,7 +54,7 @@ class Cell(NamedTuple):
 def evaluate_all(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
     """Yield the cells of these groups, in order; entrants are evaluated in parallel, a process for each core."""
     entries = [(group, entrant) for group in groups for entrant in group.entrants]
-    with start_processes(os.cpu_count() or 1) as pool:
+    with WorkerProcesses(os.cpu_count() or 1) as pool:
         for cells in pool.map(evaluate_entrant, *zip(*entries, strict=True)):
             yield from cells
 

@@ -89,10 +89,18 @@ def format_samples(cells: Sequence[SampledCell]) -> str:
     sections = [HEAD.format(samples=samples, command=command_of(samples, cranes))]
     for crane, lines in sampled_tables(cells).items():
         sections.append(f"## {crane.capitalize()}\n\n" + markdown_of(lines))
-    for title, reason_of in (("Runs that failed", _failure), ("Does not apply", lambda cell: cell.refused)):
-        rows = [f"- {c.crane}, {c.law}, {c.trial}: {reason_of(c)}" for c in cells if reason_of(c)]
-        sections.append(f"## {title}\n\n" + ("\n".join(rows) or "Nothing.") + "\n")
+    for title, lines in list_reasons(cells).items():
+        sections.append(f"## {title}\n\n" + ("\n".join(f"- {line}" for line in lines) or "Nothing.") + "\n")
     return "\n".join(sections)
+
+
+def list_reasons(cells: Sequence[SampledCell]) -> dict[str, list[str]]:
+    """Return lines on why runs of cells failed, and why laws do not apply, by title."""
+    reasons = {"Runs that failed": _failure, "Does not apply": lambda cell: cell.refused}
+    return {
+        title: [f"{c.crane}, {c.law}, {c.trial}: {reason_of(c)}" for c in cells if reason_of(c)]
+        for title, reason_of in reasons.items()
+    }
 
 
 def _failure(cell: SampledCell) -> str:
