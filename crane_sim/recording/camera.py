@@ -145,8 +145,8 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
     crane, support = scene.model, bare_support(scene.model.support)
     load = hung_mass(crane)
     section = support.telescope.mass if isinstance(support, TelescopicBoom) else 0.0
-    masses = dict.fromkeys(("slew", "trolley", "bridge"), 0.1 * load)
-    masses |= dict.fromkeys(("boom", "telescope"), load + section)
+    masses: dict[str, float] = {name: 0.1 * load for name in ("slew", "trolley", "bridge")}
+    masses |= {name: load + section for name in ("boom", "telescope")}
     arms = {"N m": radius, "N": 1.0}
     return tuple(
         max(crane.gravity * masses.get(name, load) * arms[unit], 1e-9) if unit in arms else 1.0
