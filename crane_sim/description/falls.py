@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 CONCRETE = 2400.0  # kg/m³
 FLAT = 0.15  # of a slab's shorter edge: its largest thickness
+BOAT = 2.0  # widths: a longer load on falls in a line is drawn as a boat
+LINE = 1e-6  # m: ends of falls are in a line within it
 WIDTH, HEIGHT, LENGTHS = 2.438, 2.591, (6.058, 12.192)  # m, of containers of 20 and 40 ft (ISO 668)
 
 
@@ -137,15 +139,40 @@ def container_edges(edges: tuple[float, float, float]) -> tuple[float, float, fl
 
 
 def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
-    """Return a box of even density with the load's moments, or the container it is, and a spreader above it."""
-    x, y, z = container_edges(box_edges(load))
+    """Return a box of even density with the load's moments, or the container it is, and what the falls hold it by.
+
+    That is a spreader, or where the falls' ends are in a line a lug below each; what is long hangs so as a boat does.
+    """
+    x, y, z = edges = container_edges(box_edges(load))
     top, (a, b) = float(falls.bottom[:, 2].mean()), np.ptp(falls.bottom[:, :2], axis=0) + 0.3
     shapes = [Shape((x, y, z), ORIGIN, RED)]
+    if in_line(falls.bottom[:, :2]):
+        return _boat(edges, falls) if x > BOAT * y else shapes + _lugs(falls, 0.5 * z)
     for share in (-0.45, -0.15, 0.15, 0.45):
         shapes.append(Shape((1.02 * x, 0.02 * y, 1.02 * z), (0.0, share * y, 0.0), DARK))
     beam = max(0.5 * (top + 0.5 * z), 0.3)
     shapes.append(Shape((0.5 * x, 0.98 * y, 0.3), (0.0, 0.0, 0.5 * z + 0.2), YELLOW))
     return [*shapes, Shape((float(a), float(b), 0.3 * beam), (0.0, 0.0, top - 0.1), STEEL)]
+
+
+def in_line(points: Numbers) -> bool:
+    """Return whether points (n, 2) [m] are in a line."""
+    return bool(np.linalg.matrix_rank(points - points[0], tol=LINE) < 2)
+
+
+def _boat(edges: tuple[float, float, float], falls: Falls) -> list[Shape]:
+    """Return a hull, narrower at both ends and below, and a canopy, which fill a box with these edges [m]; and lugs."""
+    x, y, z = edges
+    parts = [(0.7, 1.0, 0.4, -0.05), (1.0, 0.55, 0.35, -0.025), (0.8, 0.6, 0.3, -0.35)]
+    hull = [Shape((a * x, b * y, c * z), (0.0, 0.0, at * z), RED) for a, b, c, at in parts]
+    canopy = Shape((0.6 * x, 0.8 * y, 0.35 * z), (0.0, 0.0, 0.325 * z), YELLOW)
+    return [*hull, canopy, *_lugs(falls, 0.15 * z)]
+
+
+def _lugs(falls: Falls, top: float) -> list[Shape]:
+    """Return a lug between the top of a load [m] and the lower end of each fall."""
+    ends = [tuple(map(float, end)) for end in falls.bottom]
+    return [Shape((0.3, 0.3, max(abs(z - top), 0.2)), (x, y, 0.5 * (top + z)), YELLOW) for x, y, z in ends]
 
 
 def _gantry_trolley(falls: Falls) -> list[Shape]:

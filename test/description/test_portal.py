@@ -42,6 +42,15 @@ def test_a_container_has_its_true_size() -> None:
     assert container_edges((2.4, 9.0, 2.4)) == (2.4, 9.0, 2.4)
 
 
+def test_a_long_load_on_falls_in_a_line_is_a_boat() -> None:
+    """A lifeboat is drawn with hull and canopy, within the box of its moments, and with a lug below each fall."""
+    scene = load_scene("pendulum_lifeboat")
+    x, y, z = box_edges(scene.model.load)
+    *boat, bow, stern = np.array(boxes_of(urdf(scene), "payload_link"))
+    assert len(boat) == 4 and np.max(boat, axis=0) == pytest.approx([x, y, 0.4 * z]) and x > 2.0 * y
+    assert bow.tolist() == stern.tolist() and bow[2] < 0.5 * z
+
+
 def test_without_legs_or_overhang_it_is_a_bare_portal() -> None:
     """A scene without legs stands at the ends of its rail, and one whose rail ends near them has no boom."""
     plain = portal_of(load_scene("spreader_skew", {"legs": None}))

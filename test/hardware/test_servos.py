@@ -252,7 +252,10 @@ def test_an_exact_speed_drive_is_a_prescribed_motion() -> None:
     jerk = 0.5  # m/s³; within the run neither the acceleration nor the speed reaches its limit
     servo = {"gain": inf, "max_acceleration": 2.0, "max_jerk": jerk, "max_speed": 9.0}
     # two links, released aside: a double pendulum, which parts from another one
-    groups = {"cable": {"lengths": [2.5, 1.5], "node_masses": [20.0, 3000.0]}, "initial": {"angles": [0.2, -0.1]}}
+    groups: dict[str, Any] = {
+        "cable": {"lengths": [2.5, 1.5], "node_masses": [20.0, 3000.0]},
+        "initial": {"angles": [0.2, -0.1]},
+    }
     driven = under(trolley(servo, **groups), lambda t: 9.0)
     motion = {"kind": "polynomial", "coefficients": [0.0, 0.0, 0.0, jerk / 6.0]}
     prescribed = {"trolley": {"drive": "prescribed", "motion": motion}, "actuators": None, "control": None}
