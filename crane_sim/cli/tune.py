@@ -37,7 +37,7 @@ def tune(
     Interrupted at any moment, the same command resumes the search; with more trials it extends the one that is there.
     """
     from crane_sim.study import tuning
-    from crane_sim.study.form import load_study
+    from crane_sim.study.schema import load_study
 
     definition = load_study(study)
     install_groups("study")

@@ -13,7 +13,7 @@ from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.scenes.schema.uncertain import value_at
 from crane_sim.study.designs import draw_probabilities, sample_count
-from crane_sim.study.form import MORRIS, SALTELLI, Study, Values, scene_document
+from crane_sim.study.schema import MORRIS, SALTELLI, Study, Values, scene_document
 
 
 class Case(NamedTuple):

@@ -14,7 +14,7 @@ from scipy.stats import qmc
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.form import MORRIS, SALTELLI, Study, Values
+from crane_sim.study.schema import MORRIS, SALTELLI, Study, Values
 
 LEVELS = 4
 """Levels of Morris' grid, with steps of 2/3 of it, as Morris (1991) has them."""

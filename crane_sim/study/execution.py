@@ -14,12 +14,12 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.figured_runs import FigureError
 from crane_sim.study.cases import CaseList, cases
-from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.own_figures import UnusableFigures, load_figures
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import OK, Table, rows_of, simulate_case
+from crane_sim.study.schema import Study, load_study, scene_document
 from crane_sim.study.store import IDENTITY, Store, block_needs, differing_keys, load_pyarrow
 from crane_sim.study.versions import deciding_versions
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers

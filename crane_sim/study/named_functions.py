@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from crane_sim.files.functions import source_of
-from crane_sim.study.form import Study, Values
+from crane_sim.study.schema import Study, Values
 
 
 def hash_functions(study: Study, document: Mapping[str, Any]) -> dict[str, str]:

@@ -10,8 +10,8 @@ from crane_sim.simulation.figured_runs import FigureError, Measure
 from crane_sim.simulation.figures import flatten
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.columns import COLUMNS
-from crane_sim.study.form import Study
 from crane_sim.study.named_functions import hash_source
+from crane_sim.study.schema import Study
 
 
 class UnusableFigures(FigureError):

@@ -8,8 +8,8 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.study.cases import cases
-from crane_sim.study.form import scene_document
 from crane_sim.study.runs import OK, simulate_case
+from crane_sim.study.schema import scene_document
 
 if TYPE_CHECKING:
     from crane_sim.study.result import StudyResult

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.study.form import Study, load_study
 from crane_sim.study.runs import OK
+from crane_sim.study.schema import Study, load_study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
 from crane_sim.study.store import OWN_FIGURE, load_pyarrow
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.study.designs import LEVELS, draw_design, load_salib, salib_problem
-from crane_sim.study.form import MORRIS, SALTELLI
 from crane_sim.study.result import StudyResult
+from crane_sim.study.schema import MORRIS, SALTELLI
 
 CONFIDENCE = 0.95
 HEADS = {MORRIS: ("μ*", "± 95 %", "σ"), SALTELLI: ("total index", "± 95 %", "of it interaction")}

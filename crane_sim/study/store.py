@@ -22,8 +22,8 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.columns import OwnFigure
-from crane_sim.study.form import Study, scene_document
 from crane_sim.study.named_functions import hash_functions
+from crane_sim.study.schema import Study, scene_document
 from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.study.form import MORRIS, SALTELLI
 from crane_sim.study.result import StudyResult
+from crane_sim.study.schema import MORRIS, SALTELLI
 from crane_sim.study.sensitivity import sensitivities
 
 SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort", "tracking_mse")

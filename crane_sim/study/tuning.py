@@ -27,9 +27,9 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.execution import check_cases, check_figures, run, run_block
-from crane_sim.study.form import Study, Tune, load_study, scene_document
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
+from crane_sim.study.schema import Study, Tune, load_study, scene_document
 from crane_sim.study.store import block_needs, hash_of, identity_of, load_pyarrow, write_whole
 from crane_sim.study.workers import Workers, start_workers
 

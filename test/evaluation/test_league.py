@@ -19,7 +19,7 @@ from crane_sim.files.document import get_value
 from crane_sim.files.installation import how_to_install
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
-from crane_sim.study.form import load_study
+from crane_sim.study.schema import load_study
 
 ANGULAR, CARTESIAN = FEEDBACK[:2]
 FIGURES = Figures(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0)

@@ -20,7 +20,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study import StudyResult, cases, read_result
-from crane_sim.study.form import scene_document
+from crane_sim.study.schema import scene_document
 
 MASSES = "cable.node_masses"
 OUT = {"trolley.limits": [-0.01, 4.0], "initial.v": -2.0}

@@ -14,8 +14,8 @@ from pyarrow.parquet import write_table
 from crane_sim.files.errors import SceneError
 from crane_sim.study.cases import cases
 from crane_sim.study.designs import draw_design
-from crane_sim.study.form import load_study
 from crane_sim.study.result import StudyResult
+from crane_sim.study.schema import load_study
 from crane_sim.study.sensitivity import sensitivities
 
 KEYS = ("cable.node_masses.0", "cable.lengths.0", "trolley.mass")

@@ -14,7 +14,7 @@ import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.study import tuning
 from crane_sim.study.execution import check_cases
-from crane_sim.study.form import BASELINE, load_study
+from crane_sim.study.schema import BASELINE, load_study
 from crane_sim.study.workers import start_workers
 
 KP, KD = "control.kp.0", "control.kd.0"

@@ -31,8 +31,8 @@ from crane_sim.simulation.figured_runs import run_columns
 from crane_sim.stepping.batch import TimeGrid, simulate_range
 from crane_sim.study import cases, execution
 from crane_sim.study.cases import CaseList
-from crane_sim.study.form import Study, load_study, scene_document
 from crane_sim.study.runs import rows_of
+from crane_sim.study.schema import Study, load_study, scene_document
 
 STUDY = {
     "scene": "overhead_energy",

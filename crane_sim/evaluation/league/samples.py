@@ -14,7 +14,7 @@ from crane_sim.evaluation.league.trials import OF_DISTURBANCE, SEEDS, Entrant, G
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
-from crane_sim.study.form import Study, load_study
+from crane_sim.study.schema import Study, load_study
 
 DISTURBANCES = (
     "payload_force.x.values",
