@@ -4,8 +4,8 @@
     result.table            # pyarrow.Table, a row for each run
     result.differences("residual_swing_deg")
 
-`schema` is that of a study's file, `cases` its runs, `execution` runs them on all cores, `store` keeps the rows on disk,
-`statistics` compares variants on the same samples, `recordings` records selected runs, `tuning` searches gains.
+`schema` is that of a study's file, `cases` its runs, `execution` runs them on all cores, `store` keeps the rows on
+disk, `statistics` compares variants on the same samples, `recordings` records selected runs, `tuning` searches gains.
 """
 
 from crane_sim.study.cases import Case, cases
