@@ -16,6 +16,7 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 Vector = tuple[float, float, float]
 VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
+PATH_SAMPLES = 50  # instants of a path whose places are to be in the picture
 FAR = 10.0  # depths of the cable: the longest rail that is shown whole
 TROLLEY = "crane/trolley"
 PLANE, SPACE = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
@@ -155,10 +157,14 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
 
 
 def of_pendulum(scene: Scene) -> Framing:
-    """Return how to draw a suspension point and its payload."""
+    """Return how to draw a suspension point and its payload, from the start to the target, and all along their path."""
     (x, y, z), length = scene.initial_q[:3], cable_length(scene)
-    ends = [(x, y), (scene.reference or (x, y))[:2]]
-    (x, y), span = np.mean(ends, axis=0), float(np.ptp(ends, axis=0).max())
+    places = np.array([(x, y), (scene.reference or (x, y))[:2]])
+    if scene.trajectory is not None:
+        times = np.linspace(0.0, scene.duration, PATH_SAMPLES)
+        places = np.vstack([places, sample_trajectory(scene.trajectory, times)[:, 0, :2]])
+    low, high = places.min(axis=0), places.max(axis=0)
+    (x, y), span = 0.5 * (low + high), float((high - low).max())
     far = 1.8 * max(length, 0.7 * span)
     return Framing(
         size=length,
