@@ -1,7 +1,8 @@
 """Functions of one's own that files name: FILE.py:FUNCTION or MODULE:FUNCTION."""
 
+import hashlib
 from collections.abc import Callable
-from importlib import import_module
+from importlib import import_module, reload
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -9,9 +10,12 @@ from typing import Any
 
 from crane_sim.files.errors import SceneError
 
+_DIGEST = "__crane_sim_source__"
+"""Attribute of a module: the hash of its source when it was loaded here."""
+
 
 def load_function(key: str, name: str) -> Callable[..., Any]:
-    """Return the function FILE.py:FUNCTION or MODULE:FUNCTION that a file names at a key.
+    """Return the function FILE.py:FUNCTION or MODULE:FUNCTION that a file names at a key, of the source as it is now.
 
     Raises:
         SceneError: there is no such file or function.
@@ -20,7 +24,7 @@ def load_function(key: str, name: str) -> Callable[..., Any]:
     place, _, function = name.rpartition(":")
     if not (place and function):
         raise SceneError(f"{key} = {name!r}: must be FILE.py:FUNCTION or MODULE:FUNCTION")
-    module = _execute_file(key, Path(place)) if place.endswith(".py") else import_module(place)
+    module = _execute_file(key, Path(place)) if place.endswith(".py") else _import_module(name, place)
     found = getattr(module, function, None)
     if not callable(found):
         raise SceneError(f"{key} = {name!r}: {place} has no function {function!r}")
@@ -37,6 +41,24 @@ def source_of(name: str) -> Path | None:
             return None
         place = "" if spec is None or spec.origin is None else spec.origin
     return Path(place) if Path(place).is_file() else None
+
+
+def hash_source(name: str) -> str | None:
+    """Return the SHA-256 of the source of a function FILE.py:FUNCTION or MODULE:FUNCTION, None where there is none."""
+    source = source_of(name)
+    try:
+        return None if source is None else hashlib.sha256(source.read_bytes()).hexdigest()
+    except OSError:  # refused where it is loaded
+        return None
+
+
+def _import_module(name: str, place: str) -> ModuleType:
+    """Return a module, executed anew where its source has been edited since the last call."""
+    module, digest = import_module(place), hash_source(name)
+    if vars(module).setdefault(_DIGEST, digest) != digest:
+        module = reload(module)
+        setattr(module, _DIGEST, digest)
+    return module
 
 
 def _execute_file(key: str, path: Path) -> ModuleType:

@@ -5,7 +5,7 @@
 - `generic`: a function with single dispatch: a kernel with one implementation for each type of its first argument, like
   functools.singledispatch, chosen at compile time.
 - `lean_` before these: compiled without reference counting (LEAN), for functions that allocate and return no array.
-- `routine_returning`: a routine that is lean where what it returns holds no array.
+- `routine_returning`: a routine that is lean where what it returns holds numbers only.
 - `routine_generic`: `generic` with implementations that are not inlined; `stage_generic`: with implementations that are
   optimised before they are inlined, for what a step of an integrator holds many copies of (its stages).
 
@@ -211,9 +211,10 @@ def lean_routine(f: Function) -> Function:
 
 
 def routine_returning(name: str) -> Callable[[Function], Function]:
-    """Return a decorator of routines that return what their argument `name` is changed to: lean if it has no array.
+    """Return a decorator of routines that return what their argument `name` is changed to: lean if it is all numbers.
 
-    Whatever else the routine is given it must not return.
+    Whatever else the routine is given it must not return. Where that state is numbers, no function that it calls may
+    return an array either: it would never be freed.
     """
 
     def decorate(f: Function) -> Function:
@@ -222,7 +223,7 @@ def routine_returning(name: str) -> Callable[[Function], Function]:
         for options, counts in ((OPTIONS, True), (LEAN, False)):
 
             def choose(*args: Any, counts: bool = counts) -> Function | None:
-                return f if _holds_array(args[at]) == counts else None
+                return f if _is_all_numbers(args[at]) != counts else None
 
             overload(f, strict=False, jit_options=options | {"forceinline": False})(choose)
         return f
@@ -230,9 +231,11 @@ def routine_returning(name: str) -> Callable[[Function], Function]:
     return decorate
 
 
-def _holds_array(kind: Any) -> bool:
-    """Return whether a value of this numba type is an array, or holds one."""
-    return isinstance(kind, types.Array) or any(map(_holds_array, getattr(kind, "types", ())))
+def _is_all_numbers(kind: Any) -> bool:
+    """Return whether a value of this numba type is a number, None, or a tuple of these: nothing is counted in it."""
+    if isinstance(kind, types.BaseTuple):
+        return all(map(_is_all_numbers, kind.types))
+    return isinstance(kind, types.Number | types.Boolean | types.NoneType)
 
 
 def entry_point(f: Function) -> Function:

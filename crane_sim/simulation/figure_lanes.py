@@ -99,7 +99,10 @@ def watch_block(out, p, like, first):
 
 @lean_routine
 def add_work(balance, metered, scratch):
-    """Put what was supplied up to each instant into the lanes, where no meter tells: the work of held efforts."""
+    """Put what was supplied up to each instant into the lanes, where no meter tells: the work of held efforts.
+
+    Efforts held before the first instant are zero, and so is their work.
+    """
     joints, driven, held = scratch.lanes.joints, scratch.driven, balance.held
     total, lost, efforts = balance.work[0], balance.work[1], len(joints) - len(driven)
     for j in range(0 if metered else LANES):

@@ -26,7 +26,7 @@ class Clock(NamedTuple):
     steps: int
     late: float  # s, when the last part of the run begins
     metered: bool
-    sampled: bool  # whether a law is
+    sampled: bool  # whether a law is sampled every period
 
 
 class RunColumns(NamedTuple):

@@ -185,6 +185,9 @@ def run_block(
     if differing := differing_keys(deciding_versions(), versions):
         raise SceneError(f"a worker has other versions than this process: {differing}")
     listed, document = _cases_of(study, scene)
-    if changed := differing_keys(hash_functions(listed.study, document), functions):
+    mine = hash_functions(listed.study, document)
+    if absent := ", ".join(sorted(functions.keys() - mine.keys())):
+        raise SceneError(f"{absent}: is not there for a worker; workers need it under the same name")
+    if changed := differing_keys(mine, functions):
         raise SceneError(f"{changed}: not as when the study began; undo that, or begin it in another folder")
     return rows_of(listed, first, end, document)

@@ -1,10 +1,9 @@
 """Functions of one's own that a study names, its figures and laws: what their files hold decides its numbers, too."""
 
-import hashlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from crane_sim.files.functions import source_of
+from crane_sim.files.functions import hash_source
 from crane_sim.study.schema import Study, Values
 
 
@@ -20,15 +19,6 @@ def hash_functions(study: Study, document: Mapping[str, Any]) -> dict[str, str]:
     names = sorted({study.figures, *_laws_of(study, document)} - {""})
     hashes = {name.rpartition(":")[0]: hash_source(name) for name in names}
     return {place: each for place, each in hashes.items() if each is not None}
-
-
-def hash_source(name: str) -> str | None:
-    """Return the SHA-256 of the source of a function FILE.py:FUNCTION or MODULE:FUNCTION, None where there is none."""
-    source = source_of(name)
-    try:
-        return None if source is None else hashlib.sha256(source.read_bytes()).hexdigest()
-    except OSError:  # told where it is loaded
-        return None
 
 
 def _laws_of(study: Study, document: Mapping[str, Any]) -> Iterator[str]:

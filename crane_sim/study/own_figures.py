@@ -5,12 +5,11 @@ from functools import lru_cache
 from typing import Any
 
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.files.functions import load_function
+from crane_sim.files.functions import hash_source, load_function
 from crane_sim.simulation.figured_runs import FigureError, Measure
 from crane_sim.simulation.figures import flatten
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.columns import COLUMNS
-from crane_sim.study.named_functions import hash_source
 from crane_sim.study.schema import Study
 
 
@@ -36,13 +35,13 @@ def _load(name: str, _: str | None) -> Measure:
         function = load_function("study: figures", name)
     except SceneError:
         raise
-    except Exception as error:  # of the user's own module: any error of it is one line
+    except (Exception, SystemExit) as error:  # of the user's own module: any error of it is one line
         raise SceneError(f"study: figures = {name!r}: {_cause(error)}") from error
 
     def measure(run: Rollout) -> dict[str, float | None]:
         try:
             found = function(run)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise FigureError(f"figures = {name!r}: {_cause(error)}") from error
         try:
             return _numbers_by_name(found, run)
@@ -52,7 +51,7 @@ def _load(name: str, _: str | None) -> Measure:
     return measure
 
 
-def _cause(error: Exception) -> str:
+def _cause(error: BaseException) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 

@@ -34,7 +34,7 @@ def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any])
     Whatever ends a run is in its row: no error is raised. Scenes that differ in numbers only are made together and run
     in one compiled call; a case has the numbers of its single run, bit for bit.
     """
-    began, parts, count = time.perf_counter(), list[tuple[list[int], Table]](), end - first
+    start, parts, count = time.perf_counter(), list[tuple[list[int], Table]](), end - first
     measure, own = _collect_names(load_figures(listed.study))
     for cases in listed.columns(first, end):
         together, alone = _run_together(cases, document) if measure is None else ([], cases.numbers)
@@ -42,7 +42,7 @@ def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any])
         parts += _run_each([listed[number] for number in alone], document, measure) if alone else []
     table = _join([([number - first for number in numbers], part) for numbers, part in parts], count)
     table |= {name: OwnFigure(table[name]) for name in own}
-    each = (time.perf_counter() - began) / count
+    each = (time.perf_counter() - start) / count
     return table | {"versions": [_versions()] * count, "wall_time": [each] * count}
 
 

@@ -11,6 +11,7 @@ import fcntl
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -19,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.columns import OwnFigure
 from crane_sim.study.named_functions import hash_functions
@@ -131,7 +132,15 @@ class Store:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 raise SceneError(f"folder {self.folder}: another process is running this study") from None
+            self._remove_leftovers()
             yield
+
+    def _remove_leftovers(self) -> None:
+        """Remove what a process that ended in the middle of a write has left; the folder is held."""
+        for file in (*self._rows.glob(".*"), *self.folder.glob(f".{self.table_file.name}.*")):
+            file.unlink()
+        if self.table_file.exists():
+            shutil.rmtree(self._rows, ignore_errors=True)
 
     @property
     def blocks(self) -> range:
@@ -178,9 +187,7 @@ class Store:
                     writer.write_table(arrow.concat_tables(tables), ROW_GROUP)
 
         write_whole(self.table_file, write)
-        for file in files:
-            file.unlink()
-        self._rows.rmdir()
+        shutil.rmtree(self._rows)
 
 
 def batched(files: Sequence[Path], size: int) -> Iterator[Sequence[Path]]:
@@ -189,8 +196,16 @@ def batched(files: Sequence[Path], size: int) -> Iterator[Sequence[Path]]:
 
 
 def _read_block(path: Path) -> Any:
-    """Return the reader of a block's file, which is mapped into memory."""
-    return load_pyarrow("pyarrow.ipc").open_file(load_pyarrow().memory_map(str(path)))
+    """Return the reader of a block's file, which is mapped into memory.
+
+    Raises:
+        SceneError: the file is damaged.
+    """
+    arrow = load_pyarrow()
+    try:
+        return load_pyarrow("pyarrow.ipc").open_file(arrow.memory_map(str(path)))
+    except arrow.ArrowInvalid as error:
+        raise SceneError(f"{path}: is damaged ({shorten(str(error))}); remove it: its cases are run anew") from None
 
 
 def _with_schema(table: Any, schema: Any) -> Any:

@@ -7,7 +7,10 @@ from pathlib import Path
 
 from crane_sim.recording.provenance import of_this_process
 
-MODULES = ("energy_balance", "extremes", "metrics", "rollout", "settling")
+MODULES = (
+    *("energy_balance", "extremes", "figure_lanes", "figure_loops", "figured_runs", "figures", "metrics"),
+    *("peaks", "rollout", "settling"),
+)
 """Modules of `crane_sim.simulation` that compute the figures of a run."""
 
 

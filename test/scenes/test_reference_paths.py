@@ -243,3 +243,10 @@ def test_tables_are_interpolated_as_controllers_do(kinds: int, halfway: list[flo
     for k, name in enumerate(list(ROWS)[:kinds]):
         ends = evaluate(polynomials, np.array([1.0, np.nextafter(3.0, 0.0)]), k)
         assert np.max(np.abs(ends - np.array(ROWS[name]))) < ROUNDING
+
+
+def test_the_former_name_of_a_scenes_trajectory_is_understood() -> None:
+    """`Scene.path` is `Scene.trajectory`, with a warning that names it."""
+    scene = path_scene(**TABLE)
+    with pytest.warns(DeprecationWarning, match="Scene.path is now Scene.trajectory"):
+        assert scene.path is scene.trajectory

@@ -210,3 +210,46 @@ def late(run):
     shown = lines.getvalue()
     assert "far " in shown and "mean [m]" in shown and "0.0001235" in shown and "…" not in shown
     assert max(map(len, shown.splitlines()[:-1])) <= 80 and "mean [m]" in study_page(result)
+
+
+def test_what_a_killed_write_has_left_is_removed_and_a_damaged_block_is_named(own: Path, tmp_path: Path) -> None:
+    """A study goes on beside the unfinished files of a process that was killed; a damaged block is one line."""
+    folder = tmp_path / "study"
+    with pytest.raises(RuntimeError, match="stop"):
+        studies.run(STUDY, folder, workers=1, on_progress=raise_after_two)
+    (folder / "rows" / ".000003.arrow.123").touch()
+    (folder / ".table.parquet.123").touch()
+    whole = sorted((folder / "rows").glob("*.arrow"))
+    content = whole[0].read_bytes()
+    whole[0].write_bytes(b"")
+    with pytest.raises(SceneError, match=r"000000\.arrow: is damaged .*; remove it: its cases are run anew"):
+        studies.run(STUDY, folder, workers=1)
+    whole[0].write_bytes(content)
+    assert len(studies.run(STUDY, folder, workers=1).table) == 4
+    assert sorted(file.name for file in folder.iterdir()) == ["study.json", "table.parquet"]
+
+
+def raise_after_two(done: int, _: int) -> None:
+    """End a study after two of its cases."""
+    if done == 2:
+        raise RuntimeError("stop")
+
+
+def test_a_module_that_is_edited_in_a_living_process_is_loaded_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The hash of a study's identity is that of the functions that made its numbers, in one Python process too."""
+    monkeypatch.syspath_prepend(tmp_path)
+    module = tmp_path / "edited_figures.py"
+    for value in (1.0, 22.0):  # of unlike length: byte code is told from older one by time in seconds and by size
+        module.write_text(f"def own(run):\n    return {{'own': {value}}}\n")
+        rows = run_with("edited_figures:own", tmp_path / str(value))
+        assert {row["own"] for row in rows} == {value}
+
+
+def test_a_function_that_exits_is_a_failed_row(tmp_path: Path) -> None:
+    """SystemExit of a function of figures ends no command."""
+    file = tmp_path / "leaving.py"
+    file.write_text("import sys\ndef own(run):\n    sys.exit(3)\n")
+    rows = run_with(f"{file}:own", tmp_path / "rows")
+    assert {row["status"] for row in rows} == {"failed"} and "SystemExit: 3" in rows[0]["error"]

@@ -73,9 +73,9 @@ def _kernel_time(scenes: Sequence[Scene]) -> float:
     cranes, arrays = columns([extract_drive(scene) for scene in scenes]), allocate_arrays(scenes, 0)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, np.empty(0))
     simulate_range(cranes, grid, arrays, 0, 0)  # compiles
-    began = time.process_time()
+    start = time.process_time()
     simulate_range(cranes, grid, arrays, 0, len(scenes))
-    return (time.process_time() - began) / len(scenes)
+    return (time.process_time() - start) / len(scenes)
 
 
 def _parts(samples: int) -> dict[str, float]:
@@ -90,9 +90,9 @@ def _parts(samples: int) -> dict[str, float]:
     }
     for name, step in steps.items():
         step()  # compiles
-        began = time.process_time()
+        start = time.process_time()
         step()
-        found[name] = (time.process_time() - began) / samples
+        found[name] = (time.process_time() - start) / samples
     return found
 
 
@@ -102,7 +102,7 @@ def run_study(samples: str, way: str, workers: str) -> None:
     Times are those until the table is there, from the beginning and from the first finished block on, and that of all
     processors; memory is the largest of this process and of a worker.
     """
-    began, first = time.perf_counter(), list[tuple[float, int]]()
+    start, first = time.perf_counter(), list[tuple[float, int]]()
 
     def note(done: int, _: int) -> None:
         if done and not first:
@@ -114,7 +114,7 @@ def run_study(samples: str, way: str, workers: str) -> None:
     (at, done), end = first[0], time.perf_counter()
     usage = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     found = {
-        "seconds": end - began,
+        "seconds": end - start,
         "running": (end - at) * int(samples) / (int(samples) - done),
         "processor": sum(each.ru_utime + each.ru_stime for each in usage),
         "own_MB": usage[0].ru_maxrss * 1024 / 1e6,

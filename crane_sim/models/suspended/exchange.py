@@ -161,9 +161,8 @@ def with_exchange_switching(exchange, switching):
 
 @with_exchange_switching.register(Exchange)
 def _(exchange, switching):
-    return Switching(
-        EVENT_LOG_CAPACITY, 0, None
-    )  # no retake: a step to an exchange at the start of a period would have no size
+    # no retake: a step to an exchange at the start of a period would have no size
+    return Switching(EVENT_LOG_CAPACITY, 0, None)
 
 
 @lean_generic
