@@ -92,7 +92,7 @@ def test_a_league_that_was_interrupted_goes_on(tmp_path: Path) -> None:
 
     with pytest.raises(Interrupted):
         league_in(folder, on_progress=interrupt)
-    kept = {file: file.stat().st_mtime_ns for file in folder.glob("*/rows/0*.parquet")}
+    kept = {file: file.stat().st_mtime_ns for file in folder.glob("*/rows/0*.arrow")}
     assert 0 < len(kept) < SAMPLES * len(GROUP.entrants)
     began: list[int] = []
 

@@ -15,7 +15,7 @@ from crane_sim import orchestration
 from crane_sim.laws import with_initial_state
 from crane_sim.ros.common.messages import reference_message
 from crane_sim.ros.controller.trajectory_input import TrajectoryInput
-from crane_sim.simulation.metrics import Tracking, in_base
+from crane_sim.simulation.metrics import TrackingError, in_base
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
@@ -48,7 +48,7 @@ def test_figures_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
     columns = (run.t, run.q, run.v, run.u, run.payload)
     actual = []
     for cuts in ([], [1, 2, 700, 3000]):
-        tracking = Tracking(SCENE)
+        tracking = TrackingError(SCENE)
         for block in zip(*(np.split(column[:-1], cuts) for column in columns), strict=True):
             tracking.extend(*block)
         actual.append(tracking.summary(run.t[-1:], run.q[-1:], run.payload[-1:]))
