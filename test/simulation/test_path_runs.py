@@ -36,7 +36,7 @@ def run() -> crane_sim.Rollout:
 
 def test_figures_are_their_definitions(run: crane_sim.Rollout) -> None:
     """Errors are those of the payload at all instants of the run; the tip's acceleration is what was commanded."""
-    error = np.linalg.norm(run.payload[:, :2] - sample_trajectory(SCENE.path, run.t)[:, 0], axis=1)
+    error = np.linalg.norm(run.payload[:, :2] - sample_trajectory(SCENE.trajectory, run.t)[:, 0], axis=1)
     expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
     actual = [run.summary[name] for name in TRACKING_FIGURES]
     assert actual[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order
