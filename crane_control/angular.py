@@ -11,13 +11,14 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
+from crane_control.command import compute_efforts
 from crane_control.tracking.suspension import PositionServo, make_tip_servo, nominal_pendulum
 from crane_control.tracking.tip_servo import compute_cable_state, compute_efforts_for_acceleration
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
 from crane_sim.laws import read_settings
-from crane_sim.numerics.jit import entry_point, kernel
+from crane_sim.numerics.jit import kernel
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
@@ -84,12 +85,6 @@ def _(law, t, q, v):
         ay + compute_tracking(law, goal, cable.tip, cable.dtip, 1),
     )
     return compute_efforts_for_acceleration(law.servo, t, cable, a)
-
-
-@entry_point
-def compute_efforts(law, t, q, v):
-    """Compiled `command` for calls from Python."""
-    return system.command(law, t, q, v)
 
 
 def _check_start(nominal: Scene) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from math import sqrt
 from typing import Any, NamedTuple
 
+from crane_control.command import compute_efforts
 from crane_control.tracking.multirate import MultirateTracker, make_multirate, tip_setpoint
 from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
 from crane_control.tracking.tip_servo import Servo, compute_cable_state, compute_suspension_efforts
@@ -12,7 +13,6 @@ from crane_control.tracking.vision import CameraSettings, make_camera
 from crane_sim import system
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 
 
@@ -54,12 +54,6 @@ def _(law, t, q, v):
     cable = compute_cable_state(law.servo, law.tracker.pendulum.length, q, v)
     setpoint = tip_setpoint(law.tracker, t, cable.tip, cable.y, cable.dy)
     return compute_suspension_efforts(law.servo, t, setpoint, cable)
-
-
-@entry_point
-def compute_efforts(law, t, q, v):
-    """Compiled `command` for calls from Python."""
-    return system.command(law, t, q, v)
 
 
 class Forward(NamedTuple):

@@ -55,7 +55,7 @@ class EnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self.parameters, q, v)
+        return compute_control_action(self.parameters, q, v)
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says; dV/dt includes the power of base and forces."""
@@ -118,7 +118,7 @@ def _(u, p, t, x):
 
 
 @entry_point
-def compute_efforts(parameters, q, v):
+def compute_control_action(parameters, q, v):
     """Compiled `control_action` for calls from Python."""
     return control_action(parameters, q, v)
 

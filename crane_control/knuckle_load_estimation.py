@@ -30,6 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_control import knuckle_energy
+from crane_control.command import compute_efforts
 from crane_control.knuckle_energy import ControlParameters, EnergyLaw, Settings, Winch, compute_lyapunov, control_action
 from crane_sim import system
 from crane_sim.files.errors import SceneError
@@ -38,7 +39,7 @@ from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.effects import add_spring
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports import forward_kinematics
-from crane_sim.numerics.jit import entry_point, kernel, routine
+from crane_sim.numerics.jit import kernel, routine
 from crane_sim.scenes.scene import Scene
 
 MIN_ACCELERATION = 0.5  # of g: the estimate is updated above it only, by step 3 of the proof
@@ -127,12 +128,6 @@ def _(law, t, q, v):
     efforts = control_action(retune_for_payload_mass(law.parameters, law.nominal, update_estimate(law, t, q, v)), q, v)
     law.estimator.winch_effort[0] = min(efforts[3], 0.0)  # a rope transmits tension only
     return efforts
-
-
-@entry_point
-def compute_efforts(law, t, q, v):
-    """Compiled `command` for calls from Python."""
-    return system.command(law, t, q, v)
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | AdaptiveEnergyLaw:

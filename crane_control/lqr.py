@@ -65,7 +65,7 @@ class LqrLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q and velocities v, nq or more."""
-        return compute_efforts(self, t, np.array(q), np.array(v))
+        return compute_feedback(self, t, np.array(q), np.array(v))
 
 
 @generic
@@ -119,7 +119,7 @@ def saturated_feedback(law, p, t, x):
 
 
 @entry_point
-def compute_efforts(law, t, q, v):
+def compute_feedback(law, t, q, v):
     """Compiled `command` for calls from Python."""
     return feedback(law.rows, law, t, q, v)
 

@@ -77,7 +77,7 @@ class OverheadEnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, np.array(q), np.array(v))
+        return compute_control_action(self, np.array(q), np.array(v))
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, the same at all times."""
@@ -137,7 +137,7 @@ def _(u, p, t, x):
 
 
 @entry_point
-def compute_efforts(law, q, v):
+def compute_control_action(law, q, v):
     """Compiled `control_action` for calls from Python."""
     return control_action(law, q, v)
 

@@ -67,10 +67,10 @@ def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:
         if name.partition(".")[0] in taken:
             reason = "is taken by the table's own columns"
             raise UnusableFigures(f"returned {name!r}, which {reason}; take another name, such as 'own_{name}'")
-    return {name: _number(name, value) for name, value in found.items()}
+    return {name: _to_float(name, value) for name, value in found.items()}
 
 
-def _number(name: str, value: Any) -> float | None:
+def _to_float(name: str, value: Any) -> float | None:
     try:
         if isinstance(value, str | bytes):
             raise TypeError
