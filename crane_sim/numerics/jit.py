@@ -234,7 +234,7 @@ def routine_returning(name: str) -> Callable[[Function], Function]:
 def _is_all_numbers(kind: Any) -> bool:
     """Return whether a value of this numba type is a number, None, or a tuple of these: nothing is counted in it."""
     if isinstance(kind, types.BaseTuple):
-        return all(map(_is_all_numbers, kind.types))
+        return all(map(_is_all_numbers, getattr(kind, "types")))  # noqa: B009  (of each of its classes, not of its base)
     return isinstance(kind, types.Number | types.Boolean | types.NoneType)
 
 
