@@ -14,7 +14,7 @@ from crane_sim.numerics.lanes import LANES, lane, put_lane, use_wide_vectors
 from crane_sim.numerics.states import scale, smaller
 from crane_sim.simulation.energy_balance import add_compensated, balance_instant
 from crane_sim.simulation.extremes import note_range_at
-from crane_sim.simulation.figure_loops import Clock, RunColumns, RunScratch, output_of, watch_run
+from crane_sim.simulation.figure_loops import Clock, RunColumns, RunScratch, count_limited, output_of, watch_run
 from crane_sim.simulation.peaks import PUSHED, watch_efforts, watch_swing, watch_tension
 from crane_sim.simulation.settling import is_outside
 from crane_sim.stepping.periods import write_instant
@@ -81,7 +81,7 @@ def _(out, p, clock, run, scratch, states):
     for i in range(whole, k + 1):
         watch_instant(out, i, i - whole)
     note_last_outside(run, scratch, whole, k - whole)
-    note_limited(run, clock, scratch, whole, k - whole)
+    count_limited_lanes(run, clock, scratch, whole, k - whole)
     for j in range(6):
         run.ends[j] = lanes.observed[3 + j, k % LANES]
 
@@ -94,7 +94,7 @@ def watch_block(out, p, like, first):
     watch_lanes(p, like, run, scratch, first)
     watch_swings(run.peaks, clock, scratch, first)
     note_last_outside(run, scratch, first, LANES)
-    note_limited(run, clock, scratch, first, LANES)
+    count_limited_lanes(run, clock, scratch, first, LANES)
 
 
 @lean_routine
@@ -129,14 +129,11 @@ def note_last_outside(run, scratch, first, count):
 
 
 @lean_kernel
-def note_limited(run, clock, scratch, first, count):
+def count_limited_lanes(run, clock, scratch, first, count):
     """Count the commands that were limited, of `count` instants from number `first` on in the lanes."""
-    efforts = scratch.lanes.joints[2 * len(run.q) :]
-    for j in range(count if clock.sampled else 0):
-        differs = False
-        for c in range(len(run.target)):
-            differs = differs or scratch.commands[first + j, c] != efforts[c, j]
-        run.counts[4] += differs
+    if clock.sampled:
+        efforts = scratch.lanes.joints[2 * len(run.q) :, :count].T
+        run.counts[4] += count_limited(scratch.commands[first : first + count], efforts)
 
 
 @lean_routine

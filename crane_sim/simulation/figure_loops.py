@@ -5,7 +5,7 @@ They are gathered by the compiled functions that `metrics.Metrics` calls block b
 
 from typing import Any, NamedTuple
 
-from crane_sim.numerics.jit import entry_point, generic, kernel, routine_generic
+from crane_sim.numerics.jit import entry_point, generic, lean_kernel, routine_generic
 from crane_sim.numerics.lanes import tree_column
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants
 from crane_sim.simulation.extremes import note_range
@@ -116,20 +116,20 @@ def watch_run(out, p, clock, run, scratch, states):
     watch_instants(run.peaks, t[:k], clock.late, u[:k], tensions, scratch.ends)
     note_range(q, run.ranges[0], run.ranges[1])
     note_outside(run.target, run.near, t[:k], driven_q, run.outside)
-    run.counts[4] = limited_periods(out, k, 2 * nq) if clock.sampled else 0
+    run.counts[4] = count_limited(scratch.commands[:k], u[:k]) if clock.sampled else 0
     for j in range(6):
         run.ends[j] = scratch.ends[k, j]
     for j in range(nu):
         run.driven_end[j] = scratch.driven_q[k, j]
 
 
-@kernel
-def limited_periods(out, count, first):
-    """Return in how many of the first `count` periods a command was limited; efforts are in columns from `first` on."""
+@lean_kernel
+def count_limited(commands, efforts):
+    """Return in how many periods a command was limited: `commands` (n, nu) and the efforts applied (n, nu) differ."""
     limited = 0
-    for k in range(count):
+    for k in range(len(commands)):
         differs = False
-        for j in range(out.commands.shape[1]):
-            differs = differs or out.commands[k, j] != out.rows[k, first + j]
+        for j in range(commands.shape[1]):
+            differs = differs or commands[k, j] != efforts[k, j]
         limited += differs
     return limited

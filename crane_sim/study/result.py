@@ -68,7 +68,7 @@ class StudyResult:
         """Columns of the figures by the study's own function."""
         return [field.name for field in self._schema if OWN_FIGURE.items() <= (field.metadata or {}).items()]
 
-    @property
+    @cached_property
     def _schema(self) -> Any:
         return load_pyarrow("pyarrow.parquet").read_schema(self.folder / "table.parquet")
 
