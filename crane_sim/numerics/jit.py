@@ -36,6 +36,7 @@ from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
+from numba.core.extending import _Intrinsic as _NumbaIntrinsic
 from numba.core.typed_passes import AnnotateTypes, NativeLowering
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
@@ -45,6 +46,32 @@ from crane_sim.numerics.cache import AT_IMPORT, FileLock, cache_folder, covers, 
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
 """Marks a function that returns (signature, generator of LLVM instructions)."""
+
+
+class _LoweredFunction(_NumbaIntrinsic):
+    """A Python function that compiled code replaces by instructions of its own."""
+
+    def __init__(self, f: Function, define: Function) -> None:
+        super().__init__(f.__name__, define)
+        functools.update_wrapper(self, f)
+        self._function = f
+        self._register()
+
+    def __call__(self, *args: Any) -> Any:
+        """Run the Python function."""
+        return self._function(*args)
+
+
+def lower_to(define: Function) -> Callable[[Function], Any]:
+    """Return a decorator of a Python function that compiled code lowers to the instructions of `define`.
+
+    An overload that numba inlines would do the same at a risk: numba then eliminates dead code, and takes a store for
+    dead if the array has come out of a tuple, since it does not see that a caller holds the array, too.
+
+    Args:
+        define: as for `intrinsic`, with the parameters of the function after the typing context.
+    """
+    return lambda f: _LoweredFunction(f, define)
 
 
 class LinkedLibrary(JITCodeLibrary):

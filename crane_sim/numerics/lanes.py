@@ -8,45 +8,14 @@ from collections.abc import Iterator
 from typing import Any
 
 from numba.core import cgutils, types
-from numba.extending import overload
 from numba.np.arrayobj import populate_array as _populate_array
 
-from crane_sim.numerics.jit import intrinsic
+from crane_sim.numerics.jit import lower_to
 from crane_sim.numerics.states import leaves
 
 populate_array: Any = _populate_array
 LANES = 16
 """Cranes that move in step: two of the widest vectors, and few enough to stay in the first cache."""
-
-
-def tree_column(columns: Any, i: int) -> Any:
-    """Return the tree of crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
-    if not isinstance(columns, tuple):
-        return None if columns is None else columns[i]
-    return _rebuilt(columns, [tree_column(part, i) for part in columns])
-
-
-def put_column(columns: Any, i: int, tree: Any) -> None:
-    """Write the tree of crane i into entry i of every array of a tree of columns."""
-    if isinstance(columns, tuple):
-        for part, entry in zip(columns, tree, strict=True):
-            put_column(part, i, entry)
-    elif columns is not None:
-        columns[i] = tree
-
-
-def lane(like: Any, buffer: Any, j: int) -> Any:
-    """Return lane j of a buffer (floats, LANES) as a state of the same type as `like`."""
-    return _fill(like, iter(buffer[:, j].tolist()))
-
-
-def put_lane(buffer: Any, j: int, x: Any) -> None:
-    """Write the floats of the state x into lane j of a buffer (floats, LANES)."""
-    buffer[:, j] = leaves(x)
-
-
-def use_wide_vectors() -> None:
-    """Have the function that calls this compiled for the widest vectors of the processor."""
 
 
 def _rebuilt(like: Any, parts: list[Any]) -> Any:
@@ -114,7 +83,6 @@ def _put_entry(context: Any, builder: Any, kind: Any, value: Any, i: Any, entry_
     cgutils.raw_memmove(builder, address, source.data, count, source.itemsize)
 
 
-@intrinsic
 def _put(typing_context, columns, i, tree):
     def generate(context, builder, signature, args):
         _put_entry(context, builder, columns, args[0], args[1], tree, args[2])
@@ -123,7 +91,6 @@ def _put(typing_context, columns, i, tree):
     return types.none(columns, types.intp, tree), generate
 
 
-@intrinsic
 def _pick(typing_context, columns, i):
     def generate(context, builder, signature, args):
         return _entry(context, builder, columns, *args)
@@ -143,7 +110,6 @@ def _addresses(context: Any, builder: Any, buffer: Any, value: Any, j: Any) -> I
         row += 1
 
 
-@intrinsic
 def _lane(typing_context, like, buffer, j):
     def generate(context, builder, signature, args):
         addresses = _addresses(context, builder, buffer, args[1], args[2])
@@ -158,7 +124,6 @@ def _lane(typing_context, like, buffer, j):
     return like(like, buffer, types.intp), generate
 
 
-@intrinsic
 def _put_lane(typing_context, buffer, j, x):
     def generate(context, builder, signature, args):
         addresses = _addresses(context, builder, buffer, *args[:2])
@@ -176,7 +141,6 @@ def _put_lane(typing_context, buffer, j, x):
     return types.none(buffer, types.intp, x), generate
 
 
-@intrinsic
 def _use_wide_vectors(typing_context):
     def generate(context, builder, signature, args):
         # llvmlite lists no such attribute; without it LLVM halves its vectors on processors that once clocked down
@@ -186,8 +150,36 @@ def _use_wide_vectors(typing_context):
     return types.none(), generate
 
 
-overload(tree_column, inline="always")(lambda columns, i: lambda columns, i: _pick(columns, i))
-overload(put_column, inline="always")(lambda columns, i, tree: lambda columns, i, tree: _put(columns, i, tree))
-overload(lane, inline="always")(lambda like, buffer, j: lambda like, buffer, j: _lane(like, buffer, j))
-overload(put_lane, inline="always")(lambda buffer, j, x: lambda buffer, j, x: _put_lane(buffer, j, x))
-overload(use_wide_vectors, inline="always")(lambda: lambda: _use_wide_vectors())
+@lower_to(_pick)
+def tree_column(columns: Any, i: int) -> Any:
+    """Return the tree of crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
+    if not isinstance(columns, tuple):
+        return None if columns is None else columns[i]
+    return _rebuilt(columns, [tree_column(part, i) for part in columns])
+
+
+@lower_to(_put)
+def put_column(columns: Any, i: int, tree: Any) -> None:
+    """Write the tree of crane i into entry i of every array of a tree of columns."""
+    if isinstance(columns, tuple):
+        for part, entry in zip(columns, tree, strict=True):
+            put_column(part, i, entry)
+    elif columns is not None:
+        columns[i] = tree
+
+
+@lower_to(_lane)
+def lane(like: Any, buffer: Any, j: int) -> Any:
+    """Return lane j of a buffer (floats, LANES) as a state of the same type as `like`."""
+    return _fill(like, iter(buffer[:, j].tolist()))
+
+
+@lower_to(_put_lane)
+def put_lane(buffer: Any, j: int, x: Any) -> None:
+    """Write the floats of the state x into lane j of a buffer (floats, LANES)."""
+    buffer[:, j] = leaves(x)
+
+
+@lower_to(_use_wide_vectors)
+def use_wide_vectors() -> None:
+    """Have the function that calls this compiled for the widest vectors of the processor."""

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import lower_builtin, overload, type_callable
+from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import populate_array as _populate_array
 
 from crane_sim.numerics.arrays import broadcast, fused
 from crane_sim.numerics.elementary import fma
-from crane_sim.numerics.jit import intrinsic
+from crane_sim.numerics.jit import lower_to
 from crane_sim.numerics.lanes import LANES
 from crane_sim.numerics.states import dimension
 
@@ -28,36 +28,6 @@ _INDEX = ir.IntType(64)
 def stage_rows(x: Any) -> Any:
     """Return an undefined buffer (floats of x, LANES)."""
     return np.empty((dimension(x), LANES))
-
-
-def mix_stages(matrix: Any, source: Any, i: int, to: Any, k: int, scale: float) -> None:
-    """Write scale M s into row k of `to`, s being row i of `source`; `matrix` (8, 8) has the columns of M as rows."""
-    for j, total in enumerate(_mixed(matrix, source[i])):
-        to[k, j] = scale * total
-
-
-def reach_stages(matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[float, float, float, Any]) -> None:
-    """Write x + nodes move + scale M s into row k of `to`, path = (x, move, scale, nodes (8,)), see `mix_stages`."""
-    x, move, scale, nodes = path
-    for j, total in enumerate(_mixed(matrix, source[i])):
-        to[k, j] = fma(scale, total, fma(nodes[j], move, x))
-
-
-def take_row(source: Any, to: Any, i: int) -> float:
-    """Copy the stages of row i from `source` to `to`; return the sum of the squares of what changes there."""
-    changes = [a - b for a, b in zip(source[i, :STAGES].tolist(), to[i, :STAGES].tolist(), strict=True)]
-    to[i, :STAGES] = source[i, :STAGES]
-    return _folded([change * change for change in changes])
-
-
-def weigh_stages(weights: Any, source: Any, i: int) -> float:
-    """Return the sum of weights (8,) times the stages of row i."""
-    return _folded([w * s for w, s in zip(weights.tolist(), source[i, :STAGES].tolist(), strict=True)])
-
-
-def stage_count() -> int:
-    """Return the number of stages; a function, as the compiler would unroll a loop over a constant."""
-    return STAGES
 
 
 def _mixed(matrix: Any, row: Any) -> Iterator[float]:
@@ -139,7 +109,6 @@ def _lower_stage_rows(context: Any, builder: Any, signature: Any, args: Any) -> 
     return buffer._getvalue()
 
 
-@intrinsic
 def _mix(typing_context, matrix, source, i, to, k, scale):
     def generate(context, builder, signature, args):
         stages = _row(context, builder, source, args[1], args[2])
@@ -151,21 +120,22 @@ def _mix(typing_context, matrix, source, i, to, k, scale):
     return types.none(matrix, source, types.intp, to, types.intp, types.float64), generate
 
 
-@intrinsic
-def _reach(typing_context, matrix, source, i, to, k, x, move, scale, nodes):
+def _reach(typing_context, matrix, source, i, to, k, path):
+    kind = path[3]
+
     def generate(context, builder, signature, args):
         stages = _row(context, builder, source, args[1], args[2])
         product = _product(builder, _data(context, builder, matrix, args[0]), stages)
-        base, move, scale = (broadcast(builder, value, STAGES) for value in args[5:8])
-        base = fused(builder, _load(builder, _data(context, builder, nodes, args[8])), move, base)
+        *numbers, nodes = cgutils.unpack_tuple(builder, args[5])
+        base, move, scale = (broadcast(builder, number, STAGES) for number in numbers)
+        base = fused(builder, _load(builder, _data(context, builder, kind, nodes)), move, base)
         _store(builder, fused(builder, scale, product, base), _row(context, builder, to, args[3], args[4]))
         return context.get_dummy_value()
 
-    floats = (types.float64,) * 3
-    return types.none(matrix, source, types.intp, to, types.intp, *floats, nodes), generate
+    way = types.Tuple((types.float64,) * 3 + (kind,))
+    return types.none(matrix, source, types.intp, to, types.intp, way), generate
 
 
-@intrinsic
 def _take(typing_context, source, to, i):
     def generate(context, builder, signature, args):
         new = _load(builder, _row(context, builder, source, args[0], args[2]))
@@ -177,7 +147,6 @@ def _take(typing_context, source, to, i):
     return types.float64(source, to, types.intp), generate
 
 
-@intrinsic
 def _weigh(typing_context, weights, source, i):
     def generate(context, builder, signature, args):
         stages = _load(builder, _row(context, builder, source, args[1], args[2]))
@@ -186,7 +155,6 @@ def _weigh(typing_context, weights, source, i):
     return types.float64(weights, source, types.intp), generate
 
 
-@intrinsic
 def _opaque_count(typing_context):
     def generate(context, builder, signature, args):
         return builder.asm(ir.FunctionType(_INDEX, [_INDEX]), "", "=r,0", [_INDEX(STAGES)], False)
@@ -194,18 +162,36 @@ def _opaque_count(typing_context):
     return types.intp(), generate
 
 
-overload(stage_count, inline="always")(lambda: lambda: _opaque_count())
-overload(mix_stages, inline="always")(
-    lambda matrix, source, i, to, k, scale: (
-        lambda matrix, source, i, to, k, scale: _mix(matrix, source, i, to, k, scale)
-    )
-)
-overload(reach_stages, inline="always")(
-    lambda matrix, source, i, to, k, path: (
-        lambda matrix, source, i, to, k, path: _reach(matrix, source, i, to, k, path[0], path[1], path[2], path[3])
-    )
-)
-overload(take_row, inline="always")(lambda source, to, i: lambda source, to, i: _take(source, to, i))
-overload(weigh_stages, inline="always")(
-    lambda weights, source, i: lambda weights, source, i: _weigh(weights, source, i)
-)
+@lower_to(_mix)
+def mix_stages(matrix: Any, source: Any, i: int, to: Any, k: int, scale: float) -> None:
+    """Write scale M s into row k of `to`, s being row i of `source`; `matrix` (8, 8) has the columns of M as rows."""
+    for j, total in enumerate(_mixed(matrix, source[i])):
+        to[k, j] = scale * total
+
+
+@lower_to(_reach)
+def reach_stages(matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[float, float, float, Any]) -> None:
+    """Write x + nodes move + scale M s into row k of `to`, path = (x, move, scale, nodes (8,)), see `mix_stages`."""
+    x, move, scale, nodes = path
+    for j, total in enumerate(_mixed(matrix, source[i])):
+        to[k, j] = fma(scale, total, fma(nodes[j], move, x))
+
+
+@lower_to(_take)
+def take_row(source: Any, to: Any, i: int) -> float:
+    """Copy the stages of row i from `source` to `to`; return the sum of the squares of what changes there."""
+    changes = [a - b for a, b in zip(source[i, :STAGES].tolist(), to[i, :STAGES].tolist(), strict=True)]
+    to[i, :STAGES] = source[i, :STAGES]
+    return _folded([change * change for change in changes])
+
+
+@lower_to(_weigh)
+def weigh_stages(weights: Any, source: Any, i: int) -> float:
+    """Return the sum of weights (8,) times the stages of row i."""
+    return _folded([w * s for w, s in zip(weights.tolist(), source[i, :STAGES].tolist(), strict=True)])
+
+
+@lower_to(_opaque_count)
+def stage_count() -> int:
+    """Return the number of stages; a function, as the compiler would unroll a loop over a constant."""
+    return STAGES

@@ -54,3 +54,18 @@ def test_a_buffer_has_a_row_for_each_float() -> None:
     x = ((1.0, 2.0), 3.0, (4.0, 5.0, 6.0))
     assert through_the_stack(x) == (x, 6, LANES)
     assert stage_lanes.stage_count() == STAGES
+
+
+@entry_point
+def store_beside_a_lane(buffers, x):
+    """Write x into lane 3 of the first buffer, and 5 into that of the second one."""
+    first, second, j, _ = buffers[0], buffers[1], 3, x
+    put_lane(first, j, x)
+    second[0, j] = 5.0
+
+
+def test_a_store_beside_a_lane_is_kept() -> None:
+    """A store into an array that has come out of a tuple arrives, in a function that writes a lane, too."""
+    buffers = np.zeros((2, LANES)), np.zeros((1, LANES))
+    store_beside_a_lane(buffers, (1.0, 2.0))
+    assert buffers[0][:, 3].tolist() == [1.0, 2.0] and buffers[1][0, 3] == 5.0

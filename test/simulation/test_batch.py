@@ -8,6 +8,8 @@ import pytest
 from crane_sim import SceneError, SimulationError, load_scene, simulate, simulate_batch
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import load_columns
+from crane_sim.simulation import figured_runs
+from crane_sim.simulation.figure_lanes import LaneBuffers
 from crane_sim.simulation.figured_runs import has_compiled_figures, run_all, run_columns
 from crane_sim.simulation.figures import flatten
 
@@ -96,6 +98,21 @@ def test_figures_in_lanes_are_those_of_single_runs(duration: float) -> None:
     scenes = [load_scene("overhead_energy", {"duration": duration, "initial": start, MASS: m}) for m in (5.0, 10.0)]
     check_figures(scenes)
     assert all(end.figures["negative_tension_steps"] > 0 for end in run_all(scenes))
+
+
+@pytest.mark.parametrize("inputs", [{}, {"inputs.trolley": {"kind": "constant", "value": 3.0}}])
+def test_figures_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What stood in the buffers of lanes before a run does not show in its figures."""
+    make = figured_runs.lane_buffers
+
+    def used(nq: int, nu: int) -> LaneBuffers:
+        buffers = make(nq, nu)
+        for buffer in buffers:
+            buffer[:] = 1e3
+        return buffers
+
+    monkeypatch.setattr(figured_runs, "lane_buffers", used)
+    check_figures([load_scene("overhead_swing", FIXED | {"duration": 0.3} | inputs)])
 
 
 def test_figures_of_other_cranes_compile() -> None:
