@@ -27,6 +27,7 @@ VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
 PATH_SAMPLES = 50  # instants of a path whose places are to be in the picture
 FAR = 10.0  # depths of the cable: the longest rail that is shown whole
+ARROW = 0.33  # of a crane's size: how far the longest arrow of a hoist goes up from the trolley
 TROLLEY = "crane/trolley"
 PLANE, SPACE = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
 
@@ -190,23 +191,24 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     return (0.2 * slew, *others)
 
 
-def of_room(room: BoundingBox) -> Framing:
-    """Return how to draw an overhead crane whose motion fills a room.
+def of_room(room: BoundingBox, lifts: bool) -> Framing:
+    """Return how to draw an overhead crane whose motion fills a room; it `lifts` if its hoist's force is an arrow.
 
     All of it is in the picture, unless the trolley goes so far that nothing would be seen: then the eye goes along.
     """
     depth, floor = room.depth, room.floor
     sides = np.array([room.rail(0), room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth), (floor, 0.0)])
-    sides[2, 1] = max(room.high[2], 0.15 * depth)
-    x, y, z = (float(value) for value in sides.mean(axis=1))
     span = float(np.ptp(sides[:2], axis=1).max())
     half = 0.6 * max(span, 1.5 * depth)
     far = span > FAR * depth
+    size = depth if far else max(depth, 0.3 * span)
+    sides[2, 1] = max(room.high[2], 0.15 * depth, ARROW * size if lifts else 0.0)
+    x, y, z = (float(value) for value in sides.mean(axis=1))
     if far:
         sides[:2] = np.array([[x], [y]]) + np.array([-1.2, 1.2]) * depth
     eye, look_at = _look(_corners(*sides), *(SPACE if room.spatial else PLANE))
     return Framing(
-        size=depth if far else max(depth, 0.3 * span),
+        size=size,
         ground=(x, y, floor),
         ground_size=half,
         eye=eye,

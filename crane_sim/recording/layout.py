@@ -258,7 +258,7 @@ def label(name: str) -> str:
 
 def _framing(scene: Scene, cable: Suspension | None) -> Framing:
     if cable:
-        return of_room(cable.room)
+        return of_room(cable.room, cable.lifts)
     if scene.crane == "pendulum":
         return of_pendulum(scene)
     if scene.crane == "knuckle":

@@ -29,6 +29,7 @@ class Suspension(NamedTuple):
 
     hang: SuspendedCable
     room: BoundingBox  # as far as it is known before the run
+    lifts: bool  # its hoist's force is drawn as an arrow
     shape: str  # what its coordinates are: "angles", "rod" (one angle), "vectors" or "positions"
 
     @property
@@ -54,7 +55,8 @@ def suspension(scene: Scene) -> Suspension | None:
     """Return a scene's, None for a crane whose cable is a single rope below a boom."""
     if scene.crane != "overhead":
         return None
-    return Suspension(SuspendedCable.of(scene), estimate_bounding_box(scene), _shape(scene.joint_names))
+    room, lifts = estimate_bounding_box(scene), "hoist" in scene.actuated
+    return Suspension(SuspendedCable.of(scene), room, lifts, _shape(scene.joint_names))
 
 
 def _shape(joints: Sequence[str]) -> str:

@@ -141,19 +141,22 @@ def test_the_viewer_shows_it_without_complaint(run: Run, tmp_path: Path) -> None
 EDGE = st.floats(0.0, 4.0)
 
 
-@given(st.floats(-50.0, 50.0), EDGE, EDGE, st.floats(0.5, 20.0), st.booleans())
-def test_all_of_the_motion_is_in_the_picture(x: float, dx: float, dy: float, depth: float, spatial: bool) -> None:
+@given(st.floats(-50.0, 50.0), EDGE, EDGE, st.floats(0.5, 20.0), st.booleans(), st.booleans())
+def test_all_of_the_motion_is_in_the_picture(
+    x: float, dx: float, dy: float, depth: float, spatial: bool, lifts: bool
+) -> None:
     """Seen from where the recording puts the eye, no corner of the crane's room is outside the field of view."""
     dy = dy if spatial else 0.0
     room = BoundingBox((x, 0.0, -depth), (x + dx * depth, dy * depth, 0.0), depth, spatial)
-    framing = of_room(room)
+    framing = of_room(room, lifts)
+    top = 0.31 * framing.size if lifts else 0.0  # an arrow twice as long as its scale
     eye, at = np.array(framing.eye), np.array(framing.look_at)
     ahead = (at - eye) / np.linalg.norm(at - eye)
     right = np.cross(ahead, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
     up = np.cross(right, ahead)
     (left, end), (near, far) = room.rail(0), room.rail(1) if spatial else (0.0, 0.0)
-    for corner in ((a, b, c) for a in (left, end) for b in (near, far) for c in (room.floor, 0.0)):
+    for corner in ((a, b, c) for a in (left, end) for b in (near, far) for c in (room.floor, top)):
         line = np.array(corner) - eye
         assert line @ ahead > 0.0
         slope = tan(radians(0.5 * VIEW)) * (line @ ahead)
@@ -163,7 +166,7 @@ def test_all_of_the_motion_is_in_the_picture(x: float, dx: float, dy: float, dep
 def test_a_far_way_is_followed() -> None:
     """With a travel far larger than the crane, the camera follows the trolley closely."""
     room = BoundingBox((0.0, 0.0, -2.0), (200.0, 0.0, 0.0), 2.0, spatial=False)
-    framing = of_room(room)
+    framing = of_room(room, lifts=False)
     assert framing.follows == "crane/trolley/boxes"
     assert np.linalg.norm(np.subtract(framing.eye, framing.look_at)) < 10.0 * room.depth
 
@@ -174,7 +177,7 @@ def test_an_elastic_cable_has_the_coordinates_of_its_nodes() -> None:
     steps = np.column_stack([np.sin(angles), np.zeros(6), -np.cos(angles)]) * 1.1
     nodes = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) + (5.0, 0.0, 0.0)
     room = BoundingBox((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
-    cable = Suspension(SuspendedCable((1.0,) * 6, (1.0,) * 6), room, "positions")
+    cable = Suspension(SuspendedCable((1.0,) * 6, (1.0,) * 6), room, False, "positions")
     block: Any = SimpleNamespace(nodes=nodes[None])
     channels = {channel.entity: channel for channel in cable_channels(cable)}
     assert channels["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")

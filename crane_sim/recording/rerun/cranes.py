@@ -341,7 +341,7 @@ class GantryVisual:
             log_solids(self._rec, "crane/bridge", "bridge", overhead_visuals.bridge(room))
         log_solids(self._rec, TROLLEY, "trolley", overhead_visuals.trolley(room))
         log_solids(self._rec, "payload/box", "payload", overhead_visuals.payload(mass, room))
-        return of_room(room)
+        return of_room(room, self._suspension.lifts)
 
     def _radii(self, room: BoundingBox) -> list[float]:
         hang = self._suspension.hang
