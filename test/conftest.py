@@ -16,7 +16,7 @@ from typing import Any
 import hypothesis
 import pytest
 import session_guard
-from interpreted import pytest_runtest_protocol
+from worker_processes import pytest_runtest_protocol
 
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 
