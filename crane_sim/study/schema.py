@@ -28,7 +28,7 @@ Count = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10_000_000)]
 class _Group(BaseModel):
     """A group of a study's file: unknown keys and non-finite numbers are errors."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, defer_build=True)
 
 
 class Values(_Group):
