@@ -72,12 +72,12 @@ class ControllerNode(LawNode):
         """Wait until all subscribers have every command; return the law's entries of the run's summary."""
         self._goals.finish()
         self._answers.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
-        demands = {"demands": self._setpoints.figures()} if self._setpoints else {}
-        return {"law_us": self._execution_time.figures()} | demands
+        demands = {"demands": self._setpoints.metrics()} if self._setpoints else {}
+        return {"law_us": self._execution_time.metrics()} | demands
 
     def _diagnose(self) -> Diagnostics:
         setpoints = self._setpoints
-        return Diagnostics(setpoints.warning(self._law.slow_half), setpoints.figures()) if setpoints else Diagnostics()
+        return Diagnostics(setpoints.warning(self._law.slow_half), setpoints.metrics()) if setpoints else Diagnostics()
 
     def _reset(self) -> None:
         self._next_reference, self._referred = 0, self._law

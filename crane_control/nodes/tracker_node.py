@@ -42,7 +42,7 @@ class TrackerNode(LawNode):
 
     def finish(self) -> dict[str, Any]:
         """Return the slow half's entries of the run's summary."""
-        return {"tracker_us": self._execution_time.figures()}
+        return {"tracker_us": self._execution_time.metrics()}
 
     def _reset(self) -> None:
         self._answered = 0

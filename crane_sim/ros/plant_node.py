@@ -191,7 +191,7 @@ class PlantNode:
                 self._scheduler.resume()
 
     def _report(self, error: str) -> None:
-        summary = self._simulation.summary(self._settings.mode) | self._scheduler.figures()
+        summary = self._simulation.summary(self._settings.mode) | self._scheduler.metrics()
         summary |= {"error": error} if error else {}
         self._host.pipes.report("done", summary=summary)
         if not self._host.pipes.attached:

@@ -29,7 +29,7 @@ def test_a_reset_drops_the_demand_of_the_run_before() -> None:
     node.callback(make_demand(0, 5.0))  # the slow half received the state after the reset first
     setpoints.reset()
     assert setpoints.apply_to(half, make_state(0)) and half.demand[0] == 5.0
-    assert setpoints.figures()["late"] == 0
+    assert setpoints.metrics()["late"] == 0
 
 
 class FakeNode:

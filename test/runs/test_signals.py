@@ -160,5 +160,5 @@ def test_the_plan_covers_start_run_and_end() -> None:
 @pytest.mark.slow
 def test_fifty_interruptions() -> None:
     """The soak of fifty random instants has no complaint, and every run exits within 3 s."""
-    figures, _ = signal_soak(50, seed=2)
-    assert all(figure.passed for figure in figures), figures
+    metrics, _ = signal_soak(50, seed=2)
+    assert all(metric.passed for metric in metrics), metrics

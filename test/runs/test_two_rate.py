@@ -127,7 +127,7 @@ def test_lockstep_waits_for_the_demand_of_the_state() -> None:
     )
     node.callback(make_demand(10, 2.0))  # the answer to a state that lockstep has sent again counts once
     assert not setpoints.apply_to(half, make_state(0))  # the plant was reset: the demand is of the run before
-    assert setpoints.figures() == {"received": 2, "late": 0, "longest_hold": 0.036}
+    assert setpoints.metrics() == {"received": 2, "late": 0, "longest_hold": 0.036}
 
 
 def test_realtime_holds_and_counts() -> None:
@@ -138,10 +138,10 @@ def test_realtime_holds_and_counts() -> None:
     assert answered == [make_state(0)]
     assert setpoints.apply_to(half, make_state(10)) and half.demand[0] == 1.0
     node.callback(make_demand(10, 2.0))
-    assert setpoints.apply_to(half, make_state(11)) and half.demand[0] == 2.0 and setpoints.figures()["late"] == 0
+    assert setpoints.apply_to(half, make_state(11)) and half.demand[0] == 2.0 and setpoints.metrics()["late"] == 0
     assert setpoints.apply_to(half, make_state(21))
     node.callback(make_demand(20, 3.0))
-    assert setpoints.figures()["late"] == 1 and not setpoints.warning(half)
+    assert setpoints.metrics()["late"] == 1 and not setpoints.warning(half)
     assert (
         setpoints.apply_to(half, make_state(60))
         and setpoints.warning(half) == "no setpoint for 0.16 s: the last one holds"

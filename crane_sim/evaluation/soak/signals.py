@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_sim import load_scene
-from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import MARK, RECORDING, of_run, orphans
+from crane_sim.evaluation.soak.metrics import Metric, at_most, equal, quantiles
 from crane_sim.evaluation.soak.monitor import Messages, MonitorFile, monitor
 from crane_sim.files.catalogue import config_folder
 from crane_sim.orchestration.ros_environment import reserve_domain
@@ -76,8 +76,8 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
     return interruptions
 
 
-def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
-    """Interrupt `count` runs; return (figures, data)."""
+def soak(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
+    """Interrupt `count` runs; return (metrics, data)."""
     scene = load_scene(SCENE, {"duration": DURATION})
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         start, shared = time.monotonic(), set(os.listdir("/dev/shm"))
@@ -90,18 +90,18 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
     took = quantiles([end.took for end in ends if end.took] or [0.0])
     pairs = zip(planned, ends, strict=True)
     complaints = [f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.complaints]
-    figures = [
-        Figure("runs interrupted", count),
-        Figure("of them after their end", sum(not end.took for end in ends)),
-        Figure("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
-        Figure("until the end, median", took["p50"], "s"),
+    metrics = [
+        Metric("runs interrupted", count),
+        Metric("of them after their end", sum(not end.took for end in ends)),
+        Metric("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
+        Metric("until the end, median", took["p50"], "s"),
         at_most("until the end, longest", took["max"], LIMIT, "s"),
         equal("files more in /dev/shm", len(files), 0),
         equal("complaints", len(complaints), 0),
-        *(Figure("complaint", why) for why in complaints),
+        *(Metric("complaint", why) for why in complaints),
     ]
     data = {name: [getattr(interruption, name) for interruption in planned] for name in Interruption._fields}
-    return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
+    return metrics, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
 def interrupt_run(interruption: Interruption | None, domain: int, monitored: MonitorFile) -> End:

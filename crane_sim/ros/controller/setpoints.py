@@ -75,7 +75,7 @@ class Setpoints:
             else ""
         )
 
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """Return the entries of a run's summary: numbers of setpoints and of late ones, the longest hold [s]."""
         return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.NS_PER_S}
 
