@@ -157,8 +157,8 @@ def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
 
 
 def run_columns(scenes: SceneColumns) -> EndColumns | None:
-    """Run the scenes of columns that are alike; None where compiled code cannot gather all their metrics."""
-    scene, numbers = scenes.scene, np.flatnonzero(scenes.alike)
+    """Run the scenes that columns cover; None where compiled code cannot gather all their metrics."""
+    scene, numbers = scenes.scene, np.flatnonzero(scenes.covered)
     if not len(numbers) or not has_compiled_metrics(first := scenes.at(int(numbers[0]))):
         return None
     cranes = scenes.arrays(extract_drive(scene))

@@ -69,14 +69,14 @@ def _run_together(cases: CaseColumns, document: Mapping[str, Any]) -> tuple[list
     ended = None if scenes is None else run_columns(scenes)
     if scenes is None or ended is None:
         return [], cases.numbers
-    chosen = np.flatnonzero(scenes.alike).tolist()
+    chosen = np.flatnonzero(scenes.covered).tolist()
     numbers, samples = [cases.numbers[i] for i in chosen], [cases.samples[i] for i in chosen]
     table = {"case": numbers, "sample": samples, "variant": [cases.variant] * len(chosen)}
     seeds = varied.get("seed", [cases.always.get("seed")] * len(cases.numbers))
     table |= {"law": [scenes.scene.law_name] * len(chosen), "seed": [seeds[i] for i in chosen]}
     table |= {"status": [OK if error is None else FAILED for error in ended.errors], "error": ended.errors}
     table |= {PARAMETER + key: [cell_of(column[i]) for i in chosen] for key, column in cases.parameters.items()}
-    others = np.flatnonzero(~scenes.alike).tolist()
+    others = np.flatnonzero(~scenes.covered).tolist()
     return [(numbers, table | {"events": [0] * len(chosen)} | ended.metrics)], [cases.numbers[i] for i in others]
 
 

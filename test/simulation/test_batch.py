@@ -123,7 +123,7 @@ def test_metrics_of_other_cranes_compile() -> None:
 def test_columns_of_which_no_scene_is_possible_do_not_run() -> None:
     """Where every scene of columns has to be made alone, nothing runs."""
     found = load_columns("overhead_swing", {}, {"payload.mass": [1.0, 2.0]})
-    assert found is not None and run_columns(found._replace(alike=np.zeros(2, bool))) is None
+    assert found is not None and run_columns(found._replace(covered=np.zeros(2, bool))) is None
 
 
 def check_metrics(scenes: list[Scene]) -> None:
