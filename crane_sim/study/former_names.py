@@ -6,7 +6,11 @@ from typing import Any
 
 KEYS = {"figures": "metrics"}
 """Present names of a study's keys by their former ones."""
-SOURCES: dict[str, str] = {}
+SOURCES: dict[str, str] = {
+    "0d40eddf1d5e4fb62bd721cdd0bd8d6e1e262486ed52ed5a800340c170a1157d": (
+        "c5c8d9b6bf0fbd20564a8ddd19159f611832f1be9b01443cd929f1f0c5c6879e"
+    ),
+}
 """Hashes of the source of the metrics under former names, by the hash of the same code under its present names."""
 OWN_METRIC = {b"figure": b"own"}
 """Former metadata of a column that is a metric by the study's own function."""

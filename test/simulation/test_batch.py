@@ -68,17 +68,17 @@ def test_metrics_and_events_are_those_of_single_runs() -> None:
     assert [type(events) for events in batch.events] == [tuple, tuple] and len(batch.events[0]) > 0
 
 
-KINDS: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
+COMPILED: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
     "law": ("overhead_energy", {"control.law": "lqr"}, {"cable.lengths.0": [1.5, 2.0, 3.0]}),
     "open loop, metered": ("knuckle_springs", {}, {"payload.mass": [0.5, 1.0, 2.0]}),
 }
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", COMPILED)
 def test_compiled_metrics_are_those_of_single_runs(kind: str) -> None:
     """Runs whose metrics compiled code gathers have all metrics of `simulate`, and its error, to the last bit."""
-    name, overrides, parameters = KINDS[kind]
+    name, overrides, parameters = COMPILED[kind]
     document = load_scene(name, overrides | {"duration": 0.3}).to_dict()
     ((key, values),) = parameters.items()
     check_metrics([load_scene(document, {key: value}) for value in values])

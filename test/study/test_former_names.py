@@ -83,7 +83,7 @@ def test_former_names_of_python_are_understood(own: str, tmp_path: Path) -> None
     with pytest.warns(DeprecationWarning, match="StudyResult.own_figures is now StudyResult.own_metrics"):
         assert result.own_figures == ["furthest"]
     changes = {"trolley.mass": [20.0]}
-    with pytest.warns(DeprecationWarning, match="figures of simulate_batch is now metrics"):
+    with pytest.warns(DeprecationWarning, match=r"simulate_batch\(figures=...\) is now simulate_batch\(metrics=...\)"):
         batch = crane_sim.simulate_batch("overhead_energy", changes, 0.1, figures=True)
     assert batch.metrics is not None
     with pytest.warns(DeprecationWarning, match=r"Batch.figures is now Batch.metrics"):
