@@ -23,7 +23,7 @@ import numpy as np
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.columns import OwnMetric
-from crane_sim.study.former_names import former_identity, rename_keys
+from crane_sim.study.former_names import rename_keys
 from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.schema import Study, scene_document
 from crane_sim.study.versions import deciding_versions
@@ -75,11 +75,6 @@ def hash_of(identity: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
 
 
-def possible_hashes(identity: dict[str, Any]) -> tuple[str, str]:
-    """Return the hash of a study, and the one that the release before gave it, by its names."""
-    return hash_of(identity), hash_of(former_identity(identity))
-
-
 def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
     """Return the keys at which two identities differ, in one line; empty where they do not."""
     return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
@@ -111,7 +106,7 @@ class Store:
     def _check_or_write_identity(self) -> None:
         if self._file.exists():
             known = json.loads(self._file.read_text())
-            if known.get("hash") not in possible_hashes(self.identity):
+            if known.get("hash") != self.hash:
                 raise SceneError(f"folder {self.folder}: {self._difference(known)}; name another folder, or remove it")
             return
         content = json.dumps({"hash": self.hash, **self.identity}, indent=1, default=str)

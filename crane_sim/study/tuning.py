@@ -30,7 +30,7 @@ from crane_sim.study.execution import check_cases, check_metrics, run, run_block
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
-from crane_sim.study.store import block_needs, identity_of, load_pyarrow, possible_hashes, write_whole
+from crane_sim.study.store import block_needs, hash_of, identity_of, load_pyarrow, write_whole
 from crane_sim.study.workers import Workers, start_workers
 
 if TYPE_CHECKING:
@@ -135,15 +135,15 @@ def _check_folder(folder: Path, study: Study, listed: CaseList) -> None:
     The metrics of a new search are checked by a run of the first of the cases `listed`.
     """
     settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
-    hashes = possible_hashes(identity_of(study.model_copy(update={"tune": settings})))
+    identity = hash_of(identity_of(study.model_copy(update={"tune": settings})))
     file = folder / "tune.json"
     if not file.exists():
         check_metrics(listed)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not file.exists():
-            write_whole(file, lambda path: path.write_text(json.dumps({"hash": hashes[0]}) + "\n"))
-        if json.loads(file.read_text()).get("hash") not in hashes:
+            write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
+        if json.loads(file.read_text()).get("hash") != identity:
             raise SceneError(
                 f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
             )

@@ -1,17 +1,18 @@
-"""Names of the release before: keys of a study, a folder that it began, and Python's names are still understood."""
+"""Names of the release before: keys of a study, its finished folder, and Python's names are still understood."""
 
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 import crane_sim
 from crane_sim import study as studies
 from crane_sim.files.errors import SceneError
-from crane_sim.study import former_names, store
-from crane_sim.study.versions import versions
+from crane_sim.study import former_names
 
 pytestmark = pytest.mark.interpreted
 STUDY: dict[str, Any] = {
@@ -46,33 +47,18 @@ def test_the_former_key_is_understood(own: str, tmp_path: Path) -> None:
         studies.load_study(STUDY | {"figures": own, "metrics": own})
 
 
-def test_a_folder_of_the_release_before_goes_on(own: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its block is kept, its columns by an own function are found, and the finished folder is read without a warning.
-
-    Of the names in the source of the metrics only a change that is listed is a change of names.
-    """
-    study, folder = studies.load_study(STUDY | {"metrics": own}), tmp_path / "begun"
-    whole = studies.run(study, tmp_path / "whole", workers=1)
-    source = versions()["metrics_sha256"]
-    monkeypatch.setattr(former_names, "SOURCES", {source: "0" * 64})
-    known = former_names.former_identity(store.identity_of(study))
-    assert known["study"]["figures"] == own and known["versions"]["metrics_sha256"] == "0" * 64
-    (folder / "rows").mkdir(parents=True)
-    (folder / "study.json").write_text(json.dumps({"hash": store.hash_of(known), **known}))
-    with monkeypatch.context() as context:
-        context.setattr(store, "OWN_METRIC", former_names.OWN_METRIC)
-        first = whole.table.slice(0, 1).to_pydict() | {"wall_time": [1.0]}
-        columns = {name: store.OwnMetric(values) if name == "furthest" else values for name, values in first.items()}
-        store.Store(folder, study, 2).write(0, columns)
-    done = list[int]()
-    result = studies.run(study, folder, workers=1, on_progress=lambda count, _: done.append(count))
-    assert done[0] == 1 and result.column("wall_time")[0] == 1.0
-    assert result.own_metrics == ["furthest"]
-    assert result.column("state_sha256").tolist() == whole.column("state_sha256").tolist()
-    assert studies.read_result(folder).study == study
-    monkeypatch.setattr(former_names, "SOURCES", {})
-    with pytest.raises(SceneError, match=r"was begun with other versions \(metrics_sha256\)"):
-        studies.run(study, folder, workers=1)
+def test_a_finished_folder_of_the_release_before_is_read(own: str, tmp_path: Path) -> None:
+    """Its study and its columns by an own function are found, without a warning."""
+    study, folder = studies.load_study(STUDY | {"metrics": own}), tmp_path / "study"
+    studies.run(study, folder, workers=1)
+    file, table = folder / "study.json", pq.read_table(folder / "table.parquet")
+    known = json.loads(file.read_text())
+    known["study"]["figures"] = known["study"].pop("metrics")
+    file.write_text(json.dumps(known))
+    former = [field.with_metadata(former_names.OWN_METRIC) if field.metadata else field for field in table.schema]
+    pq.write_table(table.cast(pa.schema(former, table.schema.metadata)), folder / "table.parquet")
+    result = studies.read_result(folder)
+    assert result.study == study and result.own_metrics == ["furthest"]
 
 
 def test_former_names_of_python_are_understood(own: str, tmp_path: Path) -> None:
