@@ -27,7 +27,7 @@ samples.
   of the samples or more do not. They are defined as in [the league](league.md).
 - **From the best**: the error (MAE) less that of the law with the least median, mean of the pairs in which both have
   one, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law; and the number of these
-  pairs where it is not that of the samples.
+  pairs where it is not that of the samples: of less than six the interval is too narrow.
 - **Better than**: the laws whose errors (MAE) on the same samples are larger by their ranks, significantly: Wilcoxon's
   signed-rank test at 5 % for all pairs of laws in the trial together (Holm). Ranks can differ from medians and means
   where two laws are nearly equal.
