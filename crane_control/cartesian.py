@@ -40,11 +40,11 @@ class CartesianLaw(NamedTuple):
         return self._replace(tracker=self.tracker.with_initial_state())
 
     @property
-    def slow_half(self) -> MultirateTracker | None:
+    def outer_loop(self) -> MultirateTracker | None:
         """The tracker, where it has a rate of its own."""
         return self.tracker if isinstance(self.tracker, MultirateTracker) else None
 
-    def fast_half(self) -> "CartesianLaw":
+    def inner_loop(self) -> "CartesianLaw":
         """Return the law whose tracker is in another process."""
         return self._replace(tracker=self.tracker._replace(tracker=None))
 

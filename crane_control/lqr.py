@@ -163,18 +163,18 @@ def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene])
     for plants in _plants_of(scenes, laws, rests):
         with in_one_thread():
             made = _make_laws(plants)
-        for i, law in zip(plants.numbers, made, strict=True):
+        for i, law in zip(plants.indices, made, strict=True):
             laws[i] = law
     return laws
 
 
-def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArray[np.bool_]) -> LqrLaw:
+def build_columns(settings: Mapping[str, Any], nominal: Scene, covered: npt.NDArray[np.bool_]) -> LqrLaw:
     """Return the laws of many scenes as one, with a `Column` for each number; unmark those that have none.
 
     Args:
         settings: of all scenes.
         nominal: the scenes, with a `Column` for each number that varies.
-        alike: marks (n,) of the scenes that are alike.
+        covered: marks (n,) of the scenes that columns cover.
 
     Raises:
         SceneError: as of `build`.
@@ -183,11 +183,11 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArra
     options = _options_of(settings, nominal)
     if isinstance(options, SceneError):
         raise options
-    q, a, b = linearise_columns(nominal, alike)
+    q, a, b = linearise_columns(nominal, covered)
     (n, _, nu), nq = b.shape, q.shape[1]
     free = np.any(np.concatenate([a, b], axis=2)[:, nq:] != 0.0, axis=2)
-    alike &= np.all(free == free[np.argmax(alike)], axis=1)
-    moving = np.flatnonzero(np.tile(free[np.argmax(alike)], 2))
+    covered &= np.all(free == free[np.argmax(covered)], axis=1)
+    moving = np.flatnonzero(np.tile(free[np.argmax(covered)], 2))
     driven = [nominal.joint_names.index(name) for name in nominal.actuated]
     weights, r = _weights(options, nominal, b[:, nq:][:, driven, range(nu)])
     reduced = np.repeat(np.diag(weights[moving])[None], n, axis=0)
@@ -198,12 +198,12 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, alike: npt.NDArra
             found = solve_regulators(*plants, periods)
     except np.linalg.LinAlgError as error:  # one scene's numbers are not finite
         raise NotVectorisable(str(error)) from None
-    alike &= ~found.stay
+    covered &= ~found.undamped
     gains, rows = np.zeros((n, nu, 2 * nq)), None
     gains[:, :, moving] = found.gains
     for k in reversed(range(nu)):
-        rows = GainRow(0.0, Column(gains[:, k], alike), rows)
-    return LqrLaw(rows, Column(q, alike), nominal.trajectory, Column(found.poles, alike))
+        rows = GainRow(0.0, Column(gains[:, k], covered), rows)
+    return LqrLaw(rows, Column(q, covered), nominal.trajectory, Column(found.poles, covered))
 
 
 def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneError:
@@ -224,7 +224,7 @@ def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneEr
 class _Plants(NamedTuple):
     """What the regulators of n scenes are computed from, whose m free deviations are the same."""
 
-    numbers: Sequence[int]  # of the scenes
+    indices: Sequence[int]  # of the scenes
     scenes: Sequence[Scene]
     rests: Sequence[tuple[Array, Array]]  # joint positions (nq,) and efforts (nu,) that are held
     a: Array  # (n, m, m)
@@ -243,38 +243,38 @@ def _plants_of(scenes: Sequence[Scene], options: Sequence[Any], rests: Mapping[i
         rests: positions and efforts by the number of the scene.
     """
     for group in by_kind(scenes):
-        numbers = [i for i in group if not isinstance(options[i], SceneError)]
-        if not numbers:
+        indices = [i for i in group if not isinstance(options[i], SceneError)]
+        if not indices:
             continue
-        own = [scenes[i] for i in numbers]
-        a, b = state_matrices_of(own, *zip(*(rests[i] for i in numbers), strict=True))
+        own = [scenes[i] for i in indices]
+        a, b = state_matrices_of(own, *zip(*(rests[i] for i in indices), strict=True))
         masks = np.array([~imposed_rows(*each) for each in zip(a, b, strict=True)])
         sampled = np.array([scene.sampled for scene in own])
         _, parts = np.unique(np.column_stack([sampled, masks]), axis=0, return_inverse=True)
         for part in range(parts.max() + 1):
             chosen = np.flatnonzero(parts.ravel() == part)
             moving = np.flatnonzero(np.tile(masks[chosen[0]], 2))
-            alike = [numbers[i] for i in chosen]
-            yield _make_plants(alike, scenes, options, rests, (a[chosen], b[chosen], moving))
+            own_indices = [indices[i] for i in chosen]
+            yield _make_plants(own_indices, scenes, options, rests, (a[chosen], b[chosen], moving))
 
 
 def _make_plants(
-    numbers: Sequence[int], scenes: Sequence[Scene], options: Sequence[Any], rests: Mapping[int, Any], linear: Any
+    indices: Sequence[int], scenes: Sequence[Scene], options: Sequence[Any], rests: Mapping[int, Any], linear: Any
 ) -> _Plants:
-    """Return the plants of scenes with these numbers and linear equations (a, b, which deviations are free)."""
-    (a, b, moving), own = linear, [scenes[i] for i in numbers]
-    bases = np.array([tangent_basis(scene, rests[i][0]) for i, scene in zip(numbers, own, strict=True)])
+    """Return the plants of scenes with these indices and linear equations (a, b, which deviations are free)."""
+    (a, b, moving), own = linear, [scenes[i] for i in indices]
+    bases = np.array([tangent_basis(scene, rests[i][0]) for i, scene in zip(indices, own, strict=True)])
     (_, nq, n), joints = bases.shape, list(own[0].joint_names)
     to_joints = np.zeros((len(own), 2 * nq, 2 * n))
     to_joints[:, :nq, :n] = to_joints[:, nq:, n:] = bases
     to_joints, driven = to_joints[:, :, moving], [joints.index(name) for name in own[0].actuated]
     accelerations = (bases @ b[:, n:])[:, driven, range(len(driven))]
-    weights = [_weights(options[i], scenes[i], each) for i, each in zip(numbers, accelerations, strict=True)]
+    weights = [_weights(options[i], scenes[i], each) for i, each in zip(indices, accelerations, strict=True)]
     q = np.array([each[0] for each in weights])[:, :, None] * np.eye(2 * nq)
     reduced = np.swapaxes(to_joints, 1, 2) @ q @ to_joints
     r = np.array([each[1] for each in weights])
     return _Plants(
-        numbers, own, [rests[i] for i in numbers], a[:, moving][:, :, moving], b[:, moving], reduced, r, to_joints
+        indices, own, [rests[i] for i in indices], a[:, moving][:, :, moving], b[:, moving], reduced, r, to_joints
     )
 
 

@@ -21,7 +21,7 @@ class Regulators(NamedTuple):
     gains: Array  # (n, nu, m)
     poles: Poles  # (n, m), closed-loop eigenvalues
     slowest: Poles  # (n,) 1/s, exponents of the motions that take longest
-    stay: npt.NDArray[np.bool_]  # (n,), whether those stay: the plant is not stabilisable, or a motion has no weight
+    undamped: npt.NDArray[np.bool_]  # (n,), whether those stay: a plant not stabilisable, or a motion without weight
 
 
 def regulators(
@@ -34,8 +34,8 @@ def regulators(
     found = solve_regulators(a, b, q, r, periods)
     weighed = np.all(np.einsum("nii->ni", q) > 0.0, axis=1)
     return [
-        _undamped(abs(rate.imag), bool(all_weighed)) if stays else (gain, pole)
-        for gain, pole, rate, stays, all_weighed in zip(*found, weighed, strict=True)
+        _undamped_error(abs(rate.imag), bool(all_weighed)) if undamped else (gain, pole)
+        for gain, pole, rate, undamped, all_weighed in zip(*found, weighed, strict=True)
     ]
 
 
@@ -62,11 +62,11 @@ def solve_regulators(a: Array, b: Array, q: Array, r: Array, periods: Sequence[f
     poles = np.linalg.eigvals(a - b @ gains).astype(np.complex128)
     exponents = np.log(poles) / period[:, None] if sampled else poles
     slowest = np.take_along_axis(exponents, exponents.real.argmax(axis=1)[:, None], 1)[:, 0]
-    stays = (slowest.real > -STABILITY_TOLERANCE) | ~np.any(p, axis=(1, 2))
-    return Regulators(np.asarray(gains, np.float64), poles, slowest.astype(np.complex128), stays)
+    undamped = (slowest.real > -STABILITY_TOLERANCE) | ~np.any(p, axis=(1, 2))
+    return Regulators(np.asarray(gains, np.float64), poles, slowest.astype(np.complex128), undamped)
 
 
-def _undamped(rate: float, weighed: bool) -> SceneError:
+def _undamped_error(rate: float, weighed: bool) -> SceneError:
     """Return the error of a motion of this rate [rad/s] that stays."""
     # where everything is weighed, the best law damps all that efforts reach
     reason = "no effort damps it" if weighed else "no effort damps it, or no weight asks for it"

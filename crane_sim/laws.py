@@ -122,11 +122,11 @@ def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequen
     return laws
 
 
-def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, alike: Any) -> Law:
+def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, covered: Any) -> Law:
     """Return the laws called `name` for many nominal scenes at once, as one that has a `Column` for each number.
 
-    Its module has `build_columns`, a function of (settings, scene with columns, marks (n,) of the scenes that are
-    alike, some of which it may take away).
+    Its module has `build_columns`, a function of (settings, scene with columns, marks (n,) of the scenes that
+    columns cover, some of which it may take away).
 
     Raises:
         NotVectorisable: the law is designed for one scene after the other.
@@ -134,7 +134,7 @@ def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, al
     module = next((import_module(entry.module) for entry in _laws() if entry.name == name), None)
     if module is None or not hasattr(module, "build_columns"):
         raise NotVectorisable(f"law {name!r} takes no columns")
-    return module.build_columns(settings, nominal, alike)
+    return module.build_columns(settings, nominal, covered)
 
 
 @contextmanager
@@ -181,8 +181,8 @@ def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequenc
             raise SceneError(f"{line}, whose drive takes {drive} (actuators.{joint}.drive)")
 
 
-class SlowHalf(Protocol):
-    """The half of a law that is sampled less often, maybe in another process: computes the fast half's setpoints."""
+class OuterLoop(Protocol):
+    """The outer loop of a law, sampled less often, maybe in another process: computes the inner loop's setpoints."""
 
     @property
     def interval(self) -> float:
@@ -208,14 +208,22 @@ class SlowHalf(Protocol):
         ...
 
 
-def slow_half(law: Any) -> SlowHalf | None:
-    """Return the slow half of a law that can be two processes, which has one as an attribute; None of others."""
-    return getattr(law, "slow_half", None)
+def outer_loop_of(law: Any) -> OuterLoop | None:
+    """Return the outer loop of a law that can be two processes, its attribute `outer_loop`; None of others."""
+    return getattr(law, _present_name(law, "outer_loop", "slow_half"), None)
 
 
-def fast_half(law: Any) -> Any:
-    """Return the law whose slow half only holds received setpoints; the law itself where it has no slow half."""
-    return law if slow_half(law) is None else law.fast_half()
+def inner_loop_of(law: Any) -> Any:
+    """Return the law whose outer loop only holds received setpoints; the law itself where it has no outer loop."""
+    return law if outer_loop_of(law) is None else getattr(law, _present_name(law, "inner_loop", "fast_half"))()
+
+
+def _present_name(law: Any, name: str, former: str) -> str:
+    """Return the name of a law's attribute; the former one, with a warning, of a law that has only this."""
+    if hasattr(law, name) or not hasattr(law, former):
+        return name
+    warnings.warn(f"{type(law).__name__}.{former} is now called {name}", DeprecationWarning, stacklevel=3)
+    return former
 
 
 class LawError(RuntimeError):
@@ -245,10 +253,7 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
 
 def with_initial_state(law: Any) -> Any:
     """Return a law with its initial state: by its method of this name, or the law itself where it is stateless."""
-    reset = getattr(law, "with_initial_state", None)
-    if reset is None and hasattr(law, "fresh"):
-        warnings.warn(f"{type(law).__name__}.fresh is now called with_initial_state", DeprecationWarning, stacklevel=2)
-        reset = law.fresh
+    reset = getattr(law, _present_name(law, "with_initial_state", "fresh"), None)
     return law if reset is None else reset()
 
 

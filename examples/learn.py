@@ -144,13 +144,13 @@ def judge(weights: Path) -> None:
 
 
 def judged(cell: Cell) -> list[str]:
-    """Return the figures of a cell of the league as text."""
-    figures = cell.figures
-    if figures is None:
+    """Return the metrics of a cell of the league as text."""
+    metrics = cell.metrics
+    if metrics is None:
         return [cell.failed, *["-"] * (len(HEAD) - 3)]
-    settling = "-" if figures.settling is None else f"{figures.settling:.2f}"
-    numbers = [f"{x:.3g}" for x in (figures.mae, figures.peak_swing, figures.residual_swing)]
-    return [*numbers, settling, f"{figures.effort['trolley']:.0f}"]
+    settling = "-" if metrics.settling is None else f"{metrics.settling:.2f}"
+    numbers = [f"{x:.3g}" for x in (metrics.mae, metrics.peak_swing, metrics.residual_swing)]
+    return [*numbers, settling, f"{metrics.effort['trolley']:.0f}"]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

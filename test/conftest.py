@@ -2,9 +2,11 @@
 
 import faulthandler
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import uuid
 from collections.abc import Generator, Iterator
@@ -16,7 +18,7 @@ from typing import Any
 import hypothesis
 import pytest
 import session_guard
-from interpreted import pytest_runtest_protocol
+from worker_processes import pytest_runtest_protocol
 
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 
@@ -100,6 +102,15 @@ def _limited(item: pytest.Item) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let processes of tests share byte code where Python is told to write none: each would compile all modules."""
+    if os.environ.get("PYTHONDONTWRITEBYTECODE") and not hasattr(config, "workerinput"):
+        folder = tempfile.mkdtemp(prefix="crane_sim-bytecode-")
+        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+        os.environ["PYTHONPYCACHEPREFIX"] = folder
+        del os.environ["PYTHONDONTWRITEBYTECODE"]
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -1,6 +1,6 @@
 """The node `controller`: answers every joint state with the command of its law, stamped like the state.
 
-Of a law with a slow half it runs the fast one, which follows the setpoints of the node `tracker`.
+Of a law with an outer loop it runs the inner one, which follows the setpoints of the node `tracker`.
 """
 
 import sys
@@ -12,7 +12,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
-from crane_sim.laws import fast_half, slow_half
+from crane_sim.laws import inner_loop_of, outer_loop_of
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
@@ -28,7 +28,7 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
     "law": Option("", "control law; empty: the scene's own"),
     "mode": Option(
-        RunMode.LOCKSTEP.value, "wait for a slow half, or hold its last demand as in real time", choices=RUN_MODES
+        RunMode.LOCKSTEP.value, "wait for an outer loop, or hold its last demand as in real time", choices=RUN_MODES
     ),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
     "stop_time": Option(
@@ -39,11 +39,11 @@ _COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
 
 
 class ControllerNode(LawNode):
-    """The law, or its fast half, that answers every state with a command."""
+    """The law, or its inner loop, that answers every state with a command."""
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """See `LawNode`."""
-        super().__init__(node, settings, lambda settings: fast_half(make_law(settings)), _COMMANDS)
+        super().__init__(node, settings, lambda settings: inner_loop_of(make_law(settings)), _COMMANDS)
         scene = self._scene
         self._goals = TrajectoryAction(node, scene, self._law, settings)
         self._next_reference, self._referred = 0, self._law  # ns; the law whose path ends at the reference
@@ -51,8 +51,8 @@ class ControllerNode(LawNode):
         self._command_codec = CommandCodec(scene)
         self._reference = messages.reference_message(scene.actuated, scene.reference or ())
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM_QOS)
-        half, lockstep = slow_half(self._law), settings.mode == RunMode.LOCKSTEP
-        self._setpoints = Setpoints(node, half.names, lockstep, self._answer) if half else None
+        outer, lockstep = outer_loop_of(self._law), settings.mode == RunMode.LOCKSTEP
+        self._setpoints = Setpoints(node, outer.names, lockstep, self._answer) if outer else None
 
     def activate(self, active: bool) -> None:
         """See `LawNode`."""
@@ -72,12 +72,12 @@ class ControllerNode(LawNode):
         """Wait until all subscribers have every command; return the law's entries of the run's summary."""
         self._goals.finish()
         self._answers.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
-        demands = {"demands": self._setpoints.figures()} if self._setpoints else {}
-        return {"law_us": self._execution_time.figures()} | demands
+        demands = {"demands": self._setpoints.metrics()} if self._setpoints else {}
+        return {"law_us": self._execution_time.metrics()} | demands
 
     def _diagnose(self) -> Diagnostics:
-        setpoints = self._setpoints
-        return Diagnostics(setpoints.warning(self._law.slow_half), setpoints.figures()) if setpoints else Diagnostics()
+        setpoints, outer = self._setpoints, outer_loop_of(self._law)
+        return Diagnostics(setpoints.warning(outer), setpoints.metrics()) if setpoints and outer else Diagnostics()
 
     def _reset(self) -> None:
         self._next_reference, self._referred = 0, self._law
@@ -96,7 +96,8 @@ class ControllerNode(LawNode):
             self._references.publish(self._reference)
 
     def _evaluate(self, state: State) -> bool:
-        if self._setpoints and not self._setpoints.apply_to(self._law.slow_half, state):
+        outer = outer_loop_of(self._law)
+        if self._setpoints and outer and not self._setpoints.apply_to(outer, state):
             return False
         self._law = self._goals.apply_to(self._law, state)
         effort = self._ask_law(state)

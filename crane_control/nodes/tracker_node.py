@@ -1,4 +1,4 @@
-"""The node `tracker`: the slow half of a law; publishes setpoints of the tip servo for the states of its instants."""
+"""The node `tracker`: the outer loop of a law; publishes setpoints of the tip servo for the states of its instants."""
 
 import sys
 from types import SimpleNamespace
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory
 
-from crane_sim.laws import Law, SlowHalf, slow_half
+from crane_sim.laws import Law, OuterLoop, outer_loop_of
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
@@ -24,25 +24,25 @@ _DEMANDS = OutputTopic(JointTrajectory, "tip_demand", messages.STREAM_QOS)
 
 
 class TwoRateLaw(NamedTuple):
-    """A law with a slow half, which is part of it."""
+    """A law with an outer loop, which is part of it."""
 
     law: Law
-    slow_half: SlowHalf
+    outer_loop: OuterLoop
 
 
 class TrackerNode(LawNode):
-    """The whole law, evaluated only where its slow half is due, and only for its setpoints."""
+    """The whole law, evaluated only where its outer loop is due, and only for its setpoints."""
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """See `LawNode`."""
         super().__init__(node, settings, lambda settings: make_two_rate_law(settings).law, _DEMANDS)
         self._answered = 0  # ns, stamp of the newest demand
-        half = slow_half(self._law)
-        self._demand = messages.demand_message(half.names if half else ())
+        outer = outer_loop_of(self._law)
+        self._demand = messages.demand_message(outer.names if outer else ())
 
     def finish(self) -> dict[str, Any]:
-        """Return the slow half's entries of the run's summary."""
-        return {"tracker_us": self._execution_time.figures()}
+        """Return the outer loop's entries of the run's summary."""
+        return {"tracker_us": self._execution_time.metrics()}
 
     def _reset(self) -> None:
         self._answered = 0
@@ -53,21 +53,21 @@ class TrackerNode(LawNode):
             self._answers.publish(self._demand)
 
     def _evaluate(self, state: State) -> bool:
-        half = slow_half(self._law)
-        if half is None or not half.due(state.t) or self._ask_law(state) is None:
+        outer = outer_loop_of(self._law)
+        if outer is None or not outer.due(state.t) or self._ask_law(state) is None:
             return False
-        messages.set_demand(self._demand, state.stamp, half.demand)
+        messages.set_demand(self._demand, state.stamp, outer.demand)
         self._answered = state.stamp
         return True
 
 
 def make_two_rate_law(settings: SimpleNamespace) -> TwoRateLaw:
-    """Return the law of the parameters before its first state; raises ValueError where it has no slow half."""
+    """Return the law of the parameters before its first state; raises ValueError where it has no outer loop."""
     law = make_law(settings)
-    half = slow_half(law)
-    if half is None:
-        raise ValueError(f"scene {settings.scene}: its law has no slow half: give it control.tracker_rate")
-    return TwoRateLaw(law, half)
+    outer = outer_loop_of(law)
+    if outer is None:
+        raise ValueError(f"scene {settings.scene}: its law has no outer loop: give it control.tracker_rate")
+    return TwoRateLaw(law, outer)
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:

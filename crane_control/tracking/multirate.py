@@ -1,6 +1,6 @@
 """A tracker that is sampled more slowly than the servo below it; its setpoint is held in between (zero-order hold).
 
-The two need not be one process: the fast half is the same law without its tracker, which receives the setpoints that
+The two need not be one process: the inner loop is the same law without its tracker, which receives the setpoints that
 another process computes.
 """
 

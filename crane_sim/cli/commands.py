@@ -267,7 +267,7 @@ def urdf(scene: str) -> None:
 @click.option("--save", "folder", metavar="FOLDER", help="Also write pages and figures there.")
 @as_json_option
 def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
-    """Compare the papers' figures, and references, with what is measured here.
+    """Compare the papers' results, and references, with what is measured here.
 
     ITEM: overhead, hardcases, knuckle, offshore, observer; all when left out.
     """

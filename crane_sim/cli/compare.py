@@ -15,7 +15,7 @@ from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
 from crane_sim.cli.viewing import check_output, recording_of
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.figure_units import figure_row, shown_unit
+from crane_sim.recording.metric_units import metric_row, shown_unit
 
 if TYPE_CHECKING:
     from crane_sim.recording.comparison import Comparison
@@ -122,7 +122,7 @@ def _print_metrics(comparison: Comparison, console: Console) -> None:
     table = Table(*heads, title="metrics", title_justify="left")
     cranes = [run.crane for run in comparison.runs]
     for key, values in comparison.metrics.items():
-        label, unit, shown = figure_row(key, cranes, values)
+        label, unit, shown = metric_row(key, cranes, values)
         table.add_row(label, *shown, unit)
     console.print(table)
 

@@ -44,7 +44,7 @@ def identify_parameters(
 ) -> None:
     """Identify parameters of SCENE, whose values are the first guess, from a measured RUN: FILE.rrd or a ROS bag.
 
-    The folder gets the scene with the estimates, all figures, and a picture of fit against data.
+    The folder gets the scene with the estimates, all results, and a picture of fit against data.
     """
     install_groups("plots")
     from crane_sim.identification import identify
@@ -78,7 +78,7 @@ def prepare_output_folder(folder: Path) -> None:
 
 
 def save(found: Identification, folder: Path) -> list[Path]:
-    """Write the scene with the estimates, the figures and the picture into a folder; return the files."""
+    """Write the scene with the estimates, the results and the picture into a folder; return the files."""
     from crane_sim.evaluation.report.identification_figure import save_identification_figure
 
     scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))

@@ -94,7 +94,7 @@ def save_samples(cells: Sequence[SampledCell], folder: Path) -> None:
 
 def document(cells: Sequence[Cell]) -> dict[str, Any]:
     """Return the cells as a document, with rounded digits."""
-    rows = [cell._asdict() | {"figures": cell.figures and cell.figures._asdict()} for cell in cells]
+    rows = [cell._asdict() | {"metrics": cell.metrics and cell.metrics._asdict()} for cell in cells]
     return {"cells": round_floats(rows)}
 
 

@@ -122,7 +122,7 @@ def format_lever_note(assignment: Assignment, device: str) -> str:
     if device == "keyboard":
         return "speeds last while a key is held; space: emergency stop, enter: release, tab: assistance, q: end"
     names = button_names(assignment.buttons)
-    held = f"hold {names['dead_man']} to move; emergency stop: {names['stop']}, release: {names['release']}"
+    held = f"hold {names['enable']} to move; emergency stop: {names['stop']}, release: {names['release']}"
     return f"{held}, assistance: {names['assistance']}; in this terminal space, enter, tab, q do the same"
 
 

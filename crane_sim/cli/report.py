@@ -77,7 +77,7 @@ _UNITS = {
 
 _COMPUTE_TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
 
-_ZERO_TOLERANCE = 1e-20  # in any unit: smaller figures are rounding errors of zero
+_ZERO_TOLERANCE = 1e-20  # in any unit: smaller values are rounding errors of zero
 
 WITHOUT_ROS: dict[str, Any] = {
     "deadline_misses": 0,
@@ -161,7 +161,7 @@ def compiling(hidden: bool) -> Iterator[None]:
 
 
 def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
-    """Print the most important figures of a scene's run as tables."""
+    """Print the most important metrics of a scene's run as tables."""
     console = Console()
     law = summary.get("law") or ("external" if summary.get("commands") else "none")
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")

@@ -12,16 +12,16 @@ from rich.table import Table
 from crane_sim.cli.help_lines import HELP, AtLeast, CommandGroup
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.run_options import ensure_writable_folder
-from crane_sim.evaluation.soak.figures import Figure
+from crane_sim.evaluation.soak.metrics import Metric
 
-_OUTPUT = ("as_json", "folder")  # options of the output, which change no figure
+_OUTPUT = ("as_json", "folder")  # options of the output, which change no metric
 _Command = Callable[..., None]
-_Measure = Callable[[], tuple[Sequence[Figure], dict[str, Any]]]
+_Measure = Callable[[], tuple[Sequence[Metric], dict[str, Any]]]
 
 
 @click.group(cls=CommandGroup, context_settings=HELP)
 def soak() -> None:
-    """Run a soak test and print its figures; exit code 1 where one fails its requirement."""
+    """Run a soak test and print its metrics; exit code 1 where one fails its requirement."""
 
 
 _seed = click.option("--seed", type=int, default=0, help="Seed of the random instants.")
@@ -106,21 +106,21 @@ def rewrite_page(folder: str) -> None:
 
 
 def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
-    """Print and save the figures of a soak; exit with 1 where one fails its requirement."""
+    """Print and save the metrics of a soak; exit with 1 where one fails its requirement."""
     part = str(click.get_current_context().info_name)
     ensure_writable_folder(folder)
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
-        figures, data = measure()
+        metrics, data = measure()
     if folder is not None:
         install_groups("plots")
         from crane_sim.evaluation.soak.store import save_findings
 
-        save_findings(part, _command_line(part), figures, data, Path(folder))
+        save_findings(part, _command_line(part), metrics, data, Path(folder))
     if as_json:
-        print(json.dumps({"part": part, "figures": [figure._asdict() for figure in figures], "data": data}))
+        print(json.dumps({"part": part, "metrics": [metric._asdict() for metric in metrics], "data": data}))
     else:
-        Console().print(_format_table(part, figures))
-    if not all(figure.passed for figure in figures):
+        Console().print(_format_table(part, metrics))
+    if not all(metric.passed for metric in metrics):
         raise SystemExit(1)
 
 
@@ -130,9 +130,9 @@ def _command_line(part: str) -> str:
     return " ".join(["crane soak", part, *(f"--{name} {value:.10g}" for name, value in options.items())])
 
 
-def _format_table(part: str, figures: Sequence[Figure]) -> Table:
-    table = Table("figure", "measured", "required", title=f"soak: {part}", title_justify="left")
-    for figure in figures:
-        verdict = "" if figure.passed else "  failed"
-        table.add_row(figure.what, figure.format_value(), figure.requirement + verdict)
+def _format_table(part: str, metrics: Sequence[Metric]) -> Table:
+    table = Table("metric", "measured", "required", title=f"soak: {part}", title_justify="left")
+    for metric in metrics:
+        verdict = "" if metric.passed else "  failed"
+        table.add_row(metric.what, metric.format_value(), metric.requirement + verdict)
     return table

@@ -61,7 +61,9 @@ def sweep(
     if as_json:
         from crane_sim.study.summary import summarise
 
-        print(json.dumps(report.json_value(summarise(result))))
+        found = summarise(result)
+        # figures: the former name of metrics, for one release
+        print(json.dumps(report.json_value(found | {"figures": found["metrics"]})))
     else:
         print_result(result, Console(width=None if sys.stdout.isatty() else WIDE))
 
@@ -81,7 +83,7 @@ def show_progress(counted: str, hidden: bool) -> Iterator[OnProgress]:
 
 
 def print_result(result: StudyResult, console: Console) -> None:
-    """Print failures first, then the figures of each variant and what they differ in."""
+    """Print failures first, then the metrics of each variant and what they differ in."""
     from crane_sim.study.summary import first_errors, summarise
 
     found = summarise(result)
@@ -91,7 +93,7 @@ def print_result(result: StudyResult, console: Console) -> None:
             console.print(f"{escape(variant)}: {count} of {samples} runs failed", style="bold red", highlight=False)
     for line in first_errors(result):
         console.print(line, highlight=False, soft_wrap=True, markup=False)
-    console.print(_figures(found))
+    console.print(_metrics(found))
     if len(found["failures"]) > 1:
         console.print(_differences(found))
     for name, by_variant in found["sensitivities"].items():
@@ -99,18 +101,18 @@ def print_result(result: StudyResult, console: Console) -> None:
     console.print(found["table"], highlight=False, soft_wrap=True, markup=False)
 
 
-def _table_of_figures(title: str, *numbers: str) -> Table:
-    """Return a table of numbers by figure and variant without rows: where it is narrow, names break, numbers do not."""
-    names = [Column(name, overflow="fold") for name in ("figure", "variant")]
+def _table_of_metrics(title: str, *numbers: str) -> Table:
+    """Return a table of numbers by metric and variant without rows: where it is narrow, names break, numbers do not."""
+    names = [Column(name, overflow="fold") for name in ("metric", "variant")]
     columns = [Column(name, no_wrap=True, justify="right") for name in numbers]
     return Table(*names, *columns, title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
 
 
-def _figures(found: dict[str, Any]) -> Table:
-    """Return the table of the spread of figures, of the summary of a study."""
+def _metrics(found: dict[str, Any]) -> Table:
+    """Return the table of the spread of metrics, of the summary of a study."""
     keys = ("runs", "least", "median", "greatest")
-    table = _table_of_figures("figures", *keys)
-    for name, by_variant in found["figures"].items():
+    table = _table_of_metrics("metrics", *keys)
+    for name, by_variant in found["metrics"].items():
         for i, variant in enumerate(found["failures"]):
             table.add_row(
                 "" if i else escape(name), escape(variant), *(format_cell(by_variant[variant][k]) for k in keys)
@@ -122,8 +124,8 @@ def _differences(found: dict[str, Any]) -> Table:
     """Return the table of what variants differ in, on the same samples, of the summary of a study."""
     first, *others = found["failures"]  # variants
     title = f"differences from {escape(first)} on the same samples: mean with its 95 % interval, Wilcoxon's p"
-    table = _table_of_figures(title, "pairs", "mean", "from", "to", "smaller", "p")
-    for name, by_variant in found["figures"].items():
+    table = _table_of_metrics(title, "pairs", "mean", "from", "to", "smaller", "p")
+    for name, by_variant in found["metrics"].items():
         for i, other in enumerate(others):
             each = by_variant[f"{other} - {first}"]
             numbers = (format_cell(each[key]) for key in ("pairs", "mean", "low", "high"))
@@ -133,11 +135,11 @@ def _differences(found: dict[str, Any]) -> Table:
     return table
 
 
-def _sensitivities(figure: str, by_variant: dict[str, list[dict[str, Any]]], design: str) -> Table:
-    """Return the table of how a figure depends on the parameters."""
+def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], design: str) -> Table:
+    """Return the table of how a metric depends on the parameters."""
     from crane_sim.study.sensitivity import HEADS
 
-    title = f"sensitivity of {figure} ({design.capitalize()})"
+    title = f"sensitivity of {metric} ({design.capitalize()})"
     table = Table("variant", "parameter", *HEADS[design], title=title, title_justify="left")
     for variant, rows in by_variant.items():
         for row in rows:

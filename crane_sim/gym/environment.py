@@ -2,7 +2,7 @@
 
 One step is one control period: the same commands move the crane as in `simulate`, bit for bit.
 
-The reward is the league's figure of how far the payload is from its goal, so that the sum over an episode is its
+The reward is the league's metric of how far the payload is from its goal, so that the sum over an episode is its
 negative `mae`: e_k is the distance [m] at instant k of the N + 1 instants of a run of N periods, in the axes of the
 base; step k from 0 on is rewarded by -e_{k+1} / (N + 1), and the first one by -e_0 / (N + 1) more. A run that fails is
 charged the largest distance that it had for every instant that it lacks, so that it does not pay to fail.
@@ -42,7 +42,7 @@ class CraneEnv(gymnasium.Env[Array, Array]):
 
     Attributes:
         scene: of the present episode, its uncertain parameters drawn.
-        plant: the crane in motion; `plant.summary()` are the figures of the episode.
+        plant: the crane in motion; `plant.summary()` are the metrics of the episode.
         observation_names, observation_units: of the entries of an observation.
         action_names, action_units: of the entries of an action.
     """

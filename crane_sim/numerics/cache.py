@@ -35,18 +35,49 @@ def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
     """Return a digest of the Python sources below `folders`, PLAIN ones apart, and of what compiles them."""
     sha = hashlib.sha256(f"{sys.version} {_NUMBA}".encode())
     for folder in map(str, folders):
-        for file in sorted(_sources(folder, {os.path.join(folder, plain) for plain in PLAIN})):
+        for file in sorted(_sources(folder)):
             with open(file, "rb") as source:
                 sha.update(file[len(folder) :].encode() + b"\0" + source.read())
     return sha.hexdigest()[:16]
 
 
-def _sources(folder: str, plain: set[str]) -> Iterator[str]:
-    """Yield the Python sources below a folder; as strings, since this runs before every kernel that is loaded."""
+class SourceState:
+    """The state of the sources, to be compared with a later one: before every kernel that is loaded.
+
+    Attributes:
+        digest: of the sources.
+    """
+
+    def __init__(self, folders: tuple[Path, ...] = _PACKAGES) -> None:
+        """Take the state of the sources below `folders`, as `digest` does."""
+        self._folders = folders
+        self._stamps = self._read_stamps()  # first: a file that changes meanwhile is seen later
+        self.digest = digest(folders)
+
+    def is_current(self) -> bool:
+        """Return whether the sources are as they were: their contents are read only where a file's stamp differs."""
+        stamps = self._read_stamps()
+        if stamps != self._stamps and digest(self._folders) == self.digest:
+            self._stamps = stamps
+        return stamps == self._stamps
+
+    def _read_stamps(self) -> dict[str, tuple[int, ...]]:
+        """Return what a write to a file changes, by path."""
+        files = (file for folder in map(str, self._folders) for file in _sources(folder))
+        stats = ((file, os.stat(file)) for file in files)
+        return {file: (stat.st_ino, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns) for file, stat in stats}
+
+
+def _sources(package: str) -> Iterator[str]:
+    """Yield the Python sources below a package's folder, PLAIN ones apart; as strings, which are quick."""
+    return _sources_below(package, {os.path.join(package, plain) for plain in PLAIN})
+
+
+def _sources_below(folder: str, plain: set[str]) -> Iterator[str]:
     for entry in os.scandir(folder):
         if entry.is_dir():
             if entry.path not in plain:
-                yield from _sources(entry.path, plain)
+                yield from _sources_below(entry.path, plain)
         elif entry.name.endswith(".py"):
             yield entry.path
 
@@ -93,14 +124,14 @@ class FileLock:
 
 
 _LOCK_POLL = 0.01  # s
-AT_IMPORT = digest()
+AT_IMPORT = SourceState()
 _KEPT = 8  # folders of compiled code, one for each state of the sources
 
 
 def cache_folder() -> Path:
     """Return the folder for compiled code of these sources: $CRANE_SIM_CACHE, else the user's cache folder."""
     root = os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    folder = Path(root) / "crane_sim" / AT_IMPORT
+    folder = Path(root) / "crane_sim" / AT_IMPORT.digest
     try:
         if not folder.is_dir():
             folder.mkdir(parents=True, exist_ok=True)
@@ -109,7 +140,7 @@ def cache_folder() -> Path:
             return folder
     except OSError:
         pass  # a read-only home: compile anew in every process rather than not at all
-    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / AT_IMPORT
+    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / AT_IMPORT.digest
 
 
 def _prune(root: Path) -> None:

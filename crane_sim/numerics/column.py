@@ -31,7 +31,7 @@ def _refuse(name: str) -> Callable[..., Any]:
 class Column:
     """A number, or an array of numbers, of each of n cranes."""
 
-    __slots__ = ("alike", "values")
+    __slots__ = ("covered", "values")
     __hash__: Any = _refuse("hash")
     __float__, __int__, __index__, __round__ = map(_refuse, ("float", "int", "an index", "round"))
     __str__, __format__ = _refuse("a text"), _refuse("a text")
@@ -44,12 +44,12 @@ class Column:
     )  # what functions of numpy call: compiled code and numpy have other last digits, so that columns have none
     arctan2, hypot, degrees, radians = map(_refuse, ("arctan2", "hypot", "degrees", "radians"))
 
-    def __init__(self, values: Array, alike: npt.NDArray[np.bool_]) -> None:
-        """Take the values (n, ...), and the marks (n,) that all columns of these cranes share: which are alike."""
-        self.values, self.alike = values, alike
+    def __init__(self, values: Array, covered: npt.NDArray[np.bool_]) -> None:
+        """Take the values (n, ...), and the marks (n,) that all columns of these cranes share: which they cover."""
+        self.values, self.covered = values, covered
 
     def _with(self, values: Array) -> "Column":
-        return Column(values, self.alike)
+        return Column(values, self.covered)
 
     def _combine(self, function: Callable[..., Array], *numbers: Any) -> Any:
         if not all(isinstance(number, Column | float | int) for number in numbers):
@@ -73,13 +73,13 @@ class Column:
             raise NotVectorisable(f"{ufunc.__name__} takes numbers, not a column") from error
 
     def _answer(self, function: Callable[..., Array], other: Any) -> bool:
-        """Return the answer of the first crane that is alike, and mark those that answer otherwise."""
+        """Return the answer of the first crane that is covered, and unmark those that answer otherwise."""
         if not isinstance(other, Column | float | int):
             raise NotVectorisable(f"a column is compared with {type(other).__name__}")
         other = other.values if isinstance(other, Column) else other
-        answers = np.broadcast_to(function(self.values, other), self.alike.shape)
-        answer = bool(answers[np.argmax(self.alike)])
-        self.alike &= answers == answer
+        answers = np.broadcast_to(function(self.values, other), self.covered.shape)
+        answer = bool(answers[np.argmax(self.covered)])
+        self.covered &= answers == answer
         return answer
 
     def __add__(self, other: Any) -> Any:
@@ -101,14 +101,14 @@ class Column:
         return self._combine(operator.mul, other, self)
 
     def __truediv__(self, other: Any) -> Any:
-        """Return the quotient; where floats would raise ZeroDivisionError, cranes are marked."""
+        """Return the quotient; where floats would raise ZeroDivisionError, cranes are unmarked."""
         if isinstance(other, Column | float | int):
-            self.alike &= (other.values if isinstance(other, Column) else np.float64(other)) != 0.0
+            self.covered &= (other.values if isinstance(other, Column) else np.float64(other)) != 0.0
         return self._combine(operator.truediv, self, other)
 
     def __rtruediv__(self, other: Any) -> Any:
         if isinstance(other, Column | float | int):
-            self.alike &= self.values != 0.0
+            self.covered &= self.values != 0.0
         return self._combine(operator.truediv, other, self)
 
     def __pos__(self) -> "Column":
@@ -122,7 +122,7 @@ class Column:
 
     def sqrt(self) -> "Column":
         """Return the square roots: what `numpy.sqrt` calls."""
-        self.alike &= self.values >= 0.0
+        self.covered &= self.values >= 0.0
         with np.errstate(all="ignore"):
             return self._with(np.sqrt(self.values))
 

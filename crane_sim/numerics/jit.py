@@ -36,30 +36,16 @@ from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
-from numba.core.extending import _Intrinsic as _NumbaIntrinsic
 from numba.core.typed_passes import AnnotateTypes, NativeLowering
+from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
-from crane_sim.numerics.cache import AT_IMPORT, FileLock, cache_folder, covers, digest
+from crane_sim.numerics.cache import AT_IMPORT, FileLock, cache_folder, covers
 
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
 """Marks a function that returns (signature, generator of LLVM instructions)."""
-
-
-class _LoweredFunction(_NumbaIntrinsic):
-    """A Python function that compiled code replaces by instructions of its own."""
-
-    def __init__(self, f: Function, define: Function) -> None:
-        super().__init__(f.__name__, define)
-        functools.update_wrapper(self, f)
-        self._function = f
-        self._register()
-
-    def __call__(self, *args: Any) -> Any:
-        """Run the Python function."""
-        return self._function(*args)
 
 
 def lower_to(define: Function) -> Callable[[Function], Any]:
@@ -71,7 +57,14 @@ def lower_to(define: Function) -> Callable[[Function], Any]:
     Args:
         define: as for `intrinsic`, with the parameters of the function after the typing context.
     """
-    return lambda f: _LoweredFunction(f, define)
+
+    def decorate(f: Function) -> Function:
+        template = make_intrinsic_template(f, define, f.__name__)
+        infer(template)
+        infer_global(f, types.Function(template))
+        return f
+
+    return decorate
 
 
 class LinkedLibrary(JITCodeLibrary):
@@ -204,11 +197,16 @@ _outside: list[str] = []  # files of compiled functions in other packages, which
 
 
 def _is_trusted() -> bool:
-    return not _outside and digest() == AT_IMPORT
+    return not _outside and AT_IMPORT.is_current()
 
 
 def _note_origin(f: Function) -> None:
-    file = Path(f.__code__.co_filename).resolve()
+    _note_file(f.__code__.co_filename)
+
+
+@functools.cache
+def _note_file(name: str) -> None:
+    file = Path(name).resolve()
     if not covers(file):
         _outside.append(str(file))
 

@@ -5,6 +5,7 @@ left and forwards. Levers follow what is usual on cranes: the left one slews or 
 back: upwards) and luffs.
 """
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -29,7 +30,7 @@ class Lever(NamedTuple):
 class Buttons(NamedTuple):
     """Numbers of the buttons of a game controller, by what they do."""
 
-    dead_man: int = 9  # enables motion while it is held
+    enable: int = 9  # the dead man's switch: enables motion while it is held
     stop: int = 1  # emergency stop
     release: int = 6  # resets the emergency stop
     assistance: int = 3  # switches assistance on and off
@@ -88,6 +89,9 @@ def _apply_changes(assignment: Assignment, changes: Sequence[str]) -> Assignment
     levers, buttons = {lever.joint: lever for lever in assignment.levers}, assignment.buttons
     for change in changes:
         name, _, value = change.partition("=")
+        if name == "dead_man":
+            warnings.warn("--map dead_man is now called enable", FutureWarning, stacklevel=2)
+            name = "enable"
         digits = value.removeprefix("-")
         if not digits.isdecimal():
             raise SceneError(f"--map {shorten(change)}: must be NAME=NUMBER, a joint's axis or a button")

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from crane_sim import load_scene
-from crane_sim.laws import fast_half
+from crane_sim.laws import inner_loop_of
 from crane_sim.process_signals import clear_parent_death_signal, set_parent_death_signal
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import derive_instant
@@ -26,9 +26,9 @@ MODULES = ("crane_sim.simulation.plant", "crane_control", "crane_sim.recording.l
 
 
 def preload(scene: Scene) -> None:
-    """Load the compiled code of the scene's law, of its fast half where it has two, and of its derived quantities."""
+    """Load the compiled code of the scene's law, of the inner loop of one that has two, and of derived quantities."""
     if scene.law is not None:
-        fast_half(scene.law)(0.0, scene.initial_q, scene.initial_v)
+        inner_loop_of(scene.law)(0.0, scene.initial_q, scene.initial_v)
         scene.law(0.0, scene.initial_q, scene.initial_v)
     derive_instant(scene, 0.0, scene.initial_q, scene.initial_v)
 

@@ -7,7 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from crane_sim.laws import slow_half
+from crane_sim.laws import outer_loop_of
 from crane_sim.orchestration.desk_link import OPERATOR, Operator, desk_link
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
@@ -147,7 +147,7 @@ def _nodes(scene: "Scene", file: str, settings: _RunSettings) -> Iterator[tuple[
     """Yield name, package and parameters of each node, the plant's first."""
     scene_only: dict[str, object] = {"scene": file}
     common = scene_only | {"expected_recorders": int(bool(settings.recorder))}
-    has_tracker = settings.controller and slow_half(scene.law) is not None
+    has_tracker = settings.controller and outer_loop_of(scene.law) is not None
     yield "plant", "crane_sim.ros", common | settings.plant | {"expected_trackers": int(has_tracker)}
     if settings.controller:
         yield "controller", "crane_control.nodes", common | {"mode": settings.plant["mode"]}

@@ -12,7 +12,7 @@ from crane_sim.recording.run import RecordedRun, UnreadableRecording
 def read_recording(path: Path | str) -> RecordedRun:
     """Return the run in a recording FILE.rrd of `crane run`, `crane simulate --record` or `Rollout.record`.
 
-    Or the run in a bag FILE.mcap of `crane run --mcap`, without events and figures; needs the package rosbags, too.
+    Or the run in a bag FILE.mcap of `crane run --mcap`, without events and metrics; needs the package rosbags, too.
 
     Times `t` (K,) [s], positions `q` (K, nq), speeds `v` (K, nq), efforts `u` (K, nu), `payload` (K, 3) [m], ...: SI
     units, angles in rad, the names those of `Rollout`; see `RecordedRun`. Needs the package rerun-sdk.

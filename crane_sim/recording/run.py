@@ -1,4 +1,4 @@
-"""A recorded run as a Python object: the arrays of its steps, its scene, its figures, and how it ended."""
+"""A recorded run as a Python object: the arrays of its steps, its scene, its metrics, and how it ended."""
 
 from __future__ import annotations
 

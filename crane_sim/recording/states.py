@@ -1,6 +1,6 @@
 """Timelines of states: of what is in one of a few states at any time of a run, such as brakes, ropes and faults.
 
-A timeline is a list of changes of state. It follows from the steps of a run, from its figures, or from its events;
+A timeline is a list of changes of state. It follows from the steps of a run, from its metrics, or from its events;
 messages of a plant add to it. It begins in its normal state ("released", "taut" …), and is recorded only if that
 changes.
 """
@@ -100,7 +100,7 @@ def make_timeline_inputs(hardware: Any) -> TimelineInputs:
 
 
 def make_fault_timelines(summary: Mapping[str, Any]) -> dict[str, Changes]:
-    """Return the timelines of faults by name, from the figures of a run."""
+    """Return the timelines of faults by name, from the metrics of a run."""
     timelines: dict[str, Changes] = defaultdict(lambda: [(0.0, "off")])
     for each in summary.get("faults", ()):
         timelines[f"fault {each['name']}"].append((float(each["t"]), "on" if each["on"] else "off"))

@@ -43,7 +43,7 @@ PARAMETERS = {
     "rate": Option(1.0, "realtime: simulated seconds per second", 1e-3, 1e6),
     "commanded": Option(False, "ignore the scene's own law and inputs: another node commands every period"),
     "expected_controllers": Option(1, "publishers of commands to wait for before the run begins", 0, 100),
-    "expected_trackers": Option(0, "slow halves of laws, which subscribe to the states and command nothing", 0, 100),
+    "expected_trackers": Option(0, "outer loops of laws, which subscribe to the states and command nothing", 0, 100),
     "expected_recorders": Option(0, "recorders to wait for before the run begins", 0, 100),
     "command_timeout": Option(
         0.5,
@@ -191,7 +191,7 @@ class PlantNode:
                 self._scheduler.resume()
 
     def _report(self, error: str) -> None:
-        summary = self._simulation.summary(self._settings.mode) | self._scheduler.figures()
+        summary = self._simulation.summary(self._settings.mode) | self._scheduler.metrics()
         summary |= {"error": error} if error else {}
         self._host.pipes.report("done", summary=summary)
         if not self._host.pipes.attached:

@@ -38,7 +38,7 @@ class SceneColumns(NamedTuple):
     """n scenes that differ in numbers only."""
 
     scene: Scene  # with a `Column` for each number that varies
-    alike: npt.NDArray[np.bool_]  # (n,), which of them it stands for; the others are to be made one by one
+    covered: npt.NDArray[np.bool_]  # (n,), which of them columns cover; the others are to be made one by one
 
     def at(self, i: int) -> Scene:
         """Return scene i, without its document's own values of what varies."""
@@ -46,9 +46,9 @@ class SceneColumns(NamedTuple):
         return Scene(**fields)
 
     def arrays(self, tree: Any) -> Any:
-        """Return a tree of the scene's parts with arrays (m, ...) of those m scenes that are alike."""
-        arrays = arrays_of(tree, len(self.alike))
-        return arrays if self.alike.all() else _select(arrays, self.alike)
+        """Return a tree of the scene's parts with arrays (m, ...) of those m scenes that are covered."""
+        arrays = arrays_of(tree, len(self.covered))
+        return arrays if self.covered.all() else _select(arrays, self.covered)
 
 
 def _select(tree: Any, chosen: npt.NDArray[np.bool_]) -> Any:
@@ -88,8 +88,8 @@ def _make_columns(
     schema = schema_of(document)
     if schema is None or not schema.takes_columns or document.get("uncertain") is not None:
         raise NotVectorisable("a document that takes no columns")
-    columns, alike = _validate(schema, varied)
-    first = int(np.argmax(alike))
+    columns, covered = _validate(schema, varied)
+    first = int(np.argmax(covered))
     changed = with_values(dict(document), {**always, **{key: values[first] for key, values in varied.items()}})
     file, _ = read_file(changed)
     if isinstance(file.integrator, Auto):
@@ -100,11 +100,11 @@ def _make_columns(
     if file.control is not None:
         if has_own_nominal(draft):
             raise NotVectorisable("a nominal scene that is read from its document")
-        law = make_law_of_columns(file.control.law, *law_parts(draft), alike)
+        law = make_law_of_columns(file.control.law, *law_parts(draft), covered)
     scene = finish_scene(draft, law)
     if any(isinstance(note, Column) for note in scene.notes.values()):
         raise NotVectorisable("a note that is another one for each scene")
-    return SceneColumns(scene, alike)
+    return SceneColumns(scene, covered)
 
 
 def _validate(schema: type[BaseModel], varied: Mapping[str, Sequence[Any]]) -> tuple[dict[str, Column], Any]:

@@ -1,1 +1,1 @@
-"""Scenes in motion: the plant, whole runs, batches, their figures."""
+"""Scenes in motion: the plant, whole runs, batches, their metrics."""

@@ -11,6 +11,7 @@ The scenes of a batch: one document, changed for each crane, and their numbers p
 
 import os
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -28,9 +29,9 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene, SceneSource
+from crane_sim.simulation.batch_metrics import run_all
 from crane_sim.simulation.columns import columns, extract_drive, group_indices, kind_of
-from crane_sim.simulation.figured_runs import run_all
-from crane_sim.simulation.figures import figure_columns
+from crane_sim.simulation.flat_summary import metric_columns
 from crane_sim.simulation.rollout import checked_times
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.batch import BatchArrays, TimeGrid, pass_lanes, simulate_range
@@ -129,8 +130,14 @@ class Batch:
     setup_time: float  # s, to check the scenes and to compile what moves them
     wall_time: float  # s, to move them
     notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
-    figures: Mapping[str, npt.NDArray[Any]] | None = None  # (n,) each, of the summaries of `simulate`, if asked for
+    metrics: Mapping[str, npt.NDArray[Any]] | None = None  # (n,) each, of the summaries of `simulate`, if asked for
     events: tuple[tuple[Any, ...], ...] | None = None  # (n,), likewise
+
+    @property
+    def figures(self) -> Mapping[str, npt.NDArray[Any]] | None:
+        """The former name of `metrics`, for one release."""
+        warnings.warn("Batch.figures is now Batch.metrics", DeprecationWarning, stacklevel=2)
+        return self.metrics
 
     def __repr__(self) -> str:
         """Return the number of cranes, and of failed ones, in one line."""
@@ -144,7 +151,8 @@ def simulate_batch(
     duration: float | None = None,
     sample_times: Sequence[float] | Array | None = None,
     threads: int | None = None,
-    figures: bool = False,
+    metrics: bool = False,
+    figures: bool | None = None,
 ) -> Batch:
     """Run a scene for many values of its parameters.
 
@@ -155,7 +163,8 @@ def simulate_batch(
         duration: s, the scene's own when None.
         sample_times: instants [s], within the run, increasing, of q, v and payload in addition to the end.
         threads: the processor's cores when None.
-        figures: whether the result has the figures and events of `simulate`, for which every crane runs once more.
+        metrics: whether the result has the metrics and events of `simulate`, for which every crane runs once more.
+        figures: the former name of `metrics`, for one release.
 
     Cranes whose scenes differ in kind (of model, method or law) run in groups of one kind.
 
@@ -165,22 +174,27 @@ def simulate_batch(
     """
     if threads is not None and threads < 1:
         raise SceneError(f"threads = {threads}: must be at least 1")
+    if figures is not None:
+        warnings.warn(
+            "simulate_batch(figures=...) is now simulate_batch(metrics=...)", DeprecationWarning, stacklevel=2
+        )
+        metrics = figures
     start = time.perf_counter()
     scenes = scenes_of(scene, parameters, duration)
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
     checked = time.perf_counter() - start
     batch = run_groups(scenes, times, threads or len(os.sched_getaffinity(0)))
     batch = replace(batch, setup_time=checked + batch.setup_time)
-    return add_figures(batch, scenes) if figures else batch
+    return add_metrics(batch, scenes) if metrics else batch
 
 
-def add_figures(batch: Batch, scenes: Sequence[Scene]) -> Batch:
-    """Return the batch with the figures and events of its cranes, up to the failure of those that failed."""
+def add_metrics(batch: Batch, scenes: Sequence[Scene]) -> Batch:
+    """Return the batch with the metrics and events of its cranes, up to the failure of those that failed."""
     rows, events = list[dict[str, Any]](), list[tuple[Any, ...]]()
     for ended in run_all(scenes):
-        rows.append(ended.figures)
+        rows.append(ended.metrics)
         events.append(ended.events)
-    return replace(batch, figures=figure_columns(rows), events=tuple(events))
+    return replace(batch, metrics=metric_columns(rows), events=tuple(events))
 
 
 def run_groups(scenes: Sequence[Scene], times: Array, threads: int) -> Batch:

@@ -10,7 +10,7 @@ from crane_sim.numerics.jit import entry_point, lean_kernel
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
 from crane_sim.scenes.schema.rigging import ATTITUDE
-from crane_sim.simulation.figures import one_run
+from crane_sim.simulation.flat_summary import one_run
 
 Array = npt.NDArray[np.float64]
 
@@ -94,7 +94,7 @@ class Extremes:
             self._peaks = np.maximum(self._peaks, largest)
 
     def summary(self, q: Array) -> dict[str, Any]:
-        """Return the figures of a run that ends at positions q (nq,); empty without limits, rigid load and deflections.
+        """Return the metrics of a run that ends at positions q (nq,); empty without limits, rigid load and deflections.
 
         `limit_margin` is the least distance of each joint to its travel limits, negative beyond them;
         `peak_tilt_deg` the largest angle of the load's z axis from the base's, and `peak_skew_deg`, `peak_trim_deg`,

@@ -236,15 +236,15 @@ class HardwareRun:
     def summary(self) -> dict[str, Any]:
         """Return the entries of the hardware in the run's summary."""
         totals = self._totals
-        figures: dict[str, Any] = {"faults": self.events()[:MAX_EVENTS_IN_SUMMARY]} if self.faults else {}
-        figures |= {"lost_samples": int(totals.lost_samples)} if totals.lost_samples else {}
+        metrics: dict[str, Any] = {"faults": self.events()[:MAX_EVENTS_IN_SUMMARY]} if self.faults else {}
+        metrics |= {"lost_samples": int(totals.lost_samples)} if totals.lost_samples else {}
         tripped = {
             name: float(drive.overtravel)
             for name, drive in zip(self._scene.actuated, self.state.drives, strict=True)
             if drive.tripped
         }
-        figures |= {"overtravel": tripped} if tripped else {}
-        return figures | ({"braked_time": float(totals.braked) * self._scene.period} if totals.braked else {})
+        metrics |= {"overtravel": tripped} if tripped else {}
+        return metrics | ({"braked_time": float(totals.braked) * self._scene.period} if totals.braked else {})
 
 
 def is_sensed(scene: Scene) -> bool:

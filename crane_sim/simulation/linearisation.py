@@ -243,22 +243,22 @@ class RestingColumns(NamedTuple):
     b: Array  # (n, 2 nq, nu)
 
 
-def linearise_columns(scene: Scene, alike: npt.NDArray[np.bool_]) -> RestingColumns:
+def linearise_columns(scene: Scene, covered: npt.NDArray[np.bool_]) -> RestingColumns:
     """Return what `equilibrium` and `state_matrices` return for each scene of columns; unmark those not at rest.
 
     Args:
         scene: with a `Column` for each number that varies, and a target of actuated joints.
-        alike: marks (n,) of the scenes that are alike.
+        covered: marks (n,) of the scenes that columns cover.
 
     Raises:
         NotVectorisable: the scenes have dry friction, or unit vectors among their joints.
     """
     if scene.document.keys() & DISSIPATIVE or _unit_vectors(scene) or scene.reference is None or not scene.actuated:
         raise NotVectorisable("scenes that are linearised one by one")
-    n, nq, nu = len(alike), len(scene.joint_names), len(scene.actuated)
+    n, nq, nu = len(covered), len(scene.joint_names), len(scene.actuated)
     models, q = arrays_of((average_scene(scene).model, hanging_positions(scene, scene.reference)), n)
     at = np.concatenate([q, np.zeros((n, nq + nu))], axis=1)[:, None]
-    alike &= np.abs(accelerations_of(models, at, nq)[:, 0]).max(axis=1) < ZERO_ACCELERATION
+    covered &= np.abs(accelerations_of(models, at, nq)[:, 0]).max(axis=1) < ZERO_ACCELERATION
     steps = STEP * np.eye(2 * nq + nu)
     quotients = (accelerations_of(models, at + steps, nq) - accelerations_of(models, at - steps, nq)) / (2.0 * STEP)
     return RestingColumns(q, *_to_state_matrices(quotients, nu))

@@ -1,4 +1,4 @@
-"""Figures of a run, gathered block by block in constant memory, and quantities derived from joint coordinates.
+"""Metrics of a run, gathered block by block in constant memory, and quantities derived from joint coordinates.
 
 Tracking error of a run, accumulated block by block: the same bits for any length of the blocks.
 """
@@ -17,7 +17,7 @@ from crane_sim.numerics.lanes import tree_column
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.extremes import Extremes
-from crane_sim.simulation.figures import one_run, or_none
+from crane_sim.simulation.flat_summary import one_run, or_none
 from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
 from crane_sim.simulation.reeving import FallPeaks, fall_tensions
 from crane_sim.simulation.settling import Settling, nearness, settling_times
@@ -96,7 +96,7 @@ class TrackingError:
         self._hardest = max(self._hardest, float(accelerations.max()))
 
     def summary(self, t: Array, q: Array, payload: Array) -> dict[str, float]:
-        """Return the figures of the run that ends at one more instant; arguments of `extend`, K = 1.
+        """Return the metrics of the run that ends at one more instant; arguments of `extend`, K = 1.
 
         Over all control steps and the final state, e the error of the path's own coordinates: `tracking_mse` is the
         mean of e·e, `tracking_mae` of |e|, `tracking_peak` the largest |e|, in the coordinates' unit (m in the base
@@ -222,7 +222,7 @@ def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float
 
 
 class Metrics:
-    """Figures of one run, from blocks of rows, one row a control period: the same bits however long the blocks are."""
+    """Metrics of one run, from blocks of rows, one row a control period: the same bits however long the blocks are."""
 
     def __init__(self, scene: Scene, model: Any, x: Any) -> None:
         """Start with state x of the model that is integrated."""
@@ -256,7 +256,7 @@ class Metrics:
         self._watch_groups(t, q, v, u, ends[:, 3:])
 
     def _watch_groups(self, t: Array, q: Array, v: Array, u: Array, payload: Array) -> None:
-        """Note figures of groups that only some scenes have."""
+        """Note metrics of groups that only some scenes have."""
         self._falls.extend(fall_tensions(self._scene.model, t, q, v, u))
         if self._pressure is not None:
             pressures = np.empty(len(t))
@@ -271,7 +271,7 @@ class Metrics:
         self._scene, self._model = scene, model
 
     def summary(self, t: float, q: Vector, v: tuple[float, ...], integration: Any, saturated: int) -> dict[str, Any]:
-        """Return the figures of the run that ends at time t [s] with joint coordinates q, v.
+        """Return the metrics of the run that ends at time t [s] with joint coordinates q, v.
 
         `settling_time` is the time after which a joint stays near its target, see `crane_sim.simulation.settling`,
         None if it does not; `residual_swing_deg` is the largest swing in the last quarter of the scene's duration;
@@ -299,7 +299,7 @@ class Metrics:
             audit=np.array([audit]),
             sha=[sha.hexdigest()],
         )
-        return one_run(name_figures(self._scene, ended)) | self._further(t, q, final.payload)
+        return one_run(name_metrics(self._scene, ended)) | self._further(t, q, final.payload)
 
     def _targets(self) -> tuple[Array | None, Array, Array]:
         """Return target, near and outside of `RunTotals`."""
@@ -338,10 +338,10 @@ class RunTotals(NamedTuple):
     sha: Sequence[str]  # (n,)
 
 
-def name_figures(first: Scene, ended: RunTotals) -> dict[str, Any]:
-    """Return the figures of n runs of a scene's kind by name, arrays (n,) in groups by joint.
+def name_metrics(first: Scene, ended: RunTotals) -> dict[str, Any]:
+    """Return the metrics of n runs of a scene's kind by name, arrays (n,) in groups by joint.
 
-    The names are those of `Metrics.summary`. Where a run has none, a figure is None.
+    The names are those of `Metrics.summary`. Where a run has none, a metric is None.
     """
     peaks, nothing = ended.peaks, np.zeros(3)
     swings = [swing_angles(nothing, peaks.swing[:, i]) for i in range(2)]

@@ -208,8 +208,8 @@ class Plant:
         self._filled = 0
 
     def summary(self) -> dict[str, Any]:
-        """Return the run's figures up to now: keys and meanings of `Metrics.summary`."""
+        """Return the run's metrics up to now: keys and meanings of `Metrics.summary`."""
         self._flush()
-        figures = self._metrics.summary(self.t, self.q, self.v, self._integration, self.saturated)
+        metrics = self._metrics.summary(self.t, self.q, self.v, self._integration, self.saturated)
         further = self._hardware.summary() if self._hardware is not None else {}
-        return figures | noted_events(self._integration, self.model, self.t) | further
+        return metrics | noted_events(self._integration, self.model, self.t) | further

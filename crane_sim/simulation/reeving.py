@@ -47,7 +47,7 @@ class FallPeaks:
             self._peaks = peaks if self._peaks is None else np.maximum(self._peaks, peaks)
 
     def summary(self) -> dict[str, Any]:
-        """Return the figures, at the start of every period; none without falls."""
+        """Return the metrics, at the start of every period; none without falls."""
         if self._peaks is None:
             return {}
         lead, *falls, torque = map(float, self._peaks)

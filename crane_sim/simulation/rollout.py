@@ -150,11 +150,11 @@ class Rollout:
     commands: Array  # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
     derived: Derived  # what is computed from the states: nodes, energies, swing, ...
     stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
-    summary: dict[str, Any]  # the figures that docs/summary.md explains
+    summary: dict[str, Any]  # the metrics that docs/summary.md explains
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
     def __repr__(self) -> str:
-        """Return scene, law and main results in two lines; `summary` has all figures."""
+        """Return scene, law and main results in two lines; `summary` has all metrics."""
         law = f"law {self.scene.law_name!r}" if self.scene.law_name else "no law of the scene's own"
         shape = f"{len(self.t)} instants up to {self.t[-1]:g} s" if len(self.t) else "no instants"
         ended = f"peak swing {self.summary['peak_swing_deg']:.3g} deg, {len(self.events)} events"
@@ -341,10 +341,10 @@ def _summary(scene: Scene, run: RawRun) -> dict[str, Any]:
         if laden is not model:
             metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), run.payload_energy(first))
         metrics.extend(t[first:last], rows[first:last])
-    figures = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), integration, run.saturated)
+    found = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), integration, run.saturated)
     head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
     further = run.hardware.summary() if run.hardware is not None else {}
-    return head | figures | noted_events(integration, model, t[-1]) | further
+    return head | found | noted_events(integration, model, t[-1]) | further
 
 
 def _rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:

@@ -1,4 +1,4 @@
-"""Names of the columns of a study's table that every study has; those of figures are of its runs."""
+"""Names of the columns of a study's table that every study has; those of metrics are of its runs."""
 
 from typing import Any
 
@@ -8,5 +8,5 @@ PARAMETER = "parameter."
 COLUMNS = (*FIRST_COLUMNS, PARAMETER, "events", "versions", "wall_time")
 
 
-class OwnFigure(list[Any]):
-    """The column of a figure by a study's own function; the schema of the table marks it."""
+class OwnMetric(list[Any]):
+    """The column of a metric by a study's own function; the schema of the table marks it."""

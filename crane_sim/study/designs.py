@@ -1,7 +1,7 @@
 """Designs of a study: the probabilities at which the parameters' values are quantiles.
 
 Morris' design changes one parameter at a time along paths through a grid of four levels, Saltelli's crosses two Sobol
-sequences: from them `sensitivity` finds how figures depend on the parameters.
+sequences: from them `sensitivity` finds how metrics depend on the parameters.
 """
 
 from importlib import import_module

@@ -12,10 +12,10 @@ from typing import Any
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.figured_runs import FigureError
+from crane_sim.simulation.batch_metrics import MetricError
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.named_functions import hash_functions
-from crane_sim.study.own_figures import UnusableFigures, load_figures
+from crane_sim.study.own_metrics import UnusableMetrics, load_metrics
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import OK, Table, rows_of, simulate_case
@@ -53,7 +53,7 @@ def run(
         on_wait: called with a line on why no run is finished, after a minute without one, where that is known.
         pool: workers that have been started already, and are used first.
         check_first: whether a study is refused whose first sample is not possible with every variant, or whose own
-            figures cannot be columns there; else that is in the rows of this sample, as of any other one.
+            metrics cannot be columns there; else that is in the rows of this sample, as of any other one.
 
     Raises:
         SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
@@ -68,7 +68,7 @@ def run(
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")
     if check_first and not (Path(folder) / IDENTITY).exists():
-        check_figures(listed)
+        check_metrics(listed)
     store = Store(Path(folder), checked, len(listed))
     with store.locked():
         starts = itertools.chain(
@@ -90,7 +90,7 @@ def check_cases(study: Study) -> CaseList:
         SceneError: a key or value is not possible.
     """
     listed, document = cases(study), scene_document(study)
-    load_figures(study)
+    load_metrics(study)
     for case in (listed[i] for i in range(len(listed.variants))):
         try:
             load_scene(document, case.changes)
@@ -100,15 +100,15 @@ def check_cases(study: Study) -> CaseList:
     return listed
 
 
-def check_figures(listed: CaseList) -> None:
-    """Run the first case of a study with figures of its own, to see whether they can be columns of its table.
+def check_metrics(listed: CaseList) -> None:
+    """Run the first case of a study with metrics of its own, to see whether they can be columns of its table.
 
     An error that the function raises is not looked at here: it may be of this case only, and is in its row.
 
     Raises:
         SceneError: the function has names that the table has, or returns no numbers by name.
     """
-    measure = load_figures(listed.study)
+    measure = load_metrics(listed.study)
     if measure is None:
         return
     run, status, _ = simulate_case(listed[0], scene_document(listed.study))
@@ -116,9 +116,9 @@ def check_figures(listed: CaseList) -> None:
         return
     try:
         measure(run)
-    except UnusableFigures as error:
+    except UnusableMetrics as error:
         raise SceneError(f"study: {error}") from None
-    except FigureError:
+    except MetricError:
         pass
 
 

@@ -1,4 +1,4 @@
-"""Functions of one's own that a study names, its figures and laws: what their files hold decides its numbers, too."""
+"""Functions of one's own that a study names, its metrics and laws: what their files hold decides its numbers, too."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -16,7 +16,7 @@ def hash_functions(study: Study, document: Mapping[str, Any]) -> dict[str, str]:
         study: the study.
         document: of its scene.
     """
-    names = sorted({study.figures, *_laws_of(study, document)} - {""})
+    names = sorted({study.metrics, *_laws_of(study, document)} - {""})
     hashes = {name.rpartition(":")[0]: hash_source(name) for name in names}
     return {place: each for place, each in hashes.items() if each is not None}
 

@@ -19,7 +19,7 @@ def selected_cases(result: StudyResult) -> list[int]:
     """Return the numbers of the cases that the study asks to record.
 
     Raises:
-        SceneError: the figure of `worst` is not in the table, or is none.
+        SceneError: the metric of `worst` is not in the table, or is none.
     """
     wanted = result.study.recordings
     if not (wanted.failures or wanted.every or wanted.worst):
@@ -31,15 +31,15 @@ def selected_cases(result: StudyResult) -> list[int]:
     if wanted.every is not None:
         chosen |= set(number[number % wanted.every == 0].tolist())
     if wanted.worst is not None:
-        values = _figure(result, wanted.worst.metric)
+        values = _metric(result, wanted.worst.metric)
         order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
     return sorted(chosen)
 
 
-def _figure(result: StudyResult, metric: str) -> Any:
+def _metric(result: StudyResult, metric: str) -> Any:
     if metric not in result.types:
-        raise SceneError(f"study: {unknown_key(metric, list(result.types), 'figure', 'of recordings.worst.metric')}")
+        raise SceneError(f"study: {unknown_key(metric, list(result.types), 'metric', 'of recordings.worst.metric')}")
     try:
         return np.array(result.column(metric), dtype=float)
     except (TypeError, ValueError):

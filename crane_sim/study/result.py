@@ -1,6 +1,7 @@
 """The result of a study: its table, and what its variants differ in."""
 
 import json
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.study import former_names
 from crane_sim.study.runs import OK
 from crane_sim.study.schema import Study, load_study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
-from crane_sim.study.store import OWN_FIGURE, load_pyarrow
+from crane_sim.study.store import OWN_METRIC, load_pyarrow
 
 
 def read_result(folder: Path) -> "StudyResult":
@@ -28,18 +30,19 @@ def read_result(folder: Path) -> "StudyResult":
     if not (folder / "table.parquet").is_file():
         raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
     load_pyarrow()
-    return StudyResult(load_study(json.loads((folder / "study.json").read_text())["study"]), folder)
+    known = json.loads((folder / "study.json").read_text())["study"]
+    return StudyResult(load_study(former_names.rename_keys(known)), folder)
 
 
-def columns_of(figure: str, columns: Sequence[str]) -> list[str]:
-    """Return the columns of a figure: itself, or one of each joint.
+def columns_of(metric: str, columns: Sequence[str]) -> list[str]:
+    """Return the columns of a metric: itself, or one of each joint.
 
     Raises:
-        SceneError: there is no such figure.
+        SceneError: there is no such metric.
     """
-    found = [name for name in columns if name == figure or name.startswith(f"{figure}.")]
+    found = [name for name in columns if name == metric or name.startswith(f"{metric}.")]
     if not found:
-        raise SceneError(unknown_key(figure, columns, "figure"))
+        raise SceneError(unknown_key(metric, columns, "metric"))
     return found
 
 
@@ -47,7 +50,7 @@ def columns_of(figure: str, columns: Sequence[str]) -> list[str]:
 class StudyResult:
     """A study that has been run: a row for each run, samples in order, the variants of one after the other.
 
-    Figures are read from the file column by column; only `table` holds all of them.
+    Metrics are read from the file column by column; only `table` holds all of them.
     """
 
     study: Study
@@ -64,9 +67,16 @@ class StudyResult:
         return {field.name: str(field.type) for field in self._schema}
 
     @cached_property
+    def own_metrics(self) -> list[str]:
+        """Columns of the metrics by the study's own function."""
+        marks = OWN_METRIC.items() | former_names.OWN_METRIC.items()
+        return [field.name for field in self._schema if marks & (field.metadata or {}).items()]
+
+    @property
     def own_figures(self) -> list[str]:
-        """Columns of the figures by the study's own function."""
-        return [field.name for field in self._schema if OWN_FIGURE.items() <= (field.metadata or {}).items()]
+        """The former name of `own_metrics`, for one release."""
+        warnings.warn("StudyResult.own_figures is now StudyResult.own_metrics", DeprecationWarning, stacklevel=2)
+        return self.own_metrics
 
     @cached_property
     def _schema(self) -> Any:
@@ -90,17 +100,22 @@ class StudyResult:
         """Return the table as a `pandas.DataFrame`; needs the package pandas."""
         return self.table.to_pandas()
 
-    def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:
-        """Return a figure of all samples (n,) under a variant, NaN for runs that have none or did not reach the end.
+    def metric(self, name: str, variant: str) -> npt.NDArray[np.float64]:
+        """Return a metric of all samples (n,) under a variant, NaN for runs that have none or did not reach the end.
 
-        The name of a figure of every joint, as `settling_time`, stands for the greatest of them.
+        The name of a metric of every joint, as `settling_time`, stands for the greatest of them.
 
         Raises:
-            SceneError: there is no such figure or variant.
+            SceneError: there is no such metric or variant.
         """
         rows, columns = self._rows_of(variant), columns_of(name, list(self.types))
         values = np.max([np.array(self.column(column), dtype=float) for column in columns], axis=0)[rows]
         return np.where(self.column("status")[rows] == OK, values, np.nan)
+
+    def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:
+        """The former name of `metric`, for one release."""
+        warnings.warn("StudyResult.figure is now StudyResult.metric", DeprecationWarning, stacklevel=2)
+        return self.metric(name, variant)
 
     def failed(self, variant: str) -> npt.NDArray[np.bool_]:
         """Return of all samples (n,) whether the run under a variant failed; raises SceneError without the variant."""
@@ -112,11 +127,11 @@ class StudyResult:
             raise SceneError(unknown_key(variant, names, "variant"))
         return self.column("variant") == variant
 
-    def differences(self, figure: str) -> dict[str, PairedDifference]:
-        """Return how each further variant differs from the first one in a figure, on the same samples."""
+    def differences(self, metric: str) -> dict[str, PairedDifference]:
+        """Return how each further variant differs from the first one in a metric, on the same samples."""
         first, *others = self.study.variant_changes
-        base, seed = self.figure(figure, first), self.study.seed
-        return {other: compare_pairs(base, self.figure(figure, other), seed) for other in others}
+        base, seed = self.metric(metric, first), self.study.seed
+        return {other: compare_pairs(base, self.metric(metric, other), seed) for other in others}
 
     def failure_differences(self) -> dict[str, FailureDifference]:
         """Return how each further variant differs from the first one in which runs fail."""

@@ -12,12 +12,12 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import load_columns
-from crane_sim.simulation.figured_runs import Attempt, Measure, RunEnd, attempt_run, run_all, run_alone, run_columns
-from crane_sim.simulation.figures import cell_of
+from crane_sim.simulation.batch_metrics import Attempt, Measure, RunEnd, attempt_run, run_all, run_alone, run_columns
+from crane_sim.simulation.flat_summary import cell_of
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.cases import Case, CaseColumns, CaseList
-from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER, OwnFigure
-from crane_sim.study.own_figures import load_figures
+from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER, OwnMetric
+from crane_sim.study.own_metrics import load_metrics
 from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
@@ -29,25 +29,25 @@ Table = dict[str, Any]
 
 
 def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any]) -> Table:
-    """Return the rows of the cases `first` to `end` (excluded): parameters, all figures of the summary, status, error.
+    """Return the rows of the cases `first` to `end` (excluded): parameters, all metrics of the summary, status, error.
 
     Whatever ends a run is in its row: no error is raised. Scenes that differ in numbers only are made together and run
     in one compiled call; a case has the numbers of its single run, bit for bit.
     """
     start, parts, count = time.perf_counter(), list[tuple[list[int], Table]](), end - first
-    measure, own = _collect_names(load_figures(listed.study))
+    measure, own = _collect_names(load_metrics(listed.study))
     for cases in listed.columns(first, end):
         together, alone = _run_together(cases, document) if measure is None else ([], cases.numbers)
         parts += together
         parts += _run_each([listed[number] for number in alone], document, measure) if alone else []
     table = _join([([number - first for number in numbers], part) for numbers, part in parts], count)
-    table |= {name: OwnFigure(table[name]) for name in own}
+    table |= {name: OwnMetric(table[name]) for name in own}
     each = (time.perf_counter() - start) / count
     return table | {"versions": [_versions()] * count, "wall_time": [each] * count}
 
 
 def _collect_names(measure: Measure | None) -> tuple[Measure | None, dict[str, None]]:
-    """Return a function of further figures, and their names, in order, which it adds as it is called."""
+    """Return a function of further metrics, and their names, in order, which it adds as it is called."""
     names = dict[str, None]()
     if measure is None:
         return None, names
@@ -69,21 +69,21 @@ def _run_together(cases: CaseColumns, document: Mapping[str, Any]) -> tuple[list
     ended = None if scenes is None else run_columns(scenes)
     if scenes is None or ended is None:
         return [], cases.numbers
-    chosen = np.flatnonzero(scenes.alike).tolist()
+    chosen = np.flatnonzero(scenes.covered).tolist()
     numbers, samples = [cases.numbers[i] for i in chosen], [cases.samples[i] for i in chosen]
     table = {"case": numbers, "sample": samples, "variant": [cases.variant] * len(chosen)}
     seeds = varied.get("seed", [cases.always.get("seed")] * len(cases.numbers))
     table |= {"law": [scenes.scene.law_name] * len(chosen), "seed": [seeds[i] for i in chosen]}
     table |= {"status": [OK if error is None else FAILED for error in ended.errors], "error": ended.errors}
     table |= {PARAMETER + key: [cell_of(column[i]) for i in chosen] for key, column in cases.parameters.items()}
-    others = np.flatnonzero(~scenes.alike).tolist()
-    return [(numbers, table | {"events": [0] * len(chosen)} | ended.figures)], [cases.numbers[i] for i in others]
+    others = np.flatnonzero(~scenes.covered).tolist()
+    return [(numbers, table | {"events": [0] * len(chosen)} | ended.metrics)], [cases.numbers[i] for i in others]
 
 
 def _run_each(
     cases: Sequence[Case], document: Mapping[str, Any], measure: Measure | None
 ) -> list[tuple[list[int], Table]]:
-    """Return numbers and rows of cases whose scenes are made one by one; `measure`: their further figures."""
+    """Return numbers and rows of cases whose scenes are made one by one; `measure`: their further metrics."""
     scenes = load_scenes(document, [case.changes for case in cases])
     possible = [scene for scene in scenes if isinstance(scene, Scene)]
     ends = iter(run_all(possible) if measure is None else [run_alone(scene, measure) for scene in possible])
@@ -114,7 +114,7 @@ def _row(case: Case, scene: Any, end: RunEnd) -> dict[str, Any]:
     row = {"case": case.number, "sample": case.sample, "variant": case.variant, "law": None}
     row |= {"seed": case.changes["seed"], "status": _status_of(end), "error": end.error}
     row |= {PARAMETER + key: cell_of(value) for key, value in case.parameters.items()}
-    return row | {"law": scene.law_name, "events": len(end.events)} | end.figures if end.figures else row
+    return row | {"law": scene.law_name, "events": len(end.events)} | end.metrics if end.metrics else row
 
 
 def _status_of(end: RunEnd | Attempt) -> str:

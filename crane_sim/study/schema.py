@@ -21,6 +21,7 @@ from crane_sim.files.document import YAML_ERRORS, function_from, read
 from crane_sim.files.errors import SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
+from crane_sim.study.former_names import rename_keys, warn_of_former_keys
 
 Count = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10_000_000)]
 
@@ -28,7 +29,7 @@ Count = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10_000_000)]
 class _Group(BaseModel):
     """A group of a study's file: unknown keys and non-finite numbers are errors."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, defer_build=True)
 
 
 class Values(_Group):
@@ -71,7 +72,7 @@ Parameter = Annotated[Any, BeforeValidator(_read_parameter), PlainSerializer(_wr
 
 
 class Worst(_Group):
-    """Runs to record because they are the worst ones by a figure."""
+    """Runs to record because they are the worst ones by a metric."""
 
     metric: str  # a column of the table; the largest values are the worst ones
     count: Count = 3  # -
@@ -102,11 +103,11 @@ class Gain(_Group):
 
 
 class Tune(_Group):
-    """What `crane tune` searches: gains of least figures over the samples, judged on other samples."""
+    """What `crane tune` searches: gains of least metrics over the samples, judged on other samples."""
 
     gains: Annotated[dict[str, Gain], Field(min_length=1)]  # by dotted key of the scene
     changes: dict[str, Any] = {}  # of the scene in every trial, by dotted key: another law, a list that gains enter
-    objectives: Annotated[tuple[str, ...], Field(min_length=1)]  # figures whose mean over the samples shall be least
+    objectives: Annotated[tuple[str, ...], Field(min_length=1)]  # metrics whose mean over the samples shall be least
     trials: Count = 100  # -
     keep: Count = 3  # -, of the Pareto-optimal gains, evaluated beside the best of each objective
 
@@ -130,7 +131,7 @@ class Study(_Group):
     changes: dict[str, Any] = {}  # of the scene in every run, by dotted key
     parameters: Annotated[dict[str, Parameter], Field(min_length=1)]  # by dotted key of the scene
     variants: dict[str, dict[str, Any]] = {}  # name: changes by dotted key; all run on the same samples
-    figures: str = ""  # FILE.py:FUNCTION or MODULE:FUNCTION, a function of a run: its further figures, numbers by name
+    metrics: str = ""  # FILE.py:FUNCTION or MODULE:FUNCTION, a function of a run: its further metrics, numbers by name
     recordings: Recordings = Recordings()
     tune: Tune | None = None  # what `crane tune` searches; other commands refuse it
 
@@ -151,8 +152,9 @@ def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
     if isinstance(source, Study):
         return source
     document = dict(source) if isinstance(source, Mapping) else _read_file(Path(source))
+    warn_of_former_keys(document)
     try:
-        study = Study.model_validate(document)
+        study = Study.model_validate(rename_keys(document))
     except ValidationError as error:
         raise SceneError(f"study: {one_line(error, Study)}") from None
     _check_design(study)
@@ -178,9 +180,10 @@ def _read_file(path: Path) -> dict[str, Any]:
 
 
 def _resolve_functions(document: dict[str, Any], folder: Path) -> None:
-    """Make the files of laws and figures absolute, relative to the study's folder."""
-    if isinstance(document.get("figures"), str):
-        document["figures"] = function_from(document["figures"], folder)
+    """Make the files of laws and metrics absolute, relative to the study's folder."""
+    for key in ("metrics", "figures"):  # the latter: its former name
+        if isinstance(document.get(key), str):
+            document[key] = function_from(document[key], folder)
     variants = document.get("variants")
     groups = [document.get("changes"), *(variants.values() if isinstance(variants, dict) else ())]
     for changes in groups:

@@ -1,7 +1,7 @@
-"""Sensitivity of figures to the parameters of a study, by SALib.
+"""Sensitivity of metrics to the parameters of a study, by SALib.
 
-Morris' design gives mean and spread of a figure's changes by one parameter, for few runs, Saltelli's first-order
-and total indices of Sobol, shares of the figure's variance. Both vary probabilities of the parameters' distributions.
+Morris' design gives mean and spread of a metric's changes by one parameter, for few runs, Saltelli's first-order
+and total indices of Sobol, shares of the metric's variance. Both vary probabilities of the parameters' distributions.
 """
 
 from typing import Any, NamedTuple
@@ -19,10 +19,10 @@ HEADS = {MORRIS: ("μ*", "± 95 %", "σ"), SALTELLI: ("total index", "± 95 %", 
 
 
 class Sensitivity(NamedTuple):
-    """How a figure depends on a parameter. Intervals are bootstrapped, and are half-widths at 95 %.
+    """How a metric depends on a parameter. Intervals are bootstrapped, and are half-widths at 95 %.
 
     Morris: `strength` is μ*, the mean magnitude of the elementary effects, `interaction` σ, their standard deviation,
-    both in the figure's unit. Saltelli: `strength` is the total index, `interaction` what of it is not first-order.
+    both in the metric's unit. Saltelli: `strength` is the total index, `interaction` what of it is not first-order.
     """
 
     parameter: str
@@ -31,17 +31,17 @@ class Sensitivity(NamedTuple):
     interaction: float
 
 
-def sensitivities(result: StudyResult, figure: str, variant: str) -> list[Sensitivity]:
-    """Return how a figure depends on each parameter under a variant, the strongest first.
+def sensitivities(result: StudyResult, metric: str, variant: str) -> list[Sensitivity]:
+    """Return how a metric depends on each parameter under a variant, the strongest first.
 
     Raises:
-        SceneError: the study has another design, there is no such figure, or runs without it.
+        SceneError: the study has another design, there is no such metric, or runs without it.
     """
-    study, y = result.study, result.figure(figure, variant)
+    study, y = result.study, result.metric(metric, variant)
     if study.design not in (MORRIS, SALTELLI):
         raise SceneError(f"study: design = {study.design}: sensitivities need {MORRIS} or {SALTELLI}")
     if missing := int(np.isnan(y).sum()):
-        raise SceneError(f"{figure}: {missing} of {len(y)} runs have none; sensitivities need it of all")
+        raise SceneError(f"{metric}: {missing} of {len(y)} runs have none; sensitivities need it of all")
     options = {"conf_level": CONFIDENCE, "seed": study.seed}
     if np.ptp(y) == 0.0:
         return [Sensitivity(key, 0.0, 0.0, 0.0) for key in study.parameters]

@@ -1,4 +1,4 @@
-"""Statistics of runs: intervals of one variant's figures, and paired runs: two variants on the same samples."""
+"""Statistics of runs: intervals of one variant's metrics, and paired runs: two variants on the same samples."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -16,15 +16,15 @@ Array = npt.NDArray[np.float64]
 
 
 class PairedDifference(NamedTuple):
-    """The difference of a figure between two variants, second minus first, over samples in which both have it."""
+    """The difference of a metric between two variants, second minus first, over samples in which both have it."""
 
     pairs: int
-    mean: float  # in the figure's unit
+    mean: float  # in the metric's unit
     low: float  # ends of the 95 % interval of the mean: bootstrap, bias-corrected and accelerated; above MANY normal
     high: float
     effect_size: float  # mean by standard deviation of the differences (Cohen's d_z); NaN where they do not vary
     p_value: float  # Wilcoxon's signed-rank test, two-sided; 1 where no pair differs
-    share: float  # of pairs in which the second variant has the smaller figure, ties count half
+    share: float  # of pairs in which the second variant has the smaller metric, ties count half
 
 
 class FailureDifference(NamedTuple):
@@ -48,7 +48,7 @@ def estimate_median(values: Array, seed: int = 0) -> Estimate:
     """Return the median of values (n,), infinite ones included, with the percentiles of bootstrapped medians.
 
     Args:
-        values: at least one; infinity stands for a run without the figure, which is worse than any other.
+        values: at least one; infinity stands for a run without the metric, which is worse than any other.
         seed: of the bootstrap's random numbers.
     """
     n, rng, tail = len(values), np.random.default_rng(seed), (1.0 - CONFIDENCE) / 2.0
@@ -94,10 +94,10 @@ def sum_signed_ranks(difference: Array) -> float:
 
 
 def compare_pairs(first: Array, second: Array, seed: int = 0) -> PairedDifference:
-    """Return the difference of a figure (n,) of two variants; samples in which one has none (NaN) are left out.
+    """Return the difference of a metric (n,) of two variants; samples in which one has none (NaN) are left out.
 
     Args:
-        first: the figure under the first variant.
+        first: the metric under the first variant.
         second: the same samples under the second one.
         seed: of the bootstrap's random numbers.
     """

@@ -22,7 +22,8 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.columns import OwnFigure
+from crane_sim.study.columns import OwnMetric
+from crane_sim.study.former_names import rename_keys
 from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.schema import Study, scene_document
 from crane_sim.study.versions import deciding_versions
@@ -34,8 +35,8 @@ MAX_BLOCK = 512
 """Cases of a block at most: what a block costs beside its cases is then little for each of them."""
 IDENTITY = "study.json"
 """The file of a folder that says which study it is of."""
-OWN_FIGURE = {b"figure": b"own"}
-"""Metadata of a column that is a figure by the study's own function."""
+OWN_METRIC = {b"metric": b"own"}
+"""Metadata of a column that is a metric by the study's own function."""
 _INTEGERS = ("case", "sample", "seed", "steps", "events")
 
 
@@ -113,6 +114,7 @@ class Store:
 
     def _difference(self, known: dict[str, Any]) -> str:
         """Return what differs between the study of the folder and this one."""
+        known = {"study": rename_keys(known.get("study", {}))} | {key: known[key] for key in known if key != "study"}
         for part, what in (("study", "another study"), ("scene", "another state of its scene")):
             if known.get(part) != json.loads(json.dumps(self.identity[part], default=str)):
                 return f"holds {what}"
@@ -222,7 +224,7 @@ def table_of(columns: Mapping[str, Any]) -> Any:
     """Return columns by name as a `pyarrow.Table`; numbers are floats but for counts."""
     arrow = load_pyarrow()
     arrays = {name: arrow.array(*_column(name, values, arrow)) for name, values in columns.items()}
-    marks = {name: OWN_FIGURE if isinstance(values, OwnFigure) else None for name, values in columns.items()}
+    marks = {name: OWN_METRIC if isinstance(values, OwnMetric) else None for name, values in columns.items()}
     fields = [arrow.field(name, array.type, metadata=marks[name]) for name, array in arrays.items()]
     return arrow.table(list(arrays.values()), schema=arrow.schema(fields))
 

@@ -1,4 +1,4 @@
-"""Summary of a study: failures, spread of figures by variant, and what variants differ in."""
+"""Summary of a study: failures, spread of metrics by variant, and what variants differ in."""
 
 from typing import Any
 
@@ -10,43 +10,43 @@ from crane_sim.study.schema import MORRIS, SALTELLI
 from crane_sim.study.sensitivity import sensitivities
 
 SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort", "tracking_mse")
-"""Figures of a run that people look at first, those of joints with all of their joints; the table has all."""
+"""Metrics of a run that people look at first, those of joints with all of their joints; the table has all."""
 
 
-def shown_figures(result: StudyResult) -> list[str]:
-    """Return the columns of the table that a summary shows: those of SHOWN, and the study's own figures."""
+def shown_metrics(result: StudyResult) -> list[str]:
+    """Return the columns of the table that a summary shows: those of SHOWN, and the study's own metrics."""
     numbers = [name for name, kind in result.types.items() if kind in ("double", "int64")]
     shown = [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
-    return list(dict.fromkeys([*shown, *(name for name in result.own_figures if name in numbers)]))
+    return list(dict.fromkeys([*shown, *(name for name in result.own_metrics if name in numbers)]))
 
 
 def summarise(result: StudyResult) -> dict[str, Any]:
-    """Return counts, and the median and extremes of figures by variant, with their paired differences."""
+    """Return counts, and the median and extremes of metrics by variant, with their paired differences."""
     first, *_ = variants = list(result.study.variant_changes)
-    figures = {
-        name: {variant: spread_of(result.figure(name, variant)) for variant in variants}
+    metrics = {
+        name: {variant: spread_of(result.metric(name, variant)) for variant in variants}
         | {f"{other} - {first}": each._asdict() for other, each in result.differences(name).items()}
-        for name in shown_figures(result)
+        for name in shown_metrics(result)
     }
     return {
         "study": result.study.name,
         "runs": len(result),
         "failures": {variant: int(result.failed(variant).sum()) for variant in variants},
         "failure_differences": {other: each._asdict() for other, each in result.failure_differences().items()},
-        "figures": figures,
+        "metrics": metrics,
         "sensitivities": find_sensitivities(result),
         "table": str(result.folder / "table.parquet"),
     }
 
 
 def find_sensitivities(result: StudyResult) -> dict[str, dict[str, list[dict[str, Any]]]]:
-    """Return by figure and variant how a figure that all runs have depends on the parameters, in designs for it."""
+    """Return by metric and variant how a metric that all runs have depends on the parameters, in designs for it."""
     if result.study.design not in (MORRIS, SALTELLI):
         return {}
     found: dict[str, dict[str, list[dict[str, Any]]]] = {}
-    for name in shown_figures(result):
+    for name in shown_metrics(result):
         for variant in result.study.variant_changes:
-            if not np.isnan(result.figure(name, variant)).any():
+            if not np.isnan(result.metric(name, variant)).any():
                 rows = sensitivities(result, name, variant)
                 found.setdefault(name, {})[variant] = [row._asdict() for row in rows]
     return found

@@ -1,7 +1,7 @@
-"""Tuning of gains: a search for the least figures over the samples of a study, judged on samples it has not seen.
+"""Tuning of gains: a search for the least metrics over the samples of a study, judged on samples it has not seen.
 
 Optuna proposes gains, a trial runs the samples, and its values are the means of the objectives. A trial in which a run
-fails, or has no such figure, is infeasible; how far it came guides the search. The best of the Pareto-optimal gains
+fails, or has no such metric, is infeasible; how far it came guides the search. The best of the Pareto-optimal gains
 are then run beside the scene's own gains on other samples: a study like any other, with paired differences.
 """
 
@@ -26,7 +26,7 @@ from crane_sim.files.document import get_value, set_value
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import CaseList, cases
-from crane_sim.study.execution import check_cases, check_figures, run, run_block
+from crane_sim.study.execution import check_cases, check_metrics, run, run_block
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
@@ -55,7 +55,7 @@ class TuningResult(NamedTuple):
     front: list[Candidate]  # no other trial is better in all objectives; least first objective first
     chosen: dict[str, Candidate]  # by variant of `held_out`
     trials: int  # that were run
-    infeasible: int  # of them: a run failed, or had no such figure
+    infeasible: int  # of them: a run failed, or had no such metric
     held_out: StudyResult  # baseline and chosen ones, on samples that the search has not seen
     objectives: tuple[str, ...]
     changes: dict[str, Any]  # of the scene by dotted key in every trial, before the gains
@@ -94,7 +94,7 @@ def tune(
             (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
         )
         if not front:
-            line = "study: tune: in every trial a run failed, or had no such figure; widen or move the ranges"
+            line = "study: tune: in every trial a run failed, or had no such metric; widen or move the ranges"
             raise SceneError(line)
         chosen = choose(front, checked.tune)
         trials = _count_finished(search)  # more than the study's, where the folder has more
@@ -132,13 +132,13 @@ def _check_gains(study: Study, settings: Tune) -> None:
 def _check_folder(folder: Path, study: Study, listed: CaseList) -> None:
     """Write which search a folder holds, or raise SceneError where it holds another one; trials may be more.
 
-    The figures of a new search are checked by a run of the first of the cases `listed`.
+    The metrics of a new search are checked by a run of the first of the cases `listed`.
     """
     settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
     identity = hash_of(identity_of(study.model_copy(update={"tune": settings})))
     file = folder / "tune.json"
     if not file.exists():
-        check_figures(listed)
+        check_metrics(listed)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not file.exists():
@@ -212,11 +212,11 @@ def evaluate_gains(
 ) -> tuple[tuple[float, ...], float]:
     """Return (the means of the objectives over the samples, 0), or (infinities, the share of samples not reached).
 
-    Samples are run in order, and the first one whose run fails or has no such figure ends the trial: gains that
+    Samples are run in order, and the first one whose run fails or has no such metric ends the trial: gains that
     destabilise a crane make the longest runs.
 
     Raises:
-        SceneError: there is no such figure.
+        SceneError: there is no such metric.
     """
     base = next(iter(training.variant_changes.values()))
     trial = training.model_copy(update={"variants": {"trial": base | changes}})
@@ -236,10 +236,10 @@ def evaluate_gains(
 
 
 def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float] | None:
-    """Return the objectives of a run, None where it failed or has no such figure.
+    """Return the objectives of a run, None where it failed or has no such metric.
 
     Raises:
-        SceneError: there is no such figure.
+        SceneError: there is no such metric.
     """
     if row["status"] != OK:
         return None
@@ -300,13 +300,13 @@ def summarise(result: TuningResult) -> dict[str, Any]:
     }
 
 
-def _mean_of(result: StudyResult, figure: str, variant: str) -> dict[str, Any]:
-    """Return in how many runs a variant has a figure, and the mean of these."""
-    values = result.figure(figure, variant)
+def _mean_of(result: StudyResult, metric: str, variant: str) -> dict[str, Any]:
+    """Return in how many runs a variant has a metric, and the mean of these."""
+    values = result.metric(metric, variant)
     values = values[~np.isnan(values)]
     return {"runs": len(values), "mean": float(np.mean(values)) if len(values) else None}
 
 
 def verdict_on(low: float, high: float) -> str:
-    """Return what the interval of a difference says of a figure that shall be small."""
+    """Return what the interval of a difference says of a metric that shall be small."""
     return "improved" if high < 0.0 else "worse" if low > 0.0 else "no difference shown"

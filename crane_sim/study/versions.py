@@ -8,15 +8,15 @@ from pathlib import Path
 from crane_sim.recording.provenance import of_this_process
 
 MODULES = (
-    *("energy_balance", "extremes", "figure_lanes", "figure_loops", "figured_runs", "figures", "metrics"),
+    *("energy_balance", "extremes", "metric_lanes", "metric_loops", "batch_metrics", "flat_summary", "metrics"),
     *("peaks", "rollout", "settling"),
 )
-"""Modules of `crane_sim.simulation` that compute the figures of a run."""
+"""Modules of `crane_sim.simulation` that compute the metrics of a run."""
 
 
 @cache
 def versions() -> dict[str, str]:
-    """Return versions of packages, system and processor, and the hash of the source of the figures."""
+    """Return versions of packages, system and processor, and the hash of the source of the metrics."""
     source = b"".join(
         Path(str(import_module(f"crane_sim.simulation.{name}").__file__)).read_bytes() for name in MODULES
     )

@@ -146,7 +146,7 @@ def test_json_carries_the_error_too(monkeypatch: pytest.MonkeyPatch, capsys: pyt
 
 
 def test_simulate_prints_one_object_with_the_summary() -> None:
-    """`crane simulate --json` prints the figures of the same run in Python, and nothing else on stdout."""
+    """`crane simulate --json` prints the metrics of the same run in Python, and nothing else on stdout."""
     result = crane("simulate", "--duration", "1", "--json")
     printed = json.loads(result.stdout)
     expected = simulate("knuckle_setpoint", duration=1.0).summary

@@ -33,7 +33,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
     return capsys.readouterr().out.splitlines()
 
 
-def test_figures_have_their_units(lines: list[str]) -> None:
+def test_metrics_have_their_units(lines: list[str]) -> None:
     """Final errors are in the units of the joints, peak efforts in those of the efforts, and zero is zero."""
     rows = {line.split()[1]: line for line in lines if line.startswith("│ ")}
     assert "0.25 m " in rows["rope"] and "9 N " in rows["rope"]

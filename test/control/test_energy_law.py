@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.laws import with_initial_state
+from crane_sim.laws import inner_loop_of, outer_loop_of, with_initial_state
 from crane_sim.simulation.rollout import simulate
 
 CASE = next(
@@ -136,10 +136,24 @@ def test_a_law_with_the_old_name_of_its_reset_is_understood() -> None:
         assert with_initial_state(OldLaw(3)) == OldLaw(0)
 
 
+@pytest.mark.interpreted
+def test_a_law_with_the_old_names_of_its_loops_is_understood() -> None:
+    """`slow_half` and `fast_half` of a law are its outer and inner loop, with a warning that names the new name."""
+    with pytest.warns(DeprecationWarning, match="OldLaw.slow_half is now called outer_loop"):
+        assert outer_loop_of(OldLaw(3)) == "outer"
+    with pytest.warns(DeprecationWarning, match="OldLaw.fast_half is now called inner_loop"):
+        assert inner_loop_of(OldLaw(3)) == OldLaw(1)
+
+
 class OldLaw(NamedTuple):
-    """A law with state under the old interface."""
+    """A law with state and two loops under the old interface."""
 
     calls: int
+    slow_half: Any = "outer"
+
+    def fast_half(self) -> "OldLaw":
+        """Return the inner loop."""
+        return OldLaw(1)
 
     def fresh(self) -> "OldLaw":
         """Return the law with its initial state."""

@@ -102,18 +102,18 @@ def test_the_command_changes_by_no_more_than_the_drive_allows() -> None:
     assert law.with_initial_state()(0.0, far, (0.0, 0.0, 0.0))[0] == pytest.approx(30_000.0)
 
 
-def test_figures_of_a_known_motion() -> None:
-    """A constant error of 0.1 m that ends at 30 s and a swing of 2 degrees have the figures computed by hand."""
+def test_metrics_of_a_known_motion() -> None:
+    """A constant error of 0.1 m that ends at 30 s and a swing of 2 degrees have the metrics computed by hand."""
     times = np.linspace(0.0, 40.0, 4001)
     q = np.zeros((1, 4001, 3))
     q[0, :, 0] = campaign_runs.reference_positions(times) + np.where(times < 29.995, 0.1, 0.0)
     q[0, :, 2] = np.radians(2.0) * np.where(np.arange(4001) % 2, 1.0, -1.0)
     u = np.stack([np.where(np.arange(4001) % 2, 30.0, 10.0), np.zeros(4001)], axis=1)[None]
-    figures = campaign_runs.compute_figures(times, q, u)
+    metrics = campaign_runs.compute_metrics(times, q, u)
     expected = {"settle_time": 30.0, "peak_swing": 2.0, "residual_swing": 2.0, "final_pos_err": 0.0}
     expected |= {"peak_input": 30.0, "chatter": 80_000.0, "effort": 20_000.0, "ise_pos": 0.29995}
     for name, value in expected.items():
-        assert figures[name] == pytest.approx([value], rel=1e-9, abs=1e-12), name
+        assert metrics[name] == pytest.approx([value], rel=1e-9, abs=1e-12), name
 
 
 def test_without_cranebench_one_line_names_the_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,6 +133,6 @@ def test_samples_agree_with_cranebench(wind: str, bound: float) -> None:
     """Both packages' swing and final error of each law differ by rounding when calm, in gusts by a held force."""
     pytest.importorskip("cranebench")
     cells = campaign.measure(2, [wind])["campaigns"][wind]["cells"]
-    for law, figures in cells.items():
+    for law, metrics in cells.items():
         for name in ("peak_swing", "rms_swing", "residual_swing", "final_pos_err"):
-            assert figures[name][3] < bound, (law, name)
+            assert metrics[name][3] < bound, (law, name)

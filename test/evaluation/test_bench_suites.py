@@ -75,10 +75,10 @@ def test_memory_is_sampled_for_every_node_until_the_end() -> None:
     results = without_machine(memory.measure(seconds=1.2, warm_up=0.5, recorder=False))
     assert set(results["resident"]) == {"plant", "controller"}
     assert results["steps"] > 0 and len(results["sample_times_s"]) >= 2
-    for figures in results["resident"].values():
-        assert len(figures["samples_MB"]) == len(results["sample_times_s"])
-        assert figures["most_MB"] >= figures["after_warm_up_MB"] > 1.0
-        assert figures["growth_MB"] == figures["end_MB"] - figures["after_warm_up_MB"]
+    for metrics in results["resident"].values():
+        assert len(metrics["samples_MB"]) == len(results["sample_times_s"])
+        assert metrics["most_MB"] >= metrics["after_warm_up_MB"] > 1.0
+        assert metrics["growth_MB"] == metrics["end_MB"] - metrics["after_warm_up_MB"]
 
 
 def test_memory_of_a_node_that_comes_late_or_exits(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,8 +96,8 @@ def test_memory_of_a_node_that_comes_late_or_exits(monkeypatch: pytest.MonkeyPat
         sampler(step, 100)
     times = {node: [t for t, _ in samples] for node, samples in sampler.samples.items()}
     assert times == {"plant": [0.0, 1.0, 2.0], "controller": [0.0], "recorder": [1.0, 2.0]}
-    figures = memory.memory_figures([(0.0, 5.0), (1.0, 7.0), (2.0, 8.0)], 1.0)
-    assert figures["growth_MB"] == 1.0 and figures["slope_MB_per_hour"] == pytest.approx(3600.0)
+    metrics = memory.memory_metrics([(0.0, 5.0), (1.0, 7.0), (2.0, 8.0)], 1.0)
+    assert metrics["growth_MB"] == 1.0 and metrics["slope_MB_per_hour"] == pytest.approx(3600.0)
 
 
 @pytest.mark.long
@@ -218,15 +218,15 @@ def test_quantiles_of_period_errors() -> None:
     for k, delay in enumerate(lateness):
         timing.note(0.001 * k, 0.001 * k + delay)
     errors = sorted(1e6 * abs(b - a) for a, b in zip(lateness, lateness[1:], strict=False))
-    results = timing.figures()["period_error_us"]
+    results = timing.metrics()["period_error_us"]
     for name, i in (("p50", 499), ("p99", 989)):
         assert errors[i] - 1e-6 <= results[name] <= errors[i] + 1.000001  # a bin, and rounding in the last digits
     assert results["max"] == pytest.approx(errors[-1], abs=1e-6)  # µs: differences of times near 1 s round at 1e-10 s
-    before = timing.figures()["period_error_us"]["max"]
+    before = timing.metrics()["period_error_us"]["max"]
     timing.pause()
     timing.note(50.0, 50.09)
-    assert timing.figures()["period_error_us"]["max"] == before
-    assert timing.figures()["lateness_us"]["max"] == pytest.approx(90_000.0)
+    assert timing.metrics()["period_error_us"]["max"] == before
+    assert timing.metrics()["lateness_us"]["max"] == pytest.approx(90_000.0)
 
 
 def test_a_bare_loop_keeps_its_deadlines_in_order() -> None:

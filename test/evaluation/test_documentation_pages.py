@@ -83,10 +83,10 @@ def test_commands_and_their_options_are_described() -> None:
     assert {name for name in options if f"`{name}" not in page} == set()
 
 
-def test_figures_are_described() -> None:
-    """The page of the summary has each figure of a run, over ROS or not."""
-    figures = simulate("overhead_energy", duration=0.1).summary.keys() | WITHOUT_ROS.keys()
-    assert {name for name in figures if f"`{name}`" not in text("summary")} == set()
+def test_metrics_are_described() -> None:
+    """The page of the summary has each metric of a run, over ROS or not."""
+    metrics = simulate("overhead_energy", duration=0.1).summary.keys() | WITHOUT_ROS.keys()
+    assert {name for name in metrics if f"`{name}`" not in text("summary")} == set()
 
 
 def test_parameters_are_described() -> None:

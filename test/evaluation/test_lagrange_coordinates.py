@@ -87,4 +87,4 @@ def test_condition_of_the_mass_matrix(ratio: float, absolute: float, relative: f
     crane = LumpedCrane(5.0, np.append(np.ones(9), ratio))
     q = np.concatenate([np.zeros(11), np.ones(10)])
     found = properties.conditions(chain.mass_matrix(crane, q), chain.free_coordinates(10))
-    assert found == pytest.approx((absolute, relative), rel=0.3)  # figures of one digit
+    assert found == pytest.approx((absolute, relative), rel=0.3)  # numbers of one digit

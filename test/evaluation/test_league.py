@@ -1,4 +1,4 @@
-"""`crane league`: the scenes of its trials, the figures of a cell, and the page made of cells."""
+"""`crane league`: the scenes of its trials, the metrics of a cell, and the page made of cells."""
 
 import json
 import os
@@ -11,7 +11,7 @@ from process_helpers import started_program, wait_exited, wait_until
 
 from crane_sim.cli.league import save_comparison
 from crane_sim.evaluation.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM
-from crane_sim.evaluation.league.cells import Cell, Figures, evaluate, evaluate_all, median_figures
+from crane_sim.evaluation.league.cells import Cell, CellMetrics, evaluate, evaluate_all, median_metrics
 from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.evaluation.league.trials import Group, Trial
 from crane_sim.files.catalogue import config_folder
@@ -22,7 +22,7 @@ from crane_sim.simulation.rollout import simulate
 from crane_sim.study.schema import load_study
 
 ANGULAR, CARTESIAN = FEEDBACK[:2]
-FIGURES = Figures(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0)
+METRICS = CellMetrics(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0)
 
 
 def trial_of(column: str) -> Trial:
@@ -104,36 +104,36 @@ def test_tuned_laws_have_the_gains_of_their_search() -> None:
 
 
 @pytest.mark.long
-def test_figures_of_a_cell_are_those_of_the_summary() -> None:
+def test_metrics_of_a_cell_are_those_of_the_summary() -> None:
     """Errors and swing of a cell are those of the run's own summary, computed block by block."""
     trial = Trial("obstacle", "offshore_obstacle")
     cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
     summary = simulate(load_scene(trial_scene(trial, ANGULAR, 0))).summary
-    assert cell.figures is not None and not cell.refused and not cell.failed and cell.runs == 1
-    assert cell.figures.mse == pytest.approx(summary["tracking_mse"], rel=1e-9)  # the same sum in another order
-    assert cell.figures.mae == pytest.approx(summary["tracking_mae"], rel=1e-9)
-    assert cell.figures.peak_error == pytest.approx(summary["tracking_peak"], rel=1e-9)
+    assert cell.metrics is not None and not cell.refused and not cell.failed and cell.runs == 1
+    assert cell.metrics.mse == pytest.approx(summary["tracking_mse"], rel=1e-9)  # the same sum in another order
+    assert cell.metrics.mae == pytest.approx(summary["tracking_mae"], rel=1e-9)
+    assert cell.metrics.peak_error == pytest.approx(summary["tracking_peak"], rel=1e-9)
     hardest = summary["peak_tip_acceleration"]  # of the control steps; the cell has the last state, too
-    assert cell.figures.tip_acceleration == pytest.approx(hardest, rel=0.01)
-    assert 0.0 < (cell.figures.settling or 0.0) < 10.0  # the scene ends 10 s after its path
+    assert cell.metrics.tip_acceleration == pytest.approx(hardest, rel=0.01)
+    assert 0.0 < (cell.metrics.settling or 0.0) < 10.0  # the scene ends 10 s after its path
 
 
 def test_a_law_that_does_not_apply_has_its_reason() -> None:
-    """The angular law has no camera: the cell has no figures, but the reason."""
+    """The angular law has no camera: the cell has no metrics, but the reason."""
     cell = evaluate(GROUPS[0], ANGULAR, trial_of("30 Hz vision"))
-    assert cell.figures is None and "vision" in cell.refused and not cell.failed
+    assert cell.metrics is None and "vision" in cell.refused and not cell.failed
 
 
 def test_the_median_of_settling() -> None:
     """One run of three that does not settle leaves a median, two of three do not."""
-    never = FIGURES._replace(settling=None)
-    assert median_figures([FIGURES, FIGURES._replace(settling=5.0), never]).settling == 5.0
-    assert median_figures([FIGURES, never, never]).settling is None
-    assert median_figures([FIGURES, FIGURES._replace(mae=0.03, effort={"tip_x": 3.0})]).effort == {"tip_x": 2.0}
+    never = METRICS._replace(settling=None)
+    assert median_metrics([METRICS, METRICS._replace(settling=5.0), never]).settling == 5.0
+    assert median_metrics([METRICS, never, never]).settling is None
+    assert median_metrics([METRICS, METRICS._replace(mae=0.03, effort={"tip_x": 3.0})]).effort == {"tip_x": 2.0}
 
 
 CELLS = [
-    Cell("pendulum", "angular", "obstacle", 1, FIGURES, "", ""),
+    Cell("pendulum", "angular", "obstacle", 1, METRICS, "", ""),
     Cell("pendulum", "harmonic", "obstacle", 1, None, "", "stopped at t = 1 s"),
     Cell("pendulum", "angular", "30 Hz vision", 10, None, "it has no camera", ""),
 ]
@@ -162,15 +162,15 @@ def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
     assert "angular, 30 Hz vision: it has no camera" in page
     assert (tmp_path / "league.png").read_bytes().startswith(b"\x89PNG")
     kept = json.loads((tmp_path / "league.json").read_text())["cells"]
-    assert [cell["failed"] for cell in kept] == ["", "stopped at t = 1 s", ""] and kept[0]["figures"]["mae"] == 0.01
+    assert [cell["failed"] for cell in kept] == ["", "stopped at t = 1 s", ""] and kept[0]["metrics"]["mae"] == 0.01
 
 
 @pytest.mark.slow
 def test_the_whole_league() -> None:
-    """Every entrant has a cell in every trial of its crane: figures, or the reason why there are none."""
+    """Every entrant has a cell in every trial of its crane: metrics, or the reason why there are none."""
     cells = list(evaluate_all())
     expected = [(g.name, c.name, t.column) for g in GROUPS for c, t in product(g.entrants, g.trials)]
     assert [(cell.crane, cell.law, cell.trial) for cell in cells] == expected
     assert {cell.trial for cell in cells} == set(COLUMNS)
-    assert all((cell.figures is None) <= bool(cell.refused or cell.failed) for cell in cells)
+    assert all((cell.metrics is None) <= bool(cell.refused or cell.failed) for cell in cells)
     assert not any(cell.refused for cell in cells if cell.trial != "30 Hz vision")

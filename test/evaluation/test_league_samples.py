@@ -11,8 +11,8 @@ import pytest
 from crane_sim.cli.league import sampled_document, sampled_league, save_samples
 from crane_sim.evaluation.documentation.pages import PAGES
 from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
-from crane_sim.evaluation.league.cells import evaluate, measure_figures
-from crane_sim.evaluation.league.sampled_cells import FIGURES, SampledCell, better_laws, evaluate_samples
+from crane_sim.evaluation.league.cells import compute_metrics, evaluate
+from crane_sim.evaluation.league.sampled_cells import METRICS, SampledCell, better_laws, evaluate_samples
 from crane_sim.evaluation.league.sampled_data import read_cells
 from crane_sim.evaluation.league.sampled_table import command_of, describe_samples, format_samples, sampled_tables
 from crane_sim.evaluation.league.samples import TrialStudy, parameters_of, study_of, uncertain_scene
@@ -50,7 +50,7 @@ def rows_in(folder: Path) -> list[StudyResult]:
 
 @pytest.mark.interpreted
 def test_cells_are_statistics_of_rows_and_rows_are_single_runs(tmp_path: Path) -> None:
-    """A cell's medians and shares are those of its rows; a row has the figures of the single run of its scene."""
+    """A cell's medians and shares are those of its rows; a row has the metrics of the single run of its scene."""
     cells = league_in(tmp_path)
     assert [(cell.law, cell.trial) for cell in cells] == [
         (entrant.name, trial.column) for trial in GROUP.trials for entrant in GROUP.entrants
@@ -58,13 +58,13 @@ def test_cells_are_statistics_of_rows_and_rows_are_single_runs(tmp_path: Path) -
     still, _ = rows_in(tmp_path)
     energy = cells[0]
     errors = np.array([row["payload_mae"] for row in still.table.to_pylist() if row["variant"] == "energy"])
-    assert len(errors) == SAMPLES and energy.figures["payload_mae"].value == np.median(errors)
-    assert energy.figures["payload_mae"].low >= errors.min() and energy.figures["payload_mae"].high <= errors.max()
+    assert len(errors) == SAMPLES and energy.metrics["payload_mae"].value == np.median(errors)
+    assert energy.metrics["payload_mae"].low >= errors.min() and energy.metrics["payload_mae"].high <= errors.max()
     assert energy.controlled is not None and energy.controlled.value == 0.0  # nothing settles within 0.4 s
-    assert energy.figures["payload_settling"].value == np.inf
+    assert energy.metrics["payload_settling"].value == np.inf
     row, case = still.table.to_pylist()[1], cases(still.study)[1]
     run = simulate(load_scene(scene_document(still.study), case.changes))
-    assert row["variant"] == "lqr" and row["payload_mae"] == measure_figures(run, on_path=False).mae
+    assert row["variant"] == "lqr" and row["payload_mae"] == compute_metrics(run, on_path=False).mae
     assert row["state_sha256"] == run.summary["state_sha256"]
 
 
@@ -77,7 +77,7 @@ def test_all_laws_see_the_same_samples(tmp_path: Path) -> None:
         assert (hashes[:, 1] == hashes[:, 2]).all() and len(set(hashes[:, 1])) == SAMPLES
     for trial in GROUP.trials:
         own, twin = cells["lqr", trial.column], cells["twin", trial.column]
-        assert own.figures == twin.figures and own.better_than == twin.better_than
+        assert own.metrics == twin.metrics and own.better_than == twin.better_than
         assert "twin" not in own.better_than
 
 
@@ -216,16 +216,16 @@ def test_page_and_data_are_written(tmp_path: Path) -> None:
     assert PAGES["league_samples"].read_rows(page) == [f"{cell.crane}, {cell.law}, {cell.trial}" for cell in cells]
     kept = json.loads((tmp_path / "league_samples.json").read_text())
     assert kept == json.loads(json.dumps(sampled_document(cells)))
-    assert kept["cells"][0]["figures"]["payload_settling"]["value"] is None
-    assert kept["cells"][0]["figures"]["payload_mae"]["value"] > 0.0
+    assert kept["cells"][0]["metrics"]["payload_settling"]["value"] is None
+    assert kept["cells"][0]["metrics"]["payload_mae"]["value"] > 0.0
 
 
 def cell_of(crane: str, samples: int, mean: float = 0.5) -> SampledCell:
     """Return a cell with numbers that are not finite among others."""
     number = Estimate(1.0, 0.5, np.inf)
-    figures = dict.fromkeys(FIGURES, number) | {FIGURES[-1]: Estimate(np.inf, np.inf, np.inf)}
+    metrics = dict.fromkeys(METRICS, number) | {METRICS[-1]: Estimate(np.inf, np.inf, np.inf)}
     difference = PairedDifference(samples - 1, mean, 0.4, 0.6, np.nan, 0.25, 0.0)
-    return SampledCell(crane, "lqr", "gust", samples, "", Estimate(0.5, 0.2, 0.8), figures, difference, ("energy",))
+    return SampledCell(crane, "lqr", "gust", samples, "", Estimate(0.5, 0.2, 0.8), metrics, difference, ("energy",))
 
 
 def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
@@ -257,7 +257,7 @@ def test_all_cranes_of_one_number_of_samples_need_no_names() -> None:
 
 @pytest.mark.interpreted
 def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
-    """A crane that leaves its rail under every law has no figure; the league goes on, and no law is the best."""
+    """A crane that leaves its rail under every law has no metric; the league goes on, and no law is the best."""
     narrow = Trial("narrow", "overhead_energy", SHORT | OUT, FIXED_RAIL_BASE)
     group = GROUP._replace(trials=(narrow,), entrants=(ENERGY, LQR))
     cells = list(evaluate_samples(2, tmp_path, [group], 1))

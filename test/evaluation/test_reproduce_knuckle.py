@@ -33,7 +33,7 @@ def test_claims_are_known_without_a_run(rows: list[knuckle.ClaimResult]) -> None
     assert len(knuckle.claims()) == len(rows) + 2 * len(knuckle.VARIANTS)
 
 
-def test_figures_agree_with_an_independent_simulation(rows: list[knuckle.ClaimResult]) -> None:
+def test_results_agree_with_an_independent_simulation(rows: list[knuckle.ClaimResult]) -> None:
     """Times, swing and efforts of both laws agree with an independent simulation of the same manoeuvre."""
     results = {row.claim: (row.energy_law, row.lqr) for row in rows}
     for claim, expected in INDEPENDENT_RESULTS.items():

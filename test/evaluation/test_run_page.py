@@ -23,13 +23,9 @@ INSTANTS = 10
 SCENES = {
     "knuckle": ("knuckle_sea", 0.5),
     "overhead": ("overhead_energy", 0.4),
-    "spatial": ("overhead_spatial", 0.5),
-    "tower": ("tower_gust", 0.6),
-    "mobile": ("mobile_lift", 0.4),
-    "bridge": ("bridge_hook_and_sling", 0.5),
     "gantry": ("port_sts_container", 0.6),
-    "pendulum": ("pendulum_free", 0.4),
 }
+"""Cranes on ships, above rails and with falls; the long test has all others."""
 SLOW = {"overhead_long_cable", "overhead_steel", "pendulum_sea"}  # minutes without compilation
 CATALOGUE = sorted(scene_files().keys() - SLOW)
 TOGETHER = 8  # pages in a browser, which draws in 16 at most
@@ -64,7 +60,7 @@ def failed(folder: Path) -> RecordedRun:
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RecordedRun]:
-    """Record a short run of every kind of crane, and one that fails."""
+    """Record short runs, and one that fails."""
     folder = tmp_path_factory.mktemp("runs")
     return {name: recorded(*each, folder) for name, each in SCENES.items()} | {"failed": failed(folder)}
 

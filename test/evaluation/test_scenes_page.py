@@ -9,7 +9,7 @@ from urdf_kinematics import link_position
 from crane_sim import load_scene
 from crane_sim.description import urdf
 from crane_sim.evaluation.documentation.drawing import Robot
-from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES, format_figures, save_page
+from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES, format_metrics, save_page
 from crane_sim.files.errors import SceneError
 
 pytestmark = pytest.mark.interpreted
@@ -32,9 +32,9 @@ def test_links_are_where_the_urdf_puts_them(name: str) -> None:
     assert np.isfinite(corners).all() and np.ptp(corners, axis=0).min() > 0.0
 
 
-def test_figures_that_a_run_lacks_are_left_out() -> None:
-    """A line of figures has what the summary has, with units."""
-    assert format_figures({"sim_time": 3.0, "peak_swing_deg": 1.2345}) == "3 s · largest swing 1.23 °"
+def test_metrics_that_a_run_lacks_are_left_out() -> None:
+    """A line of metrics has what the summary has, with units."""
+    assert format_metrics({"sim_time": 3.0, "peak_swing_deg": 1.2345}) == "3 s · largest swing 1.23 °"
 
 
 def test_sections_of_other_scenes_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""The soak tests in short: their figures, the verdicts on their requirements, and their page."""
+"""The soak tests in short: their metrics, the verdicts on their requirements, and their page."""
 
 import json
 import random
@@ -10,8 +10,8 @@ from click.testing import CliRunner
 
 from crane_sim.cli.soak import soak
 from crane_sim.evaluation.soak import inprocess, memory, realtime
-from crane_sim.evaluation.soak.drift import MAX_FALL, drift, drift_figures
-from crane_sim.evaluation.soak.figures import Figure, at_least, at_most, equal
+from crane_sim.evaluation.soak.drift import MAX_FALL, drift, drift_metrics
+from crane_sim.evaluation.soak.metrics import Metric, at_least, at_most, equal
 from crane_sim.evaluation.soak.store import save_findings, thin_lists, write_page
 from crane_sim.files.errors import SceneError
 
@@ -33,21 +33,21 @@ def test_a_drift_is_distinguished_from_noise(fall: float) -> None:
     trend = drift(noisy_rates(fall))
     assert trend.low < -fall < trend.high
     assert trend.change == pytest.approx(-fall, abs=3.0)  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
-    assert [figure.passed for figure in drift_figures(noisy_rates(fall))] == [True, fall < MAX_FALL, True]
+    assert [metric.passed for metric in drift_metrics(noisy_rates(fall))] == [True, fall < MAX_FALL, True]
 
 
 def test_an_unresolved_drift_has_a_wide_interval() -> None:
     """On a disturbed machine, where the change is not resolved, the interval beside it is wide."""
     draw = random.Random(3)
-    assert drift_figures([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > MAX_FALL
+    assert drift_metrics([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > MAX_FALL
 
 
 def test_steps_without_ros_leak_no_memory() -> None:
     """Neither way of simulating grows over twenty thousand steps, and each is sampled in equal blocks to the end."""
-    figures, data = inprocess.soak(STEPS)
+    metrics, data = inprocess.soak(STEPS)
     assert set(data) == {"Plant.advance", "simulate"}
     for method, samples in data.items():
-        named = {figure.what: figure for figure in figures}
+        named = {metric.what: metric for metric in metrics}
         growth = named[f"{method}, growth of resident memory"]
         assert growth.passed and growth.value == samples["memory_MB"][-1] - samples["memory_MB"][0]
         assert named[f"{method}, steps"].value == STEPS == samples["steps"][-1]
@@ -58,8 +58,8 @@ def test_steps_without_ros_leak_no_memory() -> None:
 @pytest.mark.long
 def test_a_run_over_ros_is_sampled_to_its_end() -> None:
     """A few seconds of lockstep: every node is sampled as often as the rate, and growth is judged for each."""
-    figures, data = memory.soak(6.0)
-    named = {figure.what: figure for figure in figures}
+    metrics, data = memory.soak(6.0)
+    named = {metric.what: metric for metric in metrics}
     assert set(data["memory_MB"]) == {"plant", "controller", "recorder"}
     for node, samples in data["memory_MB"].items():
         growth = named[f"{node}, growth since the warm-up"]
@@ -74,8 +74,8 @@ def test_a_run_over_ros_is_sampled_to_its_end() -> None:
 @pytest.mark.long
 def test_overruns_are_those_that_a_subscriber_counts() -> None:
     """At 1 kHz the plant's own count of overruns is that of a subscriber, which only has the times of sending."""
-    figures, data = realtime.soak(3.0)
-    named = {figure.what: figure for figure in figures}
+    metrics, data = realtime.soak(3.0)
+    named = {metric.what: metric for metric in metrics}
     (plant,) = data["plant"]
     assert plant["steps"] == 3000
     assert named["overruns, the plant's own count"].value == plant["deadline_misses"]
@@ -90,10 +90,10 @@ KEPT, NOT_KEPT = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha2
 
 def test_the_page_has_all_parts_that_were_measured(tmp_path: Path) -> None:
     """A saved part is added to the page's others, in order, with its requirements, passed or not."""
-    save_findings("determinism", "crane soak determinism --count 4", [Figure("runs", 4), NOT_KEPT], {}, tmp_path)
+    save_findings("determinism", "crane soak determinism --count 4", [Metric("runs", 4), NOT_KEPT], {}, tmp_path)
     alone = (tmp_path / "soak.md").read_text()
     back = {"back_s": [0.25, float("inf"), 0.3]}
-    save_findings("kill", "crane soak kill --count 6 --seed 0", [KEPT, Figure("back", float("inf"))], back, tmp_path)
+    save_findings("kill", "crane soak kill --count 6 --seed 0", [KEPT, Metric("back", float("inf"))], back, tmp_path)
     text = (tmp_path / "soak.md").read_text()
     assert text.endswith(alone[alone.index("## One scene") :])
     assert text.index("## Nodes that are killed") < text.index("## One scene, one run")
@@ -141,19 +141,19 @@ def test_other_files_are_no_data_of_a_soak(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=f"{tmp_path}: has no data of a soak yet"):
         write_page(tmp_path)
     (tmp_path / "soak").mkdir()
-    (tmp_path / "soak" / "kill.json").write_text('{"figures": 3}')
+    (tmp_path / "soak" / "kill.json").write_text('{"metrics": 3}')
     with pytest.raises(SceneError, match=r"kill\.json: cannot be read as data of a soak"):
         write_page(tmp_path)
 
 
 def test_a_requirement_not_passed_is_an_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command ends with 1 where a requirement was not passed, prints that, and saves its figures nevertheless."""
-    figures = [at_least("rate", 0.5, 1.0, "Hz"), KEPT]
-    monkeypatch.setattr("crane_sim.evaluation.soak.determinism.soak", lambda count: (figures[:], {}))
+    """The command ends with 1 where a requirement was not passed, prints that, and saves its metrics nevertheless."""
+    metrics = [at_least("rate", 0.5, 1.0, "Hz"), KEPT]
+    monkeypatch.setattr("crane_sim.evaluation.soak.determinism.soak", lambda count: (metrics[:], {}))
     arguments = ["determinism", "--count", "4", "--save", str(tmp_path)]
     result = CliRunner().invoke(soak, arguments)
     assert result.exit_code == 1 and "at least 1 Hz  failed" in result.output
     assert "`crane soak determinism --count 4`" in (tmp_path / "soak.md").read_text()
-    del figures[0]
+    del metrics[0]
     assert CliRunner().invoke(soak, arguments).exit_code == 0
     assert "**no**" not in (tmp_path / "soak.md").read_text()

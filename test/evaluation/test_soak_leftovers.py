@@ -1,4 +1,4 @@
-"""Complaints of the soak of interruptions."""
+"""Failures of the soak of interruptions."""
 
 import os
 import signal
@@ -22,7 +22,7 @@ EARLY = LATE._replace(at=0.01)
 
 
 def test_files_are_those_of_a_complete_run_or_of_none(tmp_path: Path) -> None:
-    """A run without a received step may leave nothing; steps without a recording, and other files, are complaints."""
+    """A run without a received step may leave nothing; steps without a recording, and other files, are failures."""
     assert of_run(tmp_path, 0) == []
     assert of_run(tmp_path, 5) == ["no recording of 5 steps"]
     (tmp_path / "run.recovered.rrd").touch()
@@ -63,13 +63,13 @@ def received(*efforts: float) -> dict[str, list[Received]]:
 
 
 @pytest.mark.parametrize(
-    ("efforts", "complaints"),
+    ("efforts", "failures"),
     [((1.0, 2.0, 0.0), 0), ((1.0, 2.0), 1), ((), 1), ((1.0, 2.0, 3.0, 4.0), 0)],
     ids=["zero at the end", "none at the end", "no effort at all", "complete"],
 )
-def test_the_last_effort_of_a_run_that_is_cut_short_is_zero(efforts: tuple[float, ...], complaints: int) -> None:
+def test_the_last_effort_of_a_run_that_is_cut_short_is_zero(efforts: tuple[float, ...], failures: int) -> None:
     """A zero effort follows the last step where a state was received, unless the run had all its four steps."""
-    assert len(signals._last_effort(received(*efforts), 4)) == complaints
+    assert len(signals._last_effort(received(*efforts), 4)) == failures
 
 
 def test_the_zero_effort_belongs_to_no_step() -> None:

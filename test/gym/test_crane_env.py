@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: the motion and the figures of `simulate`, seeds, failures, spaces, single-line errors."""
+"""Environments of Gymnasium: the motion and the metrics of `simulate`, seeds, failures, spaces, single-line errors."""
 
 import warnings
 from typing import Any
@@ -9,7 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from crane_sim import SceneError, load_scene, simulate
-from crane_sim.evaluation.league.cells import measure_figures
+from crane_sim.evaluation.league.cells import compute_metrics
 from crane_sim.gym import DEFAULT_SCENES, CraneEnv
 
 pytestmark = pytest.mark.interpreted
@@ -38,7 +38,7 @@ def test_gymnasium_accepts_the_environments(crane: str) -> None:
     ],
 )
 def test_a_law_as_policy_is_simulate(name: str, changes: dict[str, Any]) -> None:
-    """A law that commands an environment has the run of `simulate`, bit for bit, and the league's figure as return."""
+    """A law that commands an environment has the run of `simulate`, bit for bit, and the league's metric as return."""
     scene = load_scene(name, SHORT | changes)
     assert scene.law is not None
     env = CraneEnv(scene, max_effort=1e6)
@@ -52,7 +52,7 @@ def test_a_law_as_policy_is_simulate(name: str, changes: dict[str, Any]) -> None
     run = simulate(scene)
     assert env.plant.summary()["state_sha256"] == run.summary["state_sha256"]
     # both are means of the same 31 distances, summed in another order: rounding
-    assert total == pytest.approx(-measure_figures(run, False).mae, rel=1e-13)
+    assert total == pytest.approx(-compute_metrics(run, False).mae, rel=1e-13)
 
 
 def episode(env: CraneEnv, seed: int | None) -> Any:
@@ -108,7 +108,7 @@ def test_a_path_is_followed() -> None:
     run = simulate(scene, lambda t, q, v: (0.0, 0.0))
     assert info["error"] == pytest.approx(np.hypot(*(run.payload[0, :2] - observation[-4:-2])), rel=1e-12)  # rounding
     total = sum(env.step([0.0, 0.0])[1] for _ in range(scene.steps))
-    assert total == pytest.approx(-measure_figures(run, True).mae, rel=1e-13)  # sums in another order
+    assert total == pytest.approx(-compute_metrics(run, True).mae, rel=1e-13)  # sums in another order
 
 
 def test_spaces_have_the_scene_s_bounds_and_units() -> None:

@@ -56,11 +56,11 @@ def test_inputs_vanish_at_the_goal() -> None:
 def test_the_page_s_laws_are_those_of_the_league() -> None:
     """In the table of the page, the rows of the laws are the league's own: the agent was judged by the same trials."""
     cells = json.loads((ROOT / "docs" / "league.json").read_text())["cells"]
-    own = {(cell["trial"], cell["law"]): cell["figures"] for cell in cells if cell["crane"] == "overhead, trolley"}
+    own = {(cell["trial"], cell["law"]): cell["metrics"] for cell in cells if cell["crane"] == "overhead, trolley"}
     lines = [line.strip("| ").split(" | ") for line in (ROOT / "docs" / "gymnasium.md").read_text().splitlines()]
     laws = [cells for cells in lines if cells[1:2] in (["energy"], ["lqr"])]
     agents = [cells[0] for cells in lines if cells[1:2] == ["agent"]]
     assert agents == [trial for trial, law in own if law == "energy"] and len(laws) == 2 * len(agents)
     for trial, law, mae, peak, *_ in laws:
-        figures = own[trial, law]
-        assert (mae, peak) == (f"{figures['mae']:.3g}", f"{figures['peak_swing']:.3g}")
+        metrics = own[trial, law]
+        assert (mae, peak) == (f"{metrics['mae']:.3g}", f"{metrics['peak_swing']:.3g}")

@@ -139,6 +139,7 @@ def test_a_way_from_rest_takes_the_least_time() -> None:
     assert np.sum(phases[0, :-1, 0]) == pytest.approx(2.0 * sqrt(0.3 / 0.5), rel=1e-13)
 
 
+@pytest.mark.long
 def test_the_loop_follows_its_ramp_with_the_linear_lag() -> None:
     """Behind a ramp with jerk limits, whose command changes midway, the speed is the convolution of step responses."""
     times = np.linspace(0.0, 3.0, 301)
@@ -247,6 +248,7 @@ def test_an_infinite_gain_is_exact(drive: str) -> None:
 
 
 @pytest.mark.interpreted
+@pytest.mark.long
 def test_an_exact_speed_drive_is_a_prescribed_motion() -> None:
     """A crane whose drive has an infinite gain passes through the states of one with that motion prescribed."""
     jerk = 0.5  # m/s³; within the run neither the acceleration nor the speed reaches its limit

@@ -153,7 +153,7 @@ def test_residuals_that_are_no_noise_are_said() -> None:
 
 
 @pytest.mark.long
-def test_the_command_writes_a_scene_figures_and_a_picture(tmp_path: Path) -> None:
+def test_the_command_writes_a_scene_results_and_a_picture(tmp_path: Path) -> None:
     """`crane identify` of a recording writes what `crane check` takes; an unknown joint is one line and exit code 2."""
     crane_sim.simulate(SCENE, overrides=MASSES | {"duration": 5.0}).record(tmp_path / "rig.rrd")
     words = ("identify", SCENE, "rig.rrd", "--parameters", "cable.lengths.0,trolley.mass", "-o", "out")

@@ -93,6 +93,7 @@ def test_the_stiff_reference_is_met(method: Any) -> None:
     assert abs(lost) < 1e-7  # of 1e5 J that swing; the tolerance of 1e-12 a step, some 1e4 steps
 
 
+@pytest.mark.long
 def test_a_cable_as_stiff_as_steel() -> None:
     """Five springs of 1e9 N/m under one tonne move as the reference does, axial vibrations resolved."""
     case = CASES["16_elastic_k1e9"]

@@ -13,8 +13,8 @@ A, B = np.array([0.1, 0.7, -3.3]), np.array([0.3, 0.0, 1e-9])
 
 def columns() -> tuple[Column, Column]:
     """Return two numbers of three cranes."""
-    alike = np.ones(3, bool)
-    return Column(A, alike), Column(B, alike)
+    covered = np.ones(3, bool)
+    return Column(A, covered), Column(B, covered)
 
 
 def test_arithmetic_is_that_of_floats() -> None:
@@ -23,19 +23,19 @@ def test_arithmetic_is_that_of_floats() -> None:
     found = (2.0 - a) * b + np.cumsum(np.array([a, b]))[1] / 3.0 - abs(-b) + 1
     expected = [(2.0 - x) * y + (x + y) / 3.0 - abs(-y) + 1 for x, y in zip(A.tolist(), B.tolist(), strict=True)]
     assert found.values.tolist() == expected
-    assert a.alike.all()
+    assert a.covered.all()
 
 
 def test_a_comparison_answers_for_the_first_crane_and_marks_the_others() -> None:
     """Cranes that answer otherwise are marked, and never decide; a division by zero marks, as floats would raise."""
     a, b = columns()
     assert a > 0.0
-    assert a.alike.tolist() == [True, True, False]
+    assert a.covered.tolist() == [True, True, False]
     assert max(a, 0.5) == 0.5
-    assert a.alike.tolist() == [True, False, False]
+    assert a.covered.tolist() == [True, False, False]
     a, b = columns()
     assert (a / b).values[0] == A[0] / B[0]
-    assert a.alike.tolist() == [True, False, True]
+    assert a.covered.tolist() == [True, False, True]
 
 
 def test_what_takes_one_number_takes_no_column() -> None:
@@ -69,7 +69,7 @@ def test_an_array_takes_a_column_entry_by_entry() -> None:
     with pytest.raises(TypeError):
         a * "text"
     found = np.ones(3) / a
-    assert [entry.values.tolist() for entry in found] == [(1.0 / A).tolist()] * 3 and a.alike.all()
+    assert [entry.values.tolist() for entry in found] == [(1.0 / A).tolist()] * 3 and a.covered.all()
 
 
 def test_trees_have_arrays_or_entries_in_place_of_columns() -> None:

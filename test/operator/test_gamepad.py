@@ -121,4 +121,4 @@ def test_a_virtual_gamepad() -> None:
         return False
 
     wait_until(lost, "the loss of the gamepad", 20.0)
-    assert Buttons().dead_man == 9
+    assert Buttons().enable == 9

@@ -9,7 +9,7 @@ from crane_sim.operator.inputs import FIRST_HOLD, LEVELS, NEUTRAL, REPEAT_HOLD, 
 from crane_sim.operator.levers import NO_AXIS, Buttons, axis_name, make_lever_assignment
 
 JOINTS = ("slew", "trolley", "rope")
-HELD = tuple(int(i == Buttons().dead_man) for i in range(10))
+HELD = tuple(int(i == Buttons().enable) for i in range(10))
 
 
 def demand_at(axes: tuple[float, ...], buttons: tuple[int, ...] = HELD, *changes: str) -> tuple[float, ...]:
@@ -34,7 +34,7 @@ def test_buttons() -> None:
     """Each button does what the assignment says; buttons that a controller lacks are open."""
     for name, number in Buttons()._asdict().items():
         pressed = demand_of(Sample((), tuple(int(i == number) for i in range(12))), make_lever_assignment(JOINTS))
-        said = dict(zip(("dead_man", "stop", "release", "assistance"), pressed[1:], strict=True))
+        said = dict(zip(("enable", "stop", "release", "assistance"), pressed[1:], strict=True))
         assert said == {key: key == name for key in said}
     assert demand_of(Sample((), ()), make_lever_assignment(JOINTS))[1:] == (False, False, False, False)
 
@@ -42,7 +42,9 @@ def test_buttons() -> None:
 def test_changes_of_the_assignment() -> None:
     """A joint takes the axis that was named for it, inverted with a minus sign, also -0, and a button its number."""
     assert demand_at((0.5, 0.25, 0.0, 0.0), HELD, "slew=1", "trolley=-0") == (0.25, -0.5, 0.0)
-    assert make_lever_assignment(JOINTS, ["dead_man=5"]).buttons == Buttons()._replace(dead_man=5)
+    assert make_lever_assignment(JOINTS, ["enable=5"]).buttons == Buttons()._replace(enable=5)
+    with pytest.warns(FutureWarning, match="--map dead_man is now called enable"):
+        assert make_lever_assignment(JOINTS, ["dead_man=5"]).buttons == Buttons()._replace(enable=5)
     assert axis_name(make_lever_assignment(JOINTS, ["rope=-7"]).levers[2]) == "axis 7, inverted"
 
 

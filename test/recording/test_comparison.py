@@ -11,7 +11,7 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.evaluation.report.page import save_comparison
-from crane_sim.recording.figure_units import figure_row
+from crane_sim.recording.metric_units import metric_row
 
 pytestmark = pytest.mark.interpreted
 SHIFT = 0.125  # m, a power of two: sums with it are exact at these magnitudes up to rounding
@@ -63,15 +63,15 @@ def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
     assert differing == {"peak_swing_deg": 0.5}
 
 
-def test_figures_in_other_units_are_not_subtracted(run: crane_sim.RecordedRun) -> None:
-    """A run without the joint of a figure has no value, one in another unit has its own beside it and no difference."""
+def test_metrics_in_other_units_are_not_subtracted(run: crane_sim.RecordedRun) -> None:
+    """A run without the joint of a metric has no value, one in another unit has its own beside it and no difference."""
     force, speed = (run.crane._replace(actuated=("hoist",), effort_units=(unit,)) for unit in ("N", "m/s²"))
     none = run.crane._replace(actuated=(), effort_units=())
     cranes = none, force, speed, force
-    label, unit, texts = figure_row("peak_effort.hoist", cranes, (None, 5.0, 2.0, 7.0))
+    label, unit, texts = metric_row("peak_effort.hoist", cranes, (None, 5.0, 2.0, 7.0))
     assert (label, unit, texts) == ("peak effort hoist", "N", ["", "5", "2 m/s²", "7", "", "", ""])
-    assert figure_row("peak_effort.hoist", cranes[1:], (5.0, 2.0, 7.0))[2] == ["5", "2 m/s²", "7", "", "2"]
-    assert figure_row("law_us.p99", cranes[:2], (3.0, 4.0))[:2] == ("law p99", "µs")
+    assert metric_row("peak_effort.hoist", cranes[1:], (5.0, 2.0, 7.0))[2] == ["5", "2 m/s²", "7", "", "2"]
+    assert metric_row("law_us.p99", cranes[:2], (3.0, 4.0))[:2] == ("law p99", "µs")
 
 
 def test_quantities_with_gaps_are_named(run: crane_sim.RecordedRun) -> None:

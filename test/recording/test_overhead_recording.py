@@ -127,15 +127,15 @@ def test_many_links_cost_no_more_entities(run: Run, tmp_path: Path) -> None:
     assert rows[0] == rows[1]
 
 
-def test_the_viewer_shows_it_without_complaint(run: Run, tmp_path: Path) -> None:
+def test_the_viewer_shows_it_without_error(run: Run, tmp_path: Path) -> None:
     """The viewer opens the recording with its layout, draws it, and no view reports a problem."""
     try:
-        complaints = picture(run.path, tmp_path / "run.png", at=2.0)
+        errors = picture(run.path, tmp_path / "run.png", at=2.0)
     except PictureError as error:
         if str(error) == NO_DRAWING:
             pytest.skip(NO_DRAWING)
         raise
-    assert complaints == []
+    assert errors == []
 
 
 EDGE = st.floats(0.0, 4.0)

@@ -114,13 +114,13 @@ def test_the_rope_points_along_itself(directions: np.ndarray) -> None:
     assert turned == pytest.approx(unit, abs=1e-14)  # a few roundings of numbers up to one
 
 
-def test_the_viewer_shows_it_without_complaint(run: Run, tmp_path: Path) -> None:
+def test_the_viewer_shows_it_without_error(run: Run, tmp_path: Path) -> None:
     """The viewer draws the recording in its layout, and no view reports a problem."""
     try:
-        complaints = picture(run.path, tmp_path / "run.png", at=3.0)
+        errors = picture(run.path, tmp_path / "run.png", at=3.0)
     except PictureError as error:
         if str(error) == NO_DRAWING:
             pytest.skip(NO_DRAWING)
         raise
-    assert complaints == []
+    assert errors == []
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")

@@ -1,4 +1,4 @@
-"""Pictures of catalogue scenes in the viewer: no complaint, nothing blank, the whole crane in the picture."""
+"""Pictures of catalogue scenes in the viewer: no error, nothing blank, the whole crane in the picture."""
 
 import io
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Timelines of states: what a run's steps, events and figures say of brakes, ropes, contacts, switches and faults."""
+"""Timelines of states: what a run's steps, events and metrics say of brakes, ropes, contacts, switches and faults."""
 
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,7 @@ def test_faults_and_switches_are_timelines(rollout: crane_sim.Rollout, run: Reco
     """A recording has the faults at the times of the scene, and a limit switch from the first step beyond it on."""
     assert run.states["fault sticky boom"] == [(0.0, "off"), (0.05, "on"), (0.15, "off")]
     assert run.states["fault dark"] == [(0.0, "off"), (0.2, "on")]
-    assert set(rollout.summary["overtravel"]) == {"slew"}, "the scene's own figures must agree that it tripped"
+    assert set(rollout.summary["overtravel"]) == {"slew"}, "the scene's own metrics must agree that it tripped"
     beyond = rollout.t[np.argmax(rollout.q[:, 0] > 0.004)]
     assert run.states["limit switch of the slew"] == [(0.0, "clear"), (pytest.approx(beyond, abs=1e-9), "tripped")]
     assert "brakes" not in run.states and "rope" not in run.states, "what keeps its normal state has no timeline"

@@ -50,7 +50,7 @@ def test_a_pause_does_not_end_a_timeout(
     assert bench.warning.startswith("no valid command for 0.5 s")
     assert states == [timed_out, timed_out]
     assert bench.efforts[-80:] == [last] * 80
-    assert realtime.figures()["silences"] == 1
+    assert realtime.metrics()["silences"] == 1
 
 
 def test_pauses_do_not_reset_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,7 +69,7 @@ def test_a_pause_is_no_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
     bench, realtime = make_bench(monkeypatch, 60, 0.002)
     bench.events = [(0.2, lambda: pause(bench, realtime, 100.0))]
     realtime.run()
-    assert realtime.figures()["silences"] == 0
+    assert realtime.metrics()["silences"] == 0
     assert bench.efforts == [bench.answer(k) for k in range(60)]
 
 
@@ -85,7 +85,7 @@ def test_a_reset_resets_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
     bench.events = [(1.0, reset)]
     realtime.run()
     assert states == [(False, "")]
-    assert bench.plant.braking and realtime.figures()["silences"] == 2
+    assert bench.plant.braking and realtime.metrics()["silences"] == 2
 
 
 def test_the_first_step_after_a_reset_waits_for_its_command(monkeypatch: pytest.MonkeyPatch) -> None:

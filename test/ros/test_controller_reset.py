@@ -17,19 +17,19 @@ SCENE = load_scene("offshore_two_rate")
 
 def test_a_reset_drops_the_demand_of_the_run_before() -> None:
     """After each reset a state waits for its own demand, although one with its stamp is there; one of its own stays."""
-    node, _, setpoints, half = make_setpoints(lockstep=True)
+    node, _, setpoints, outer = make_setpoints(lockstep=True)
     node.callback(make_demand(0, 1.0))
-    assert setpoints.apply_to(half, make_state(0))
+    assert setpoints.apply_to(outer, make_state(0))
     for x in (2.0, 3.0):
         setpoints.reset()
-        assert not setpoints.apply_to(half, make_state(0))
+        assert not setpoints.apply_to(outer, make_state(0))
         node.callback(make_demand(0, x))
-        assert setpoints.apply_to(half, make_state(0)) and half.demand[0] == x
+        assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == x
     node.callback(make_demand(10, 4.0))
-    node.callback(make_demand(0, 5.0))  # the slow half received the state after the reset first
+    node.callback(make_demand(0, 5.0))  # the outer loop received the state after the reset first
     setpoints.reset()
-    assert setpoints.apply_to(half, make_state(0)) and half.demand[0] == 5.0
-    assert setpoints.figures()["late"] == 0
+    assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == 5.0
+    assert setpoints.metrics()["late"] == 0
 
 
 class FakeNode:
@@ -58,7 +58,7 @@ class FakeNode:
 
 def demand_at_first_state(x: float) -> JointTrajectory:
     """Return the tracker's demand at the first state: the position of the suspension point."""
-    names = SCENE.law.slow_half.names  # type: ignore[union-attr]
+    names = SCENE.law.outer_loop.names  # type: ignore[union-attr]
     message = messages.demand_message(names)
     messages.set_demand(message, SCENE.period_ns, (x,) + (0.0,) * (3 * len(names) - 1))
     return message

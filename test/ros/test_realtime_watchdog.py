@@ -68,7 +68,7 @@ def test_the_timeout_action_follows_a_silent_controller(
         assert simulation.times[simulation.warned - 2] - host.sent[1] <= timeout
         assert simulation.times[simulation.warned] - host.sent[0] > timeout
     assert simulation.plant.braking == (on_silence == "brake")
-    assert realtime.figures()["silences"] == bool(warned)
+    assert realtime.metrics()["silences"] == bool(warned)
 
 
 def array_message(numbers: list[float]) -> bytes:

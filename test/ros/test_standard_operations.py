@@ -18,12 +18,12 @@ STOPPED, PLAYING, PAUSED, QUITTING = SimulationState
 class ResettablePlant(CountingPlant):
     """A plant in which nothing moves, with a reset that may be refused."""
 
-    complaint = ""
+    error = ""
 
     def reset(self, *_: Any) -> None:
         """Return to step 0."""
-        if self.complaint:
-            raise ValueError(self.complaint)
+        if self.error:
+            raise ValueError(self.error)
         self.k = 0
 
 
@@ -138,9 +138,9 @@ def test_scopes_of_a_reset(scope: int, code: Code) -> None:
 def test_a_reset_that_is_refused_fails() -> None:
     """Where the crane cannot be in its start, a reset fails, and stopping is an error of the transition."""
     run = Run()
-    run.plant.complaint = "reset_positions: has 2 values"
-    assert run.operations.reset(0) == (Code.OPERATION_FAILED, run.plant.complaint)
-    assert run.operations.set_state(STOPPED) == (Code.STATE_TRANSITION_ERROR, run.plant.complaint)
+    run.plant.error = "reset_positions: has 2 values"
+    assert run.operations.reset(0) == (Code.OPERATION_FAILED, run.plant.error)
+    assert run.operations.set_state(STOPPED) == (Code.STATE_TRANSITION_ERROR, run.plant.error)
 
 
 def test_quitting_ends_the_node_without_a_fault() -> None:

@@ -166,6 +166,7 @@ def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
     assert after - before == pytest.approx(0.5 * speed * STOP, abs=0.1 * speed)  # the drive lags by some 0.1 s
 
 
+@pytest.mark.long
 def test_the_reference_is_where_the_path_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The topic of the reference, which recordings and bags take, follows a goal at once, and goes on with it.
 

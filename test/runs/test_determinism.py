@@ -58,6 +58,6 @@ def test_every_mixture_is_planned() -> None:
 @pytest.mark.slow
 def test_fifty_runs_are_one() -> None:
     """Fifty runs over every mixture of processes, executors and load have one hash."""
-    figures, data = determinism_soak(50)
-    assert all(figure.passed for figure in figures), figures
+    metrics, data = determinism_soak(50)
+    assert all(metric.passed for metric in metrics), metrics
     assert len(data["took_s"]) == 50

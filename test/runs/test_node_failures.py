@@ -139,8 +139,8 @@ def test_overruns_are_counted_from_outside() -> None:
 @pytest.mark.parametrize("count", [20, 200])
 def test_kills_in_real_time(count: int) -> None:
     """The soak passes every requirement: steps of plant, subscriber and recording, control back in time, no leak."""
-    figures, data = kill_soak(count, seed=1)
+    metrics, data = kill_soak(count, seed=1)
     assert data["summary"]["restarts"] == {"controller": count // 2, "recorder": count // 2}
-    failed = [figure for figure in figures if not figure.passed]
+    failed = [metric for metric in metrics if not metric.passed]
     machines = ("publish call", "longest gap")  # a busy machine may break these, too
-    assert all(figure.what.startswith(machines) for figure in failed), failed
+    assert all(metric.what.startswith(machines) for metric in failed), failed

@@ -45,7 +45,7 @@ def monitored() -> Iterator[tuple[int, MonitorFile]]:
 def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int, MonitorFile]) -> None:
     """It exits soon: no traceback, no process, no part of a file is left, the last effort is zero."""
     end = interrupt_run(how, *monitored)
-    assert end.complaints == ()
+    assert end.failures == ()
     assert 0.0 < end.took < LIMIT
     assert end.code != 0
 
@@ -55,7 +55,7 @@ def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int
 def test_every_kind_of_run_is_interrupted_cleanly(way: str, monitored: tuple[int, MonitorFile]) -> None:
     """In lockstep, with restarts, with a bag: it exits soon, no orphan, no part, a last effort of zero."""
     end = interrupt_run(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=way, begun=True), *monitored)
-    assert end.complaints == ()
+    assert end.failures == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1
 
@@ -71,7 +71,7 @@ def test_a_stopped_subscriber_delays_no_shutdown(monitored: tuple[int, MonitorFi
         assert next_line(subscriber) == "subscribed\n"
         end = interrupt_run(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), *monitored)
         assert Path(f"/proc/{subscriber.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
-    assert end.complaints == ()
+    assert end.failures == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1
 
@@ -159,6 +159,6 @@ def test_the_plan_covers_start_run_and_end() -> None:
 
 @pytest.mark.slow
 def test_fifty_interruptions() -> None:
-    """The soak of fifty random instants has no complaint, and every run exits within 3 s."""
-    figures, _ = signal_soak(50, seed=2)
-    assert all(figure.passed for figure in figures), figures
+    """The soak of fifty random instants has no failure, and every run exits within 3 s."""
+    metrics, _ = signal_soak(50, seed=2)
+    assert all(metric.passed for metric in metrics), metrics

@@ -19,7 +19,7 @@ from two_rate_messages import PERIOD, make_demand, make_setpoints, make_state
 from crane_control.nodes.tracker_node import make_two_rate_law
 from crane_sim import load_scene, orchestration
 from crane_sim.files.errors import SceneError
-from crane_sim.laws import fast_half, with_initial_state
+from crane_sim.laws import inner_loop_of, with_initial_state
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.states import ExecutionTime
 from crane_sim.simulation.plant import Plant
@@ -43,7 +43,7 @@ def run_plant(law: Any) -> tuple[Plant, list[int]]:
 def whole() -> tuple[Plant, list[int]]:
     """Return a run of the law in one process."""
     law = with_initial_state(SCENE.law)
-    return run_plant(lambda t, q, v: (law(t, q, v), law.slow_half.demand))
+    return run_plant(lambda t, q, v: (law(t, q, v), law.outer_loop.demand))
 
 
 @pytest.mark.interpreted
@@ -55,12 +55,12 @@ def test_the_tracker_is_evaluated_at_the_first_step_of_every_interval(whole: tup
 @pytest.mark.interpreted
 def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> None:
     """A servo with the demands of a separate tracker moves the crane as the whole law does, bit for bit."""
-    slow, fast = with_initial_state(SCENE.law), fast_half(with_initial_state(SCENE.law))
+    slow, fast = with_initial_state(SCENE.law), inner_loop_of(with_initial_state(SCENE.law))
 
     def both(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[tuple[float, ...], None]:
-        if slow.slow_half.due(t):
+        if slow.outer_loop.due(t):
             slow(t, q, v)
-            fast.slow_half.take(slow.slow_half.demand)
+            fast.outer_loop.take(slow.outer_loop.demand)
         return fast(t, q, v), None
 
     assert run_plant(both)[0].summary()["state_sha256"] == whole[0].summary()["state_sha256"]
@@ -114,48 +114,48 @@ def test_a_killed_tracker_ends_the_run(tmp_path: Path) -> None:
 
 def test_lockstep_waits_for_the_demand_of_the_state() -> None:
     """A state that requires a demand waits for the one with its stamp; others take the last one at once."""
-    node, answered, setpoints, half = make_setpoints(lockstep=True)
-    assert not setpoints.apply_to(half, make_state(0))
+    node, answered, setpoints, outer = make_setpoints(lockstep=True)
+    assert not setpoints.apply_to(outer, make_state(0))
     node.callback(make_demand(0, 1.0))
-    assert answered == [make_state(0)] and setpoints.apply_to(half, make_state(0)) and half.demand[0] == 1.0
-    assert setpoints.apply_to(half, make_state(9)) and not setpoints.apply_to(half, make_state(10))
+    assert answered == [make_state(0)] and setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == 1.0
+    assert setpoints.apply_to(outer, make_state(9)) and not setpoints.apply_to(outer, make_state(10))
     node.callback(make_demand(10, 2.0))
     assert (
         answered == [make_state(0), make_state(10)]
-        and setpoints.apply_to(half, make_state(10))
-        and half.demand[0] == 2.0
+        and setpoints.apply_to(outer, make_state(10))
+        and outer.demand[0] == 2.0
     )
     node.callback(make_demand(10, 2.0))  # the answer to a state that lockstep has sent again counts once
-    assert not setpoints.apply_to(half, make_state(0))  # the plant was reset: the demand is of the run before
-    assert setpoints.figures() == {"received": 2, "late": 0, "longest_hold": 0.036}
+    assert not setpoints.apply_to(outer, make_state(0))  # the plant was reset: the demand is of the run before
+    assert setpoints.metrics() == {"received": 2, "late": 0, "longest_hold": 0.036}
 
 
 def test_realtime_holds_and_counts() -> None:
     """In real time the last demand holds, a late one is counted, and there is a warning when none comes for long."""
-    node, answered, setpoints, half = make_setpoints(lockstep=False)
-    assert not setpoints.apply_to(half, make_state(0))  # there has been no demand yet
+    node, answered, setpoints, outer = make_setpoints(lockstep=False)
+    assert not setpoints.apply_to(outer, make_state(0))  # there has been no demand yet
     node.callback(make_demand(0, 1.0))
     assert answered == [make_state(0)]
-    assert setpoints.apply_to(half, make_state(10)) and half.demand[0] == 1.0
+    assert setpoints.apply_to(outer, make_state(10)) and outer.demand[0] == 1.0
     node.callback(make_demand(10, 2.0))
-    assert setpoints.apply_to(half, make_state(11)) and half.demand[0] == 2.0 and setpoints.figures()["late"] == 0
-    assert setpoints.apply_to(half, make_state(21))
+    assert setpoints.apply_to(outer, make_state(11)) and outer.demand[0] == 2.0 and setpoints.metrics()["late"] == 0
+    assert setpoints.apply_to(outer, make_state(21))
     node.callback(make_demand(20, 3.0))
-    assert setpoints.figures()["late"] == 1 and not setpoints.warning(half)
+    assert setpoints.metrics()["late"] == 1 and not setpoints.warning(outer)
     assert (
-        setpoints.apply_to(half, make_state(60))
-        and setpoints.warning(half) == "no setpoint for 0.16 s: the last one holds"
+        setpoints.apply_to(outer, make_state(60))
+        and setpoints.warning(outer) == "no setpoint for 0.16 s: the last one holds"
     )
 
 
 def test_invalid_demands_are_ignored() -> None:
     """Demands with other joints, missing or further numbers, or numbers that are not finite are ignored and logged."""
-    node, _, setpoints, half = make_setpoints(lockstep=False)
+    node, _, setpoints, outer = make_setpoints(lockstep=False)
     short, other, nan = make_demand(0, 1.0), make_demand(0, 1.0), make_demand(0, float("nan"))
     short.points[0].velocities, other.joint_names = [0.0], ["tip_x", "slew"]  # type: ignore[index]
     for bad in (short, other, nan, JointTrajectory()):
         node.callback(bad)
-    assert not setpoints.apply_to(half, make_state(0)) and len(node.lines) == 4
+    assert not setpoints.apply_to(outer, make_state(0)) and len(node.lines) == 4
 
 
 class PublishingNode:
@@ -203,5 +203,5 @@ def test_the_tracker_rate_is_limited_by_the_period() -> None:
     """A tracker rate above one evaluation a period, and the node of a law without a tracker, are single-line errors."""
     with pytest.raises(SceneError, match=r"control.tracker_rate = 300: must be at most 1 / period = 250 Hz"):
         load_scene("offshore_two_rate", {"control.tracker_rate": 300.0})
-    with pytest.raises(ValueError, match=r"offshore_resonant: its law has no slow half"):
+    with pytest.raises(ValueError, match=r"offshore_resonant: its law has no outer loop"):
         make_two_rate_law(SimpleNamespace(scene="offshore_resonant", law=""))

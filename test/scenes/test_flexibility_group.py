@@ -115,9 +115,9 @@ def test_a_summary_has_the_largest_deflections() -> None:
     q = np.zeros((3, 11))
     q[:, -2:] = [[0.0, 0.01], [-0.02, 0.0], [0.01, -0.03]]
     extremes.extend(q)
-    figures = extremes.summary(q[0])
-    assert figures["peak_lateral_deflection_deg"] == pytest.approx(np.degrees(0.02))
-    assert figures["peak_vertical_deflection_deg"] == pytest.approx(np.degrees(0.03))
+    metrics = extremes.summary(q[0])
+    assert metrics["peak_lateral_deflection_deg"] == pytest.approx(np.degrees(0.02))
+    assert metrics["peak_vertical_deflection_deg"] == pytest.approx(np.degrees(0.03))
 
 
 REJECTED = [

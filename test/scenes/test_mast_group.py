@@ -57,13 +57,13 @@ def test_a_scene_starts_at_rest_under_its_weight(slew: str) -> None:
 
 
 def test_laws_and_brakes_take_the_crane_for_rigid() -> None:
-    """Its joints come first, brakes are those of the rigid crane but for the posture, figures name both angles."""
+    """Its joints come first, brakes are those of the rigid crane but for the posture, metrics name both angles."""
     rigid, bent = (load_scene(SCENE, FREE | group) for group in ({"flexibility": None}, {}))
     assert bent.joint_names == (*rigid.joint_names, "mast_x_deflection", "mast_y_deflection")
     for got, expected in zip(joint_mechanics(bent), joint_mechanics(rigid), strict=True):
         np.testing.assert_allclose(got[:2], expected[:2], rtol=0.05, atol=500.0)  # N, of weights on a slope of 0.01
-    figures = Extremes(bent).summary(np.array(bent.initial_q))
-    assert {"peak_mast_x_deflection_deg", "peak_mast_y_deflection_deg"} <= figures.keys()
+    metrics = Extremes(bent).summary(np.array(bent.initial_q))
+    assert {"peak_mast_x_deflection_deg", "peak_mast_y_deflection_deg"} <= metrics.keys()
 
 
 def test_runs_keep_their_balance_of_energy() -> None:

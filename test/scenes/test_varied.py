@@ -56,7 +56,7 @@ def test_overhead_cranes_of_the_catalogue_are_made_at_once_as_alone() -> None:
             changes = [{key: value, "seed": i} for i, value in enumerate(values)]
             alone = load_scenes(document, changes)
             asked, made = asked + 1, made + (found is not None)
-            chosen = np.flatnonzero(found.alike) if found is not None else ()
+            chosen = np.flatnonzero(found.covered) if found is not None else ()
             for i in chosen:
                 assert found is not None
                 assert differences(found.at(int(i)), alone[i]) == [], (name, key, i)
@@ -72,7 +72,7 @@ def test_regulators_are_designed_at_once_as_alone(nodes: list[float]) -> None:
     varied = {"trolley.mass": [18.0, 20.0, 30.0], "cable.lengths.0": [1.0, 2.0, 3.0]}
     found = load_columns(document, {}, varied)
     assert found is not None
-    assert found.alike.all()
+    assert found.covered.all()
     for i in range(3):
         alone = load_scene(document, {key: values[i] for key, values in varied.items()})
         assert differences(found.at(i), alone) == []
@@ -85,7 +85,7 @@ def test_what_is_not_alike_is_left_out() -> None:
     masses = [-1.0, 2.0, 0.0, 3.0, "heavy", 1e99]  # without mass the two links are one
     found = load_columns(document, {}, {"cable.node_masses.0": masses})
     assert found is not None
-    assert found.alike.tolist() == [False, True, False, True, False, False]
+    assert found.covered.tolist() == [False, True, False, True, False, False]
     for i in (1, 3):
         assert differences(found.at(i), load_scene(document, {"cable.node_masses.0": masses[i]})) == []
 
@@ -118,7 +118,7 @@ def test_code_that_takes_one_number_leaves_scenes_to_be_made_one_by_one(
     take: Callable[[Any], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A law's design that does with a number what columns have not is no error: its scenes are made one by one."""
-    monkeypatch.setattr("crane_control.lqr.build_columns", lambda settings, scene, alike: take(scene.initial_v[0]))
+    monkeypatch.setattr("crane_control.lqr.build_columns", lambda settings, scene, covered: take(scene.initial_v[0]))
     assert load_columns("overhead_energy", {"control.law": "lqr"}, {"initial.v": [0.1, 0.2]}) is None
 
 

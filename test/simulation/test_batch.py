@@ -8,10 +8,10 @@ import pytest
 from crane_sim import SceneError, SimulationError, load_scene, simulate, simulate_batch
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import load_columns
-from crane_sim.simulation import figured_runs
-from crane_sim.simulation.figure_lanes import LaneBuffers
-from crane_sim.simulation.figured_runs import has_compiled_figures, run_all, run_columns
-from crane_sim.simulation.figures import flatten
+from crane_sim.simulation import batch_metrics
+from crane_sim.simulation.batch_metrics import has_compiled_metrics, run_all, run_columns
+from crane_sim.simulation.flat_summary import flatten
+from crane_sim.simulation.metric_lanes import LaneBuffers
 
 N = 19  # one whole block of lanes and a part of one
 TIMES = (0.0, 0.0123, 0.1, 0.25)  # at the start, within a step, between two periods, at the end
@@ -55,55 +55,55 @@ def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
 
 
 @pytest.mark.interpreted
-def test_figures_and_events_are_those_of_single_runs() -> None:
-    """A batch that is asked for them has every figure of `simulate`, NaN for missing ones, and events."""
+def test_metrics_and_events_are_those_of_single_runs() -> None:
+    """A batch that is asked for them has every metric of `simulate`, NaN for missing ones, and events."""
     document = load_scene("overhead_coulomb", {"duration": 0.4, "trolley.limits": [-9.0, 9.0]}).to_dict()
     limits = [[-9.0, 9.0], [-9.0, 0.005]]
-    batch = simulate_batch(document, {"trolley.limits": limits}, figures=True)
+    batch = simulate_batch(document, {"trolley.limits": limits}, metrics=True)
     whole = simulate(load_scene(document)).summary
-    assert batch.figures is not None and batch.events is not None
-    assert batch.figures["state_sha256"][0] == whole["state_sha256"]
-    assert batch.figures["peak_swing_deg"][0] == whole["peak_swing_deg"]
-    assert batch.figures["steps"].tolist() == [40, round(batch.t[1] / 0.01)] and batch.t[1] < 0.4
+    assert batch.metrics is not None and batch.events is not None
+    assert batch.metrics["state_sha256"][0] == whole["state_sha256"]
+    assert batch.metrics["peak_swing_deg"][0] == whole["peak_swing_deg"]
+    assert batch.metrics["steps"].tolist() == [40, round(batch.t[1] / 0.01)] and batch.t[1] < 0.4
     assert [type(events) for events in batch.events] == [tuple, tuple] and len(batch.events[0]) > 0
 
 
-FIGURED: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
+COMPILED: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
     "law": ("overhead_energy", {"control.law": "lqr"}, {"cable.lengths.0": [1.5, 2.0, 3.0]}),
     "open loop, metered": ("knuckle_springs", {}, {"payload.mass": [0.5, 1.0, 2.0]}),
 }
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("kind", FIGURED)
-def test_compiled_figures_are_those_of_single_runs(kind: str) -> None:
-    """Runs whose figures compiled code gathers have all figures of `simulate`, and its error, to the last bit."""
-    name, overrides, parameters = FIGURED[kind]
+@pytest.mark.parametrize("kind", COMPILED)
+def test_compiled_metrics_are_those_of_single_runs(kind: str) -> None:
+    """Runs whose metrics compiled code gathers have all metrics of `simulate`, and its error, to the last bit."""
+    name, overrides, parameters = COMPILED[kind]
     document = load_scene(name, overrides | {"duration": 0.3}).to_dict()
     ((key, values),) = parameters.items()
-    check_figures([load_scene(document, {key: value}) for value in values])
+    check_metrics([load_scene(document, {key: value}) for value in values])
 
 
 @pytest.mark.long
-def test_compiled_figures_of_a_failed_run_are_its_own() -> None:
-    """A run that overflows has the figures up to there and the error of `simulate`; the one beside it continues."""
+def test_compiled_metrics_of_a_failed_run_are_its_own() -> None:
+    """A run that overflows has the metrics up to there and the error of `simulate`; the one beside it continues."""
     document = load_scene("overhead_swing", FIXED | {"duration": 0.3}).to_dict()
-    check_figures([load_scene(document, {"inputs.trolley": {"kind": "constant", "value": x}}) for x in (0.0, 1e200)])
+    check_metrics([load_scene(document, {"inputs.trolley": {"kind": "constant", "value": x}}) for x in (0.0, 1e200)])
 
 
 @pytest.mark.parametrize("duration", [0.05, 0.16, 0.37])  # periods of a part of the lanes, of all, of both
-def test_figures_in_lanes_are_those_of_single_runs(duration: float) -> None:
-    """A rod that swings above its trolley and pushes it has, gathered in lanes, the figures of `simulate`."""
+def test_metrics_in_lanes_are_those_of_single_runs(duration: float) -> None:
+    """A rod that swings above its trolley and pushes it has, gathered in lanes, the metrics of `simulate`."""
     start = {"angles": [2.2], "rates": [1.5]}
     scenes = [load_scene("overhead_energy", {"duration": duration, "initial": start, MASS: m}) for m in (5.0, 10.0)]
-    check_figures(scenes)
-    assert all(end.figures["negative_tension_steps"] > 0 for end in run_all(scenes))
+    check_metrics(scenes)
+    assert all(end.metrics["negative_tension_steps"] > 0 for end in run_all(scenes))
 
 
 @pytest.mark.parametrize("inputs", [{}, {"inputs.trolley": {"kind": "constant", "value": 3.0}}])
-def test_figures_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """What stood in the buffers of lanes before a run does not show in its figures."""
-    make = figured_runs.lane_buffers
+def test_metrics_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What stood in the buffers of lanes before a run does not show in its metrics."""
+    make = batch_metrics.lane_buffers
 
     def used(nq: int, nu: int) -> LaneBuffers:
         buffers = make(nq, nu)
@@ -111,30 +111,30 @@ def test_figures_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypat
             buffer[:] = 1e3
         return buffers
 
-    monkeypatch.setattr(figured_runs, "lane_buffers", used)
-    check_figures([load_scene("overhead_swing", FIXED | {"duration": 0.3} | inputs)])
+    monkeypatch.setattr(batch_metrics, "lane_buffers", used)
+    check_metrics([load_scene("overhead_swing", FIXED | {"duration": 0.3} | inputs)])
 
 
-def test_figures_of_other_cranes_compile() -> None:
-    """Figures of a crane that is not watched in lanes are gathered by compiled code, too, and are those of its run."""
-    check_figures([load_scene("pendulum_free", {"duration": 0.1})])
+def test_metrics_of_other_cranes_compile() -> None:
+    """Metrics of a crane that is not watched in lanes are gathered by compiled code, too, and are those of its run."""
+    check_metrics([load_scene("pendulum_free", {"duration": 0.1})])
 
 
 def test_columns_of_which_no_scene_is_possible_do_not_run() -> None:
     """Where every scene of columns has to be made alone, nothing runs."""
     found = load_columns("overhead_swing", {}, {"payload.mass": [1.0, 2.0]})
-    assert found is not None and run_columns(found._replace(alike=np.zeros(2, bool))) is None
+    assert found is not None and run_columns(found._replace(covered=np.zeros(2, bool))) is None
 
 
-def check_figures(scenes: list[Scene]) -> None:
-    """Check that scenes run together have the figures, errors and events of `simulate`."""
-    assert all(map(has_compiled_figures, scenes))
+def check_metrics(scenes: list[Scene]) -> None:
+    """Check that scenes run together have the metrics, errors and events of `simulate`."""
+    assert all(map(has_compiled_metrics, scenes))
     for scene, ended in zip(scenes, run_all(scenes), strict=True):
         try:
             run, error = simulate(scene), None
         except SimulationError as failure:
             run, error = failure.run, str(failure)
-        assert (ended.figures, ended.error, ended.events) == (flatten(run.summary), error, ())
+        assert (ended.metrics, ended.error, ended.events) == (flatten(run.summary), error, ())
 
 
 @pytest.mark.interpreted

@@ -31,9 +31,9 @@ def test_margins_are_of_the_whole_run() -> None:
     q[:, 0], q[:, 2] = (0.0, 50.0, 100.0, 5.0), (20.0, 2.0, 20.0, 20.0)
     extremes.extend(q[:2])
     extremes.extend(q[2:3])
-    figures = extremes.summary(q[3])
-    assert figures["limit_margin"] == {"trolley": 10.0, "hoist": -1.0}
-    assert set(figures) == {"limit_margin", "peak_tilt_deg", "peak_skew_deg", "peak_trim_deg", "peak_list_deg"}
+    metrics = extremes.summary(q[3])
+    assert metrics["limit_margin"] == {"trolley": 10.0, "hoist": -1.0}
+    assert set(metrics) == {"limit_margin", "peak_tilt_deg", "peak_skew_deg", "peak_trim_deg", "peak_list_deg"}
 
 
 def test_loads_below_a_slewing_support_have_a_tilt_only() -> None:

@@ -16,7 +16,7 @@ knuckle_springs overhead_joints""".split()
 SCENES = [pytest.param(name, marks=pytest.mark.slow if name in ELSEWHERE else ()) for name in REFERENCES]
 
 
-@pytest.mark.long(cases=["overhead_hoist", "overhead_friction"])
+@pytest.mark.long(cases=["overhead_hoist", "overhead_friction", "overhead_chain"])
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_hard_case_meets_its_reference(scene: str) -> None:
     """All nodes stay within the bound of the case at every instant, and events happen when they should."""

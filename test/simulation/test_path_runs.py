@@ -24,7 +24,7 @@ from crane_sim.trajectories.polynomials import evaluate
 from crane_sim.trajectories.replanning import join_trajectory, to_piecewise_polynomial, with_trajectory
 from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, sample_trajectory
 
-TRACKING_FIGURES = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
+TRACKING_METRICS = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
 SCENE = crane_sim.load_scene("offshore_obstacle", {"duration": 20.0})
 
 
@@ -34,16 +34,16 @@ def run() -> crane_sim.Rollout:
     return crane_sim.simulate(SCENE)
 
 
-def test_figures_are_their_definitions(run: crane_sim.Rollout) -> None:
+def test_metrics_are_their_definitions(run: crane_sim.Rollout) -> None:
     """Errors are those of the payload at all instants of the run; the tip's acceleration is what was commanded."""
     error = np.linalg.norm(run.payload[:, :2] - sample_trajectory(SCENE.trajectory, run.t)[:, 0], axis=1)
     expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
-    actual = [run.summary[name] for name in TRACKING_FIGURES]
+    actual = [run.summary[name] for name in TRACKING_METRICS]
     assert actual[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order
     assert actual[3] == pytest.approx(expected[3], abs=1e-7)  # second difference over a millisecond
 
 
-def test_figures_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
+def test_metrics_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
     """One block or many give the same bits."""
     columns = (run.t, run.q, run.v, run.u, run.payload)
     actual = []
@@ -52,22 +52,22 @@ def test_figures_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
         for block in zip(*(np.split(column[:-1], cuts) for column in columns), strict=True):
             tracking.extend(*block)
         actual.append(tracking.summary(run.t[-1:], run.q[-1:], run.payload[-1:]))
-    assert actual[0] == actual[1] == {name: run.summary[name] for name in TRACKING_FIGURES}
+    assert actual[0] == actual[1] == {name: run.summary[name] for name in TRACKING_METRICS}
 
 
-def test_stepping_gives_the_same_figures(run: crane_sim.Rollout) -> None:
-    """A plant that is stepped with the law's efforts, as a node does, gives the figures of the whole run."""
+def test_stepping_gives_the_same_metrics(run: crane_sim.Rollout) -> None:
+    """A plant that is stepped with the law's efforts, as a node does, gives the metrics of the whole run."""
     plant, law = Plant(SCENE), with_initial_state(SCENE.law)
     for _ in range(SCENE.steps):
         plant.advance(law(plant.t, plant.q, plant.v))
     actual = plant.summary()
-    assert {name: actual[name] for name in TRACKING_FIGURES} == {name: run.summary[name] for name in TRACKING_FIGURES}
+    assert {name: actual[name] for name in TRACKING_METRICS} == {name: run.summary[name] for name in TRACKING_METRICS}
 
 
-def test_a_scene_without_a_path_has_no_such_figures() -> None:
+def test_a_scene_without_a_path_has_no_such_metrics() -> None:
     """Nothing is measured where there is no path."""
     scene = crane_sim.load_scene("pendulum_free", {"duration": 0.1})
-    assert scene.trajectory is None and not set(TRACKING_FIGURES) & set(crane_sim.simulate(scene).summary)
+    assert scene.trajectory is None and not set(TRACKING_METRICS) & set(crane_sim.simulate(scene).summary)
 
 
 def test_errors_are_seen_from_the_base() -> None:

@@ -1,4 +1,4 @@
-"""Sensitivity of figures to parameters, against functions whose indices are known."""
+"""Sensitivity of metrics to parameters, against functions whose indices are known."""
 
 import json
 from pathlib import Path
@@ -35,7 +35,7 @@ def study_of(design: str, samples: int) -> dict[str, Any]:
 
 
 def result_of(folder: Path, design: str, samples: int, function: Any) -> StudyResult:
-    """Return the result of a study in a folder whose figure `y` is a function of the design (samples, parameters)."""
+    """Return the result of a study in a folder whose metric `y` is a function of the design (samples, parameters)."""
     study = load_study(study_of(design, samples))
     y = function(draw_design(study))
     table = pa.table({"variant": ["scene"] * len(y), "status": ["ok"] * len(y), "y": y.tolist()})
@@ -76,7 +76,7 @@ def test_designs_change_what_they_should(design: str, samples: int, count: int) 
 
 
 @pytest.mark.long
-def test_the_command_shows_what_a_figure_depends_on(tmp_path: Path) -> None:
+def test_the_command_shows_what_a_metric_depends_on(tmp_path: Path) -> None:
     """`crane sweep` of Morris' design tells which parameter moves the peak effort, and its page has a section."""
     file, folder = tmp_path / "indices.yaml", tmp_path / "out"
     file.write_text(yaml.safe_dump(study_of("morris", 2)))
@@ -88,7 +88,7 @@ def test_the_command_shows_what_a_figure_depends_on(tmp_path: Path) -> None:
 
 
 def test_studies_without_indices(tmp_path: Path) -> None:
-    """Other designs, figures that some runs lack, and a number of samples that is no power of two are refused."""
+    """Other designs, metrics that some runs lack, and a number of samples that is no power of two are refused."""
     drawn = result_of(tmp_path, "morris", 2, lambda x: x[:, 0])
     with pytest.raises(SceneError, match="sensitivities need morris or saltelli"):
         sensitivities(StudyResult(load_study(study_of("sobol", 8)), drawn.folder), "y", "scene")

@@ -58,7 +58,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
 
 
 def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
-    """A row has the state's hash and the figures of `simulate` with the row's parameters, to the last bit."""
+    """A row has the state's hash and the metrics of `simulate` with the row's parameters, to the last bit."""
     rows = whole.table.to_pylist()
     assert [row["case"] for row in rows] == list(range(16)) and {row["status"] for row in rows} == {"ok"}
     for row in (rows[0], rows[7], rows[-1]):
@@ -129,7 +129,7 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
 
 
 def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
-    """Failed and impossible runs are rows with status and reason; figures stand there up to where it failed."""
+    """Failed and impossible runs are rows with status and reason; metrics stand there up to where it failed."""
     rows = failing.table.to_pylist()
     assert [row["status"] for row in rows] == ["ok", "failed", "refused", "refused"]
     assert "travel limit" in rows[1]["error"] and 0.0 < rows[1]["sim_time"] < 5.0
@@ -226,14 +226,14 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
 
 
 def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> None:
-    """`crane report FOLDER` writes one file without requests: failures first, each variant's figures, links to runs.
+    """`crane report FOLDER` writes one file without requests: failures first, each variant's metrics, links to runs.
 
     Folders without a finished study are refused in one line.
     """
     page = tmp_path / "page.html"
     assert crane("report", str(failing.folder), "-o", str(page)).returncode == 0
     text = page.read_text()
-    assert text.index("Runs that failed") < text.index("<h2>Figures</h2>") < text.index("Differences from energy")
+    assert text.index("Runs that failed") < text.index("<h2>Metrics</h2>") < text.index("Differences from energy")
     assert "travel limit" in text and text.count("<svg") >= 4
     assert not re.findall(r'(?:src|href)="(?!#|data:|recordings/)[^"]*"', text)
     (tmp_path / "empty").mkdir()
@@ -242,14 +242,14 @@ def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> Non
 
 
 def test_the_command_prints_a_summary(whole: studies.StudyResult, tmp_path: Path) -> None:
-    """`crane sweep --json` prints failures, figures by variant and their paired differences; the table is there."""
+    """`crane sweep --json` prints failures, metrics by variant and their paired differences; the table is there."""
     file = tmp_path / "masses.yaml"
     file.write_text(json.dumps(STUDY))  # JSON is YAML
     done = crane("sweep", str(file), "-o", str(whole.folder), "--json")
     printed = json.loads(done.stdout)
     assert printed["runs"] == 16 and printed["failures"] == {"energy": 0, "weak": 0}
-    swing = whole.figure("residual_swing_deg", "weak") - whole.figure("residual_swing_deg", "energy")
-    assert printed["figures"]["residual_swing_deg"]["weak - energy"]["mean"] == pytest.approx(swing.mean(), rel=1e-12)
+    swing = whole.metric("residual_swing_deg", "weak") - whole.metric("residual_swing_deg", "energy")
+    assert printed["metrics"]["residual_swing_deg"]["weak - energy"]["mean"] == pytest.approx(swing.mean(), rel=1e-12)
     refused = crane("sweep", str(tmp_path / "nowhere.yaml"))
     assert refused.returncode == 2 and "there is no such file" in refused.stderr and refused.stderr.count("\n") == 1
 

@@ -58,7 +58,7 @@ def test_a_search_that_goes_on_is_the_undisturbed_one(whole: tuning.TuningResult
 
 
 def test_the_values_of_a_trial_are_means_of_runs(whole: tuning.TuningResult) -> None:
-    """A candidate's values are the means of the figures of `simulate` with its gains over the training samples."""
+    """A candidate's values are the means of the metrics of `simulate` with its gains over the training samples."""
     best = whole.front[0]
     changes = {"control.kp": [best.gains[KP]], "control.kd": [best.gains[KD]]}
     runs = []
@@ -91,7 +91,7 @@ def test_judged_on_samples_that_the_search_has_not_seen(whole: tuning.TuningResu
 
 @pytest.mark.interpreted  # a crane with ends of the rail is a kind of its own
 def test_gains_that_lose_the_crane_are_no_candidates() -> None:
-    """A trial ends with the first sample that fails or has no such figure; how far it came is its violation."""
+    """A trial ends with the first sample that fails or has no such metric; how far it came is its violation."""
     study = load_study(STUDY | {"tune": None, "changes": {"trolley.limits": [-9.0, 2.0]}})
     with start_workers(1, None) as pool:
         weak = {"control.kp": [10.0], "control.kd": [20.0], "control.apparent_mass": 2.5}

@@ -1,7 +1,7 @@
 """The campaigns of cranebench on our own crane, beside its own runs of them: `crane bench campaign`.
 
 Its planar crane with a hoist, five laws, 500 paired samples of payload, rope, damping and wind: a calm campaign and one
-in Kaimal gusts. A cell is the median of a figure over the samples.
+in Kaimal gusts. A cell is the median of a metric over the samples.
 """
 
 import time
@@ -37,7 +37,7 @@ AGREED = 5e-4  # relative difference below which three digits agree, but for rou
 REMARKS = (
     "Ours: the overhead crane of a scene (rigid link, winch with inertia, damped joint, wind by relative velocity),",
     "RK4 of 2 ms as theirs, commands every 10 ms. The samples and the records of the wind are theirs, the laws and",
-    "figures our own. Four things differ: the force of their wind is held over a step, ours follows the load within",
+    "metrics our own. Four things differ: the force of their wind is held over a step, ours follows the load within",
     "it; their record is interpolated linearly, ours smoothly; ours has the vertical part of the drag on the moving",
     "load; they update the command once more at the very end, which chatter counts.",
     "Times are seconds of the processor, all threads together: theirs is numpy's, over all samples at once.",
@@ -62,11 +62,11 @@ def samples_of(design: Any, windy: bool) -> list[Sample]:
 
 
 def run_ours(samples: Sequence[Sample]) -> tuple[dict[str, dict[str, Array]], float]:
-    """Return (figures (n,) by law and name, seconds of the processor) of our campaign; compiling is not timed."""
+    """Return (metrics (n,) by law and name, seconds of the processor) of our campaign; compiling is not timed."""
     run_scenes(make_scenes(samples[:1], LAWS[0]))
     start = time.process_time()
-    figures = {law: run_scenes(make_scenes(samples, law)) for law in LAWS}
-    return figures, time.process_time() - start
+    metrics = {law: run_scenes(make_scenes(samples, law)) for law in LAWS}
+    return metrics, time.process_time() - start
 
 
 def measure(samples: int = SAMPLES, winds: Sequence[str] = tuple(WINDS)) -> dict[str, Any]:
@@ -88,8 +88,8 @@ def _compare(design: Any, wind: str) -> dict[str, Any]:
     ours, our_time = run_ours(samples_of(design, wind != "none"))
     theirs, their_time = cranebench_campaign.run_campaign(design, wind, STEP)
     cells = {
-        law: {name: _cell(own, np.asarray(theirs[law][name])) for name, own in figures.items()}
-        for law, figures in ours.items()
+        law: {name: _cell(own, np.asarray(theirs[law][name])) for name, own in metrics.items()}
+        for law, metrics in ours.items()
     }
     return {"cells": cells, "seconds": {"ours": our_time, "theirs": their_time}}
 
@@ -100,7 +100,7 @@ def _cell(ours: Array, theirs: Array) -> list[float]:
 
 
 def _relative(ours: Any, theirs: Any) -> Any:
-    """Return the differences of figures over theirs, 0 where they are the same."""
+    """Return the differences of metrics over theirs, 0 where they are the same."""
     return np.where(ours == theirs, 0.0, np.abs(ours - theirs) / np.maximum(np.abs(theirs), 1e-300))
 
 
@@ -112,10 +112,10 @@ def format_lines(results: dict[str, Any]) -> list[str]:
         runs = results["samples"] * len(campaign["cells"])
         head = f"{WINDS[wind]}: {runs} runs of {END:g} s, ours {ours:.3g} s, theirs {theirs:.4g} s, {theirs / ours:.3g}"
         lines += ["", f"{head} times ours"]
-        lines.append(f"  {'law':<5} {'figure':<15} {'ours':>12} {'theirs':>12} {'apart':>8} {'worst sample':>13}")
-        for law, figures in campaign["cells"].items():
-            lines += [_describe(law, name, *cell) for name, cell in figures.items()]
-        apart = [cell[2] for figures in campaign["cells"].values() for cell in figures.values()]
+        lines.append(f"  {'law':<5} {'metric':<15} {'ours':>12} {'theirs':>12} {'apart':>8} {'worst sample':>13}")
+        for law, metrics in campaign["cells"].items():
+            lines += [_describe(law, name, *cell) for name, cell in metrics.items()]
+        apart = [cell[2] for metrics in campaign["cells"].values() for cell in metrics.values()]
         agreeing = sum(difference < AGREED for difference in apart)
         lines.append(
             f"  {agreeing} of {len(apart)} medians agree to three digits, the worst differs by {max(apart):.1e}"

@@ -1,4 +1,4 @@
-"""The runs of cranebench's campaigns on our own crane, and the figures that its campaigns compare.
+"""The runs of cranebench's campaigns on our own crane, and the metrics that its campaigns compare.
 
 The crane is a scene: trolley and winch by force, each with viscous friction, one link damped at its top, a payload that
 the wind presses on by relative velocity. A sample's record of the wind, on a grid of 100 Hz, becomes the gusts.
@@ -23,7 +23,7 @@ from crane_sim.trajectories.wind import Gust
 Array = npt.NDArray[np.float64]
 
 # The numbers are those of cranebench 0.1.2, of its planar plant.
-STEP = 0.002  # s, of integration and of the samples that figures are computed from
+STEP = 0.002  # s, of integration and of the samples that metrics are computed from
 END, TAIL = 40.0, 5.0  # s, of a run, and of its end, where residual swing and final error are taken
 TOLERANCE = 0.02  # m, of the trolley's position, by which it has settled
 TROLLEY_DAMPING, HOIST_DAMPING, SWING_DAMPING = 250.0, 120.0, 40.0  # N s/m, N s/m, N m s/rad
@@ -91,16 +91,16 @@ def make_scenes(samples: Sequence[Sample], law: str) -> list[Scene]:
 
 
 def run_scenes(scenes: Sequence[Scene]) -> dict[str, Array]:
-    """Return the figures (n,) of scenes by name, computed on all cores."""
+    """Return the metrics (n,) of scenes by name, computed on all cores."""
     chunks = [scenes[i : i + CHUNK] for i in range(0, len(scenes), CHUNK)]
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        parts = list(pool.map(_campaign_figures, chunks))
+        parts = list(pool.map(_campaign_metrics, chunks))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _campaign_figures(scenes: Sequence[Scene]) -> dict[str, Array]:
+def _campaign_metrics(scenes: Sequence[Scene]) -> dict[str, Array]:
     times, q, _, u = trajectories(scenes)
-    return compute_figures(times, q, u)
+    return compute_metrics(times, q, u)
 
 
 def trajectories(scenes: Sequence[Scene]) -> tuple[Array, Array, Array, Array]:
@@ -131,13 +131,13 @@ def reference_positions(times: Array) -> Array:
     return DISTANCE * s**3 * (10.0 + s * (6.0 * s - 15.0))
 
 
-def compute_figures(times: Array, q: Array, u: Array) -> dict[str, Array]:
-    """Return cranebench's figures (n,), by its names, of the `trajectories` of n runs."""
+def compute_metrics(times: Array, q: Array, u: Array) -> dict[str, Array]:
+    """Return cranebench's metrics (n,), by its names, of the `trajectories` of n runs."""
     error, swing, effort = np.abs(q[..., 0] - reference_positions(times)), np.degrees(q[..., 2]), u[..., 0]
     tail, outside = times >= times[-1] - TAIL, error >= TOLERANCE
     last = len(times) - 1 - np.argmax(outside[:, ::-1], axis=1)  # outside; any number where it never is
     settled = np.where(outside.any(axis=1), times[np.minimum(last + 1, len(times) - 1)], 0.0)
-    figures = {
+    metrics = {
         "ise_pos": np.trapezoid(error**2, times, axis=1),
         "settle_time": settled,
         "peak_swing": np.abs(swing).max(axis=1),
@@ -148,4 +148,4 @@ def compute_figures(times: Array, q: Array, u: Array) -> dict[str, Array]:
         "chatter": np.abs(np.diff(effort, axis=1)).sum(axis=1),
         "final_pos_err": error[:, tail].mean(axis=1),
     }
-    return {name: np.asarray(values, np.float64) for name, values in figures.items()}
+    return {name: np.asarray(values, np.float64) for name, values in metrics.items()}

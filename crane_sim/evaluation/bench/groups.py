@@ -109,18 +109,18 @@ def measure_cost(case: GroupCase, rounds: int, repetitions: int) -> dict[str, An
         repetitions: evaluations per round; a twelfth as many steps, which have twelve evaluations each.
     """
     without, with_group = map(make_timed_crane, scene_pair(case))
-    figures: dict[str, Any] = {"crane": case.baseline.label, "group": case.group, "parts": list(case.parts)}
-    figures["processor"] = processor()
-    figures["states"] = dimension(without.x)
-    figures["states_added"] = dimension(with_group.x) - dimension(without.x)
+    metrics: dict[str, Any] = {"crane": case.baseline.label, "group": case.group, "parts": list(case.parts)}
+    metrics["processor"] = processor()
+    metrics["states"] = dimension(without.x)
+    metrics["states_added"] = dimension(with_group.x) - dimension(without.x)
     timers = {"evaluation": TimedCrane.time_evaluations, "step": TimedCrane.time_steps}
     for unit, measure_time in timers.items():
         repeat = repetitions if unit == "evaluation" else max(repetitions // 12, 1)
         for crane in (without, with_group):
             measure_time(crane, 1)
         pairs = [(measure_time(without, repeat), measure_time(with_group, repeat)) for _ in range(rounds)]
-        figures |= _compare(unit, *zip(*pairs, strict=True))
-    return figures
+        metrics |= _compare(unit, *zip(*pairs, strict=True))
+    return metrics
 
 
 def _compare(unit: str, without: Sequence[float], with_group: Sequence[float]) -> dict[str, Any]:

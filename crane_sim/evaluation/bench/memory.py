@@ -96,13 +96,13 @@ def measure(
         "recorded_steps": summary.get("recorded_steps"),  # None: without a recorder
         "sample_times_s": [round(t, 3) for t in sampler.times],
         "sample_steps": sampler.steps,
-        "resident": {node: memory_figures(samples, warm_up) for node, samples in sampler.samples.items()},
+        "resident": {node: memory_metrics(samples, warm_up) for node, samples in sampler.samples.items()},
         "machine": machine(),
     }
 
 
-def memory_figures(samples: Sequence[tuple[float, float]], warm_up: float) -> dict[str, Any]:
-    """Return the figures of a process's samples (time [s], MB), of which those before `warm_up` [s] are no growth."""
+def memory_metrics(samples: Sequence[tuple[float, float]], warm_up: float) -> dict[str, Any]:
+    """Return the metrics of a process's samples (time [s], MB), of which those before `warm_up` [s] are no growth."""
     times, resident_MB = zip(*([sample for sample in samples if sample[0] >= warm_up] or samples[-1:]), strict=True)
     slope = statistics.linear_regression(times, resident_MB).slope if len(times) > 1 else 0.0
     return {
@@ -119,9 +119,9 @@ def memory_figures(samples: Sequence[tuple[float, float]], warm_up: float) -> di
 def format_lines(results: dict[str, Any]) -> list[str]:
     """Return the memory of every process in lines."""
     lines = [f"resident memory over {results['seconds']:g} s of lockstep, {results['steps']} steps, MB"]
-    for node, figures in results["resident"].items():
-        start, warm, end = (figures[f"{key}_MB"] for key in ("start", "after_warm_up", "end"))
-        growth = f"growth {figures['growth_MB']:+.2f} ({figures['slope_MB_per_hour']:+.1f} per hour)"
+    for node, metrics in results["resident"].items():
+        start, warm, end = (metrics[f"{key}_MB"] for key in ("start", "after_warm_up", "end"))
+        growth = f"growth {metrics['growth_MB']:+.2f} ({metrics['slope_MB_per_hour']:+.1f} per hour)"
         warmed = f"{warm:6.1f} after {results['warm_up_s']:g} s"
         lines.append(f"  {node:<11} {start:6.1f} at the start, {warmed}, {end:6.1f} at the end: {growth}")
     return lines

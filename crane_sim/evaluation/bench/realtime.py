@@ -25,7 +25,7 @@ print(json.dumps(run_sleep_loop({period}, {steps})))
 
 
 def run_sleep_loop(period: float, steps: int) -> dict[str, Any]:
-    """Sleep until each of `steps` deadlines, a period [s] apart; return the figures of a real-time run's summary."""
+    """Sleep until each of `steps` deadlines, a period [s] apart; return the metrics of a real-time run's summary."""
     timing, misses = StepTiming(), 0
     due = start = time.monotonic()
     for _ in range(steps):
@@ -35,11 +35,11 @@ def run_sleep_loop(period: float, steps: int) -> dict[str, Any]:
         timing.note(due, time.monotonic())
         misses += time.monotonic() > due + period
     wall = time.monotonic() - start
-    return timing.figures() | {"steps_per_second": steps / wall, "deadline_misses": misses}
+    return timing.metrics() | {"steps_per_second": steps / wall, "deadline_misses": misses}
 
 
 def run_sleep_process(period: float, steps: int) -> dict[str, Any]:
-    """Return the figures of `run_sleep_loop` in a process of its own."""
+    """Return the metrics of `run_sleep_loop` in a process of its own."""
     command = [sys.executable, "-c", _PROGRAM.format(period=period, steps=steps)]
     return json.loads(
         subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=set_parent_death_signal()).stdout
@@ -72,7 +72,7 @@ def measure(
         if "error" in summary:
             raise RuntimeError(summary["error"])
         summaries["plant"].append(summary)
-    kinds = {kind: _timing_figures(values) for kind, values in summaries.items()}
+    kinds = {kind: _timing_metrics(values) for kind, values in summaries.items()}
     p99_by_round = (kinds[kind]["period_error_us"]["p99"]["rounds"] for kind in ("plant", "bare"))
     return {
         "scene": name,
@@ -85,7 +85,7 @@ def measure(
     }
 
 
-def _timing_figures(summaries: list[dict[str, Any]]) -> dict[str, Any]:
+def _timing_metrics(summaries: list[dict[str, Any]]) -> dict[str, Any]:
     errors = {
         key: {name: describe_spread([round_[key][name] for round_ in summaries]) for name in summaries[0][key]}
         for key in ("lateness_us", "period_error_us")
@@ -95,16 +95,16 @@ def _timing_figures(summaries: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def format_lines(results: dict[str, Any]) -> list[str]:
-    """Return the figures of both in lines."""
+    """Return the metrics of both in lines."""
     steps, rate = results["steps_per_round"], 1.0 / results["period_s"]
     lines = [f"{steps} periods at {rate:g} Hz, medians of {results['rounds']} interleaved rounds, µs"]
     return lines + [f"  {label:<28} {_line(results[kind])}" for kind, label in LABELS.items()]
 
 
-def _line(figures: dict[str, Any]) -> str:
-    figures_text = []
+def _line(metrics: dict[str, Any]) -> str:
+    parts = []
     for key, words in (("period_error_us", "period error"), ("lateness_us", "late")):
-        numbers = "/".join(f"{values['median']:.0f}" for values in figures[key].values())
-        figures_text.append(f"{words} p50/p99/max {numbers}")
-    over, rate = sum(figures["overruns"]), figures["rate_Hz"]["median"]
-    return f"{', '.join(figures_text)}; {over} overruns, {rate:.3f} Hz"
+        numbers = "/".join(f"{values['median']:.0f}" for values in metrics[key].values())
+        parts.append(f"{words} p50/p99/max {numbers}")
+    over, rate = sum(metrics["overruns"]), metrics["rate_Hz"]["median"]
+    return f"{', '.join(parts)}; {over} overruns, {rate:.3f} Hz"

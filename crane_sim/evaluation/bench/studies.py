@@ -1,7 +1,7 @@
 """What a study costs beside the runs that it is made of: `crane bench studies`.
 
 Cranes of different masses and rope lengths under LQR, 20 s each: the compiled loop alone, and the same cranes as
-studies, which check every scene, design its law, compute all figures and the hash of its states, and write the table:
+studies, which check every scene, design its law, compute all metrics and the hash of its states, and write the table:
 by processes of this machine and by a Dask cluster on it, of one and of two workers, interleaved; then a large study,
 its time and memory beside those of a smaller one. Every study runs in a process of its own. The overhead is that of
 processors' times, which a busy machine changes less, of what the large study has more than the smaller one.
@@ -26,8 +26,8 @@ from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns, load_columns
 from crane_sim.simulation.batch import allocate_arrays
+from crane_sim.simulation.batch_metrics import run_columns
 from crane_sim.simulation.columns import columns, extract_drive
-from crane_sim.simulation.figured_runs import run_columns
 from crane_sim.stepping.batch import TimeGrid, simulate_range
 from crane_sim.study import cases, execution
 from crane_sim.study.cases import CaseList
@@ -85,7 +85,7 @@ def _parts(samples: int) -> dict[str, float]:
     scenes = _load_columns(listed, document)
     steps = {
         "scenes and laws": lambda: _load_columns(listed, document),
-        "runs, figures, hashes": lambda: run_columns(scenes),
+        "runs, metrics, hashes": lambda: run_columns(scenes),
         "rows in all": lambda: rows_of(listed, 0, samples, document),
     }
     for name, step in steps.items():

@@ -31,8 +31,8 @@ def save_pictures(folder: str | Path) -> None:
     for name, (scene, at, shown) in PICTURES.items():
         with TemporaryDirectory() as temporary:
             recording = simulate(scene).record(Path(temporary, f"{scene}.rrd"))
-            for complaint in picture(recording, Path(folder, name), at, shown):
-                print(f"{name}: {complaint}")
+            for error in picture(recording, Path(folder, name), at, shown):
+                print(f"{name}: {error}")
         _cut_title_bar(Path(folder, name))
         print(Path(folder, name), flush=True)
 

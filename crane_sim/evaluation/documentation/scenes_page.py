@@ -1,4 +1,4 @@
-"""The page of the scenes that are cranes of ports and sites: description, picture and figures of each."""
+"""The page of the scenes that are cranes of ports and sites: description, picture and metrics of each."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -31,7 +31,7 @@ Written by `crane scenes --save docs`: each crane where its run begins (pale) an
 (red, from the blue dot). Masses, lengths and speeds are those of real machines; [machines.md](machines.md) has the
 equations, and the sources of the data.
 """
-_FIGURES = {
+_METRICS = {
     "peak_swing_deg": ("largest swing", "°"),
     "residual_swing_deg": ("swing at the end", "°"),
     "max_rope_tension": ("largest tension", "N"),
@@ -72,13 +72,13 @@ def write_section(name: str, folder: Path) -> str:
     file = f"scene_{name}.png"
     drawn = save_figure(draw, (scene, run), folder / file, dpi=80)
     picture = f"![{name}]({file})\n\n" if drawn else ""
-    return f"## {name}\n\n{scene.description.strip()}\n\n{picture}{format_figures(run.summary)}\n"
+    return f"## {name}\n\n{scene.description.strip()}\n\n{picture}{format_metrics(run.summary)}\n"
 
 
-def format_figures(summary: Mapping[str, Any]) -> str:
-    """Return the figures of a run in one line."""
+def format_metrics(summary: Mapping[str, Any]) -> str:
+    """Return the metrics of a run in one line."""
     parts = [f"{summary['sim_time']:g} s"]
-    for key, (name, unit) in _FIGURES.items():
+    for key, (name, unit) in _METRICS.items():
         value = summary.get(key)
         if isinstance(value, int | float):
             parts.append(f"{name} {value:.3g} {unit}".rstrip())

@@ -1,4 +1,4 @@
-"""One cell of the league: a law in a trial, its runs, and their figures."""
+"""One cell of the league: a law in a trial, its runs, and their metrics."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -23,8 +23,8 @@ from crane_sim.study.workers import WorkerProcesses
 LEVEL = 90.0  # deg: a larger swing is not under control
 
 
-class Figures(NamedTuple):
-    """Figures of a run; of several runs, their medians."""
+class CellMetrics(NamedTuple):
+    """Metrics of a run; of several runs, their medians."""
 
     mse: float  # m², mean of the payload's squared distance from its goal
     mae: float  # m, mean of the distance
@@ -46,7 +46,7 @@ class Cell(NamedTuple):
     law: str
     trial: str
     runs: int
-    figures: Figures | None  # None: there is nothing to measure
+    metrics: CellMetrics | None  # None: there is nothing to measure
     refused: str  # why the law does not apply to the scene
     failed: str  # why it does not count as controlled
 
@@ -73,11 +73,11 @@ def evaluate(group: Group, entrant: Entrant, trial: Trial) -> Cell:
     except SceneError as error:
         return Cell(*name, None, reason_of(error, entrant), "")
     try:
-        figures = median_figures([measure_figures(simulate(scene), group.goal == "path") for scene in scenes])
+        metrics = median_metrics([compute_metrics(simulate(scene), group.goal == "path") for scene in scenes])
     except (SimulationError, LawError) as error:
         return Cell(*name, None, "", str(error))
-    out_of_control = figures.peak_swing >= LEVEL
-    return Cell(*name, figures, "", "the rope swings past the horizontal" if out_of_control else "")
+    out_of_control = metrics.peak_swing >= LEVEL
+    return Cell(*name, metrics, "", "the rope swings past the horizontal" if out_of_control else "")
 
 
 def reason_of(error: SceneError, entrant: Entrant) -> str:
@@ -86,8 +86,8 @@ def reason_of(error: SceneError, entrant: Entrant) -> str:
     return reason.replace(f"law {entrant.law!r}", f"law {entrant.name!r}")
 
 
-def measure_figures(run: Rollout, on_path: bool) -> Figures:
-    """Return the figures of a run, whose payload should be on the scene's path, or else at the target."""
+def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
+    """Return the metrics of a run, whose payload should be on the scene's path, or else at the target."""
     scene, model = run.scene, run.scene.model
     goal = path_positions(scene, run.t) if on_path else target_position(scene)
     error = np.linalg.norm(express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
@@ -99,7 +99,7 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
     (settling_time,) = settling.times(run.t[-1], error[-1:], period=0.0)
     accelerations = np.empty(len(run.t))
     tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), DIFFERENCE_STEP, accelerations)
-    return Figures(
+    return CellMetrics(
         mse=float(np.mean(error**2)),
         mae=float(np.mean(error)),
         peak_error=float(np.max(error)),
@@ -114,23 +114,23 @@ def measure_figures(run: Rollout, on_path: bool) -> Figures:
     )
 
 
-def figures_on_path(run: Rollout) -> dict[str, float | None]:
-    """Return the figures of a run whose payload follows a path, by their names in a study."""
-    return _study_figures(measure_figures(run, on_path=True))
+def metrics_on_path(run: Rollout) -> dict[str, float | None]:
+    """Return the metrics of a run whose payload follows a path, by their names in a study."""
+    return _study_metrics(compute_metrics(run, on_path=True))
 
 
-def figures_at_target(run: Rollout) -> dict[str, float | None]:
-    """Return the figures of a run whose payload is brought to a target, by their names in a study."""
-    return _study_figures(measure_figures(run, on_path=False))
+def metrics_at_target(run: Rollout) -> dict[str, float | None]:
+    """Return the metrics of a run whose payload is brought to a target, by their names in a study."""
+    return _study_metrics(compute_metrics(run, on_path=False))
 
 
-def _study_figures(figures: Figures) -> dict[str, float | None]:
+def _study_metrics(metrics: CellMetrics) -> dict[str, float | None]:
     names = ("mse", "mae", "peak_error", "residual_error", "settling", "tip_acceleration")
-    return {f"payload_{name}": getattr(figures, name) for name in names}
+    return {f"payload_{name}": getattr(metrics, name) for name in names}
 
 
-def median_figures(runs: Sequence[Figures]) -> Figures:
-    """Return the median of each figure; that of settling is None where half of the runs or more do not settle."""
+def median_metrics(runs: Sequence[CellMetrics]) -> CellMetrics:
+    """Return the median of each metric; that of settling is None where half of the runs or more do not settle."""
     settling = float(np.median([inf if run.settling is None else run.settling for run in runs]))
     effort = {joint: float(np.median([run.effort[joint] for run in runs])) for joint in runs[0].effort}
     medians: dict[str, Any] = {
@@ -138,6 +138,6 @@ def median_figures(runs: Sequence[Figures]) -> Figures:
         "effort": effort,
         "effort_units": runs[0].effort_units,
     }
-    for name in set(Figures._fields) - set(medians):
+    for name in set(CellMetrics._fields) - set(medians):
         medians[name] = float(np.median([getattr(run, name) for run in runs]))
-    return Figures(**medians)
+    return CellMetrics(**medians)

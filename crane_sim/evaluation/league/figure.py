@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.evaluation.league.cases import COLUMNS
-from crane_sim.evaluation.league.cells import Cell, Figures
+from crane_sim.evaluation.league.cells import Cell, CellMetrics
 
 WORST = 30.0  # times the least of a crane in a column: the darkest colour
 NOTHING, LOST = "#e4e4e4", "#e8705f"
@@ -20,15 +20,15 @@ class Panel(NamedTuple):
     """One heat map."""
 
     title: str
-    value: Callable[[Figures], float]
+    value: Callable[[CellMetrics], float]
     least: float  # what is smaller has the colour of this
 
 
 PANELS = (
-    Panel("mean error of the payload, m", lambda figures: figures.mae, 1e-3),
-    Panel("largest error of the payload in the last quarter, m", lambda figures: figures.residual_error, 1e-3),
-    Panel("residual swing, deg", lambda figures: figures.residual_swing, 0.1),
-    Panel("largest acceleration of the tip, m/s²", lambda figures: figures.tip_acceleration, 0.01),
+    Panel("mean error of the payload, m", lambda metrics: metrics.mae, 1e-3),
+    Panel("largest error of the payload in the last quarter, m", lambda metrics: metrics.residual_error, 1e-3),
+    Panel("residual swing, deg", lambda metrics: metrics.residual_swing, 0.1),
+    Panel("largest acceleration of the tip, m/s²", lambda metrics: metrics.tip_acceleration, 0.01),
 )
 
 
@@ -57,8 +57,8 @@ def _draw_panel(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell
             cell = cells_by_name.get((crane, law, column))
             if cell is None or cell.refused:
                 continue
-            if cell.figures is not None:
-                colours[i, j] = np.log(_relative(cell.figures, rivals(cell, cells), panel))
+            if cell.metrics is not None:
+                colours[i, j] = np.log(_relative(cell.metrics, rivals(cell, cells), panel))
             _write_value(axes, i, j, cell, panel)
     axes.set_facecolor(NOTHING)
     axes.imshow(colours, cmap="Blues", vmin=0.0, vmax=1.6 * np.log(WORST), aspect="auto")
@@ -71,21 +71,21 @@ def _draw_panel(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell
             axes.axhline(i - 0.5, color="#222222", linewidth=1.2)
 
 
-def rivals(cell: Cell, cells: Sequence[Cell]) -> list[Figures]:
-    """Return the figures of all laws that keep the same crane under control in the same trial."""
+def rivals(cell: Cell, cells: Sequence[Cell]) -> list[CellMetrics]:
+    """Return the metrics of all laws that keep the same crane under control in the same trial."""
     same = [other for other in cells if (other.crane, other.trial) == (cell.crane, cell.trial)]
-    return [other.figures for other in same if other.figures is not None and not other.failed]
+    return [other.metrics for other in same if other.metrics is not None and not other.failed]
 
 
-def _relative(cell_figures: Figures, others: Sequence[Figures], panel: Panel) -> float:
+def _relative(cell_metrics: CellMetrics, others: Sequence[CellMetrics], panel: Panel) -> float:
     """Return a value divided by the least of the others, from 1 to WORST."""
-    values = [max(panel.value(figures), panel.least) for figures in (cell_figures, *others)]
+    values = [max(panel.value(metrics), panel.least) for metrics in (cell_metrics, *others)]
     return min(values[0] / min(values), WORST)
 
 
 def _write_value(axes: Any, i: int, j: int, cell: Cell, panel: Panel) -> None:
     """Write the value of a cell into row i, column j."""
-    text = "fails" if cell.figures is None else _short(panel.value(cell.figures))
+    text = "fails" if cell.metrics is None else _short(panel.value(cell.metrics))
     marked = {"boxstyle": "square,pad=0.25", "facecolor": LOST, "edgecolor": "none"} if cell.failed else None
     axes.text(j, i, text, ha="center", va="center", fontsize=8, bbox=marked)
 

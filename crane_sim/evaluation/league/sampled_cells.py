@@ -1,4 +1,4 @@
-"""Cells of the league over samples: figures with their intervals, and which laws a law is better than."""
+"""Cells of the league over samples: metrics with their intervals, and which laws a law is better than."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
@@ -28,8 +28,8 @@ from crane_sim.study.statistics import (
 )
 from crane_sim.study.workers import start_workers
 
-FIGURES = ("payload_mae", "payload_residual_error", "residual_swing_deg", "payload_settling")
-"""Figures of a cell; the first one decides which law is better."""
+METRICS = ("payload_mae", "payload_residual_error", "residual_swing_deg", "payload_settling")
+"""Metrics of a cell; the first one decides which law is better."""
 SIGNIFICANCE = 0.05
 
 
@@ -40,9 +40,9 @@ class SampledCell(NamedTuple):
     law: str
     trial: str
     samples: int
-    refused: str  # why the law does not apply to the scene; then there is no figure
+    refused: str  # why the law does not apply to the scene; then there is no metric
     controlled: Estimate | None = None  # share of samples in which the payload was brought to its goal
-    figures: dict[str, Estimate] = {}  # medians; infinite where half of the samples have none
+    metrics: dict[str, Estimate] = {}  # medians; infinite where half of the samples have none
     from_best: PairedDifference | None = None  # mean error less that of the law with the least median
     better_than: tuple[str, ...] = ()  # laws of the same trial whose mean error is larger, significantly
     failed: str = ""  # the first reason why a run ended before its time, or why its scene is not possible
@@ -97,15 +97,15 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
     """Return the cells of a trial's laws from its rows."""
     laws, seed = list(result.study.variant_changes), result.study.seed
     samples = len(result) // len(laws)
-    errors = {law: _with_failures(figure_of(result, FIGURES[0], law)) for law in laws}
+    errors = {law: _with_failures(metric_of(result, METRICS[0], law)) for law in laws}
     best = min(laws, key=lambda law: np.median(errors[law]))
     better = better_laws(errors)
     found = [_refused_cell(trial, law, samples) for law in trial.refused]
     for law in laws:
-        figures = {name: estimate_median(_with_failures(figure_of(result, name, law)), seed) for name in FIGURES}
-        pairs = compare_pairs(figure_of(result, FIGURES[0], best), figure_of(result, FIGURES[0], law), seed)
+        metrics = {name: estimate_median(_with_failures(metric_of(result, name, law)), seed) for name in METRICS}
+        pairs = compare_pairs(metric_of(result, METRICS[0], best), metric_of(result, METRICS[0], law), seed)
         controlled = estimate_share(int(is_controlled(result, law).sum()), samples)
-        cell = SampledCell(trial.crane, law, trial.trial, samples, "", controlled, figures)
+        cell = SampledCell(trial.crane, law, trial.trial, samples, "", controlled, metrics)
         difference = None if law == best and np.isfinite(np.median(errors[law])) else pairs
         status = _of_law(result, "status", law)
         refused_runs, failed_runs = int(np.sum(status == REFUSED)), int(np.sum(status == FAILED))
@@ -114,14 +114,14 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
     return found
 
 
-def figure_of(result: StudyResult, name: str, law: str) -> npt.NDArray[np.float64]:
-    """Return a figure (n,) of a law's runs, NaN of those that failed; a table of failed runs has no such column."""
+def metric_of(result: StudyResult, name: str, law: str) -> npt.NDArray[np.float64]:
+    """Return a metric (n,) of a law's runs, NaN of those that failed; a table of failed runs has no such column."""
     n = len(result) // len(result.study.variant_changes)
-    return result.figure(name, law) if name in result.types else np.full(n, np.nan)
+    return result.metric(name, law) if name in result.types else np.full(n, np.nan)
 
 
 def _with_failures(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return a figure (n,) with infinity for runs that have none."""
+    """Return a metric (n,) with infinity for runs that have none."""
     return np.where(np.isnan(values), np.inf, values)
 
 
@@ -130,8 +130,8 @@ def is_controlled(result: StudyResult, law: str) -> npt.NDArray[np.bool_]:
 
     The run reached its end, its rope never swung to the horizontal, and its payload settled.
     """
-    settled = ~np.isnan(figure_of(result, "payload_settling", law))
-    return settled & (figure_of(result, "peak_swing_deg", law) < LEVEL)  # NaN, of a run that failed, is not less
+    settled = ~np.isnan(metric_of(result, "payload_settling", law))
+    return settled & (metric_of(result, "peak_swing_deg", law) < LEVEL)  # NaN, of a run that failed, is not less
 
 
 def _first_error(result: StudyResult, law: str) -> str:

@@ -38,7 +38,7 @@ def _cell(entry: dict[str, Any]) -> SampledCell:
     controlled, difference = entry["controlled"], entry["from_best"]
     parts = {
         "controlled": controlled and Estimate(**_filled(controlled, inf)),
-        "figures": {name: Estimate(**_filled(value, inf)) for name, value in entry["figures"].items()},
+        "metrics": {name: Estimate(**_filled(value, inf)) for name, value in entry["metrics"].items()},
         "from_best": difference and PairedDifference(**_filled(difference, nan)),
         "better_than": tuple(entry["better_than"]),
     }

@@ -6,7 +6,7 @@ from math import isfinite, isnan
 from typing import NamedTuple
 
 from crane_sim.evaluation.league.cases import GROUPS
-from crane_sim.evaluation.league.sampled_cells import FIGURES, SIGNIFICANCE, SampledCell
+from crane_sim.evaluation.league.sampled_cells import METRICS, SIGNIFICANCE, SampledCell
 from crane_sim.evaluation.league.table import NONE, markdown_of
 from crane_sim.evaluation.reproduce.table import format_value
 from crane_sim.study.statistics import CONFIDENCE, Estimate, PairedDifference
@@ -22,8 +22,8 @@ samples.
 
 - **Controlled**: the share of samples in which the run reached its end, the rope never swung to the horizontal, and the
   payload stayed within 2 % of the way in the end; with Wilson's 95 % interval.
-- **Figures** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). A run that
-  failed, whose scene is not possible, or that did not settle, counts as worse than any that has the figure; `-`: half
+- **Metrics** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). A run that
+  failed, whose scene is not possible, or that did not settle, counts as worse than any that has the metric; `-`: half
   of the samples or more do not. They are defined as in [the league](league.md).
 - **From the best**: the error (MAE) less that of the law with the least median, mean of the pairs in which both have
   one, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law; and the number of these
@@ -58,12 +58,12 @@ def sampled_tables(cells: Iterable[SampledCell]) -> dict[str, list[SampledLine]]
 
 
 def _sampled_line(cell: SampledCell) -> SampledLine:
-    assert cell.controlled is not None, "a cell that is not refused has figures"
-    figures = (format_estimate(cell.figures[name]) for name in FIGURES)
+    assert cell.controlled is not None, "a cell that is not refused has metrics"
+    metrics = (format_estimate(cell.metrics[name]) for name in METRICS)
     better = "; ".join(cell.better_than) or NONE  # names of laws may have commas
     share = format_estimate(Estimate(*(100.0 * part for part in cell.controlled)), " %")
     return SampledLine._make(
-        (cell.law, cell.trial, share, *figures, _format_difference(cell.from_best, cell.samples), better)
+        (cell.law, cell.trial, share, *metrics, _format_difference(cell.from_best, cell.samples), better)
     )
 
 

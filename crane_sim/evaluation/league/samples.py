@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.league.cells import figures_at_target, figures_on_path, reason_of
+from crane_sim.evaluation.league.cells import metrics_at_target, metrics_on_path, reason_of
 from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.evaluation.league.trials import OF_DISTURBANCE, SEEDS, Entrant, Group, Trial
 from crane_sim.files.document import get_value
@@ -56,7 +56,7 @@ def study_of(group: Group, trial: Trial, samples: int) -> TrialStudy:
     if not documents:
         return TrialStudy(group.name, trial.column, None, refused)
     base = next(iter(documents.values()))
-    measure = figures_on_path if group.goal == "path" else figures_at_target
+    measure = metrics_on_path if group.goal == "path" else metrics_at_target
     study: dict[str, Any] = {
         "name": f"{group.name}, {trial.column}",
         "scene": base,
@@ -65,7 +65,7 @@ def study_of(group: Group, trial: Trial, samples: int) -> TrialStudy:
         "seed": SEEDS[0],
         "parameters": parameters_of(group, trial, base, samples),
         "variants": {name: _changed_groups(base, document) for name, document in documents.items()},
-        "figures": f"{measure.__module__}:{measure.__name__}",
+        "metrics": f"{measure.__module__}:{measure.__name__}",
     }
     return TrialStudy(group.name, trial.column, load_study(study), refused)
 

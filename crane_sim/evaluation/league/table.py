@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.league.cells import Cell, Figures
+from crane_sim.evaluation.league.cells import Cell, CellMetrics
 from crane_sim.evaluation.league.scenes import BEST, read_tuned_gains
 from crane_sim.evaluation.reproduce.table import Shown, format_value
 
@@ -91,19 +91,19 @@ def tables_by_crane(cells: Iterable[Cell]) -> dict[str, list[CellLine]]:
 
 def _line(cell: Cell) -> CellLine:
     name = cell.law, f"{cell.trial}: not controlled" if cell.failed else cell.trial, cell.runs
-    figures = cell.figures
-    if figures is None:
+    metrics = cell.metrics
+    if metrics is None:
         return CellLine._make((*name, *[NONE] * (len(CellLine._fields) - len(name))))
-    settling = NONE if figures.settling is None else figures.settling
-    numbers = figures._asdict() | {"settling": settling, "effort": _efforts(figures)}
+    settling = NONE if metrics.settling is None else metrics.settling
+    numbers = metrics._asdict() | {"settling": settling, "effort": _efforts(metrics)}
     del numbers["effort_units"]
     return CellLine._make((*name, *numbers.values()))
 
 
-def _efforts(figures: Figures) -> str:
+def _efforts(metrics: CellMetrics) -> str:
     """Return the largest effort of each joint, with its unit."""
-    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in figures.effort.items()}
-    return ", ".join(f"{joint} {_with_unit(peak, figures.effort_units[joint])}" for joint, peak in peaks.items())
+    peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in metrics.effort.items()}
+    return ", ".join(f"{joint} {_with_unit(peak, metrics.effort_units[joint])}" for joint, peak in peaks.items())
 
 
 def _with_unit(value: float, unit: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.evaluation.report.panels import RUN_COLORS
 from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
-from crane_sim.recording.figure_units import figure_row
+from crane_sim.recording.metric_units import metric_row
 from crane_sim.recording.quantities import common_quantities
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "events": _events(comparison)[:EVENTS],
         "event_count": sum(len(run.events) for run in runs),
         "joints": _metrics(comparison),
-        "figures": _difference_rows(comparison),
+        "metrics": _difference_rows(comparison),
     }
 
 
@@ -89,10 +89,10 @@ def _panels(comparison: Comparison, colors: list[str]) -> list[dict[str, Any]]:
 def _metrics(comparison: Comparison) -> list[list[str]]:
     """Return the table of metrics: values of every run, and differences from the first."""
     names = comparison.names
-    head = ["figure", *names, *(f"{name} − {names[0]}" for name in names[1:])]
+    head = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]
     rows, cranes = [], [run.crane for run in comparison.runs]
     for key, values in comparison.metrics.items():
-        label, unit, shown = figure_row(key, cranes, values)
+        label, unit, shown = metric_row(key, cranes, values)
         rows.append([f"{label} [{unit.replace('deg', '°')}]" if unit else label, *(text or "–" for text in shown)])
     return [head, *rows]
 

@@ -1,12 +1,12 @@
-"""The figures of a run for people: headlines, a list of plain figures, and a table of the joints."""
+"""The metrics of a run for people: headlines, a list of plain metrics, and a table of the joints."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.evaluation.report.panels import PREFIXED, PREFIXES
-from crane_sim.recording.figure_units import UNITS
 from crane_sim.recording.layout import label
+from crane_sim.recording.metric_units import UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,13 +26,13 @@ JOINTS = {"final_error": "final error", "settling_time": "settled after", "peak_
 
 
 def headlines(run: RecordedRun) -> list[tuple[str, str]]:
-    """Return (name, value with its unit) of the figures that are read first."""
+    """Return (name, value with its unit) of the metrics that are read first."""
     known = {key: run.summary[key] for key in HEADLINES if run.summary.get(key) is not None}
     return [(HEADLINES[key], _format(value, _unit(key))) for key, value in known.items()]
 
 
-def plain_figures(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (name, value with its unit) of all single figures of a summary."""
+def plain_metrics(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return (name, value with its unit) of all single metrics of a summary."""
     single = {key: value for key, value in summary.items() if isinstance(value, str | int | float) or value is None}
     return [(_display_name(key), _format(value, _unit(key))) for key, value in single.items() if key not in HIDDEN]
 

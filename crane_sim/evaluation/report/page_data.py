@@ -1,4 +1,4 @@
-"""What the page of a run holds, as plain data: the crane, its frames, curves, figures, and where they come from."""
+"""What the page of a run holds, as plain data: the crane, its frames, curves, metrics, and where they come from."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.evaluation.report.decimation import encode_columns, encode_floats, rows_with_peaks
-from crane_sim.evaluation.report.metrics_table import headlines, joint_table, plain_figures
+from crane_sim.evaluation.report.metrics_table import headlines, joint_table, plain_metrics
 from crane_sim.evaluation.report.panels import Panel, panels_of
 from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
 from crane_sim.recording.base_frame import base_rotations
@@ -70,7 +70,7 @@ def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
 
 
 def _tables(run: RecordedRun) -> dict[str, Any]:
-    return {"figures": plain_figures(run.summary), "joints": joint_table(run), "origin": _origin(run)}
+    return {"metrics": plain_metrics(run.summary), "joints": joint_table(run), "origin": _origin(run)}
 
 
 def _last(run: RecordedRun, end: float) -> slice:

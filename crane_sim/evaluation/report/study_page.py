@@ -1,4 +1,4 @@
-"""The page of a study: one HTML file with failures, figures by variant, their differences, and the worst runs."""
+"""The page of a study: one HTML file with failures, metrics by variant, their differences, and the worst runs."""
 
 import io
 import json
@@ -16,12 +16,12 @@ from crane_sim.files.errors import SceneError
 from crane_sim.study.columns import PARAMETER
 from crane_sim.study.result import StudyResult, read_result
 from crane_sim.study.sensitivity import HEADS
-from crane_sim.study.summary import first_errors, shown_figures, summarise
+from crane_sim.study.summary import first_errors, shown_metrics, summarise
 
 COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")
 MOST_POINTS = 2000  # of a scatter plot: more would be one blot
 SENSITIVITY = ("strength", "interval", "interaction")
-WORST = 5  # runs by each figure
+WORST = 5  # runs by each metric
 _WIDTH = 5.6  # in, of a drawing
 
 
@@ -49,11 +49,11 @@ def study_page(result: StudyResult) -> str:
     head = f"""<header><div><h1>{escape(study.name or "study")}</h1>
 <p id="about">{found["runs"]} runs of {escape(Path(str(scene)).stem)}: {escape(drawn)}; seed {study.seed}</p></div>
 <span id="status" class="{"bad" if failed else ""}">{failed or "no"} run{"s" * (failed != 1)} failed</span></header>"""
-    names = shown_figures(result)
+    names = shown_metrics(result)
     parts = [
         head,
         _failures(result),
-        _figures(found),
+        _metrics(found),
         *_differences(found),
         _sensitivities(found, study.design),
         *_distributions(result, names),
@@ -81,16 +81,16 @@ def _failures(result: StudyResult) -> str:
     return _section("Runs that failed", lines and f"<ul>{lines}</ul>", " id=failure")
 
 
-def _figures(found: dict[str, Any]) -> str:
+def _metrics(found: dict[str, Any]) -> str:
     """Return the section of spreads by variant."""
     keys = ("runs", "least", "median", "greatest")
     rows = [
         (escape(name), escape(variant), *(_format(spread[key]) for key in keys))
-        for name, by_variant in found["figures"].items()
+        for name, by_variant in found["metrics"].items()
         for variant, spread in by_variant.items()
         if "median" in spread
     ]
-    return _section("Figures", _table(("figure", "variant", *keys), rows))
+    return _section("Metrics", _table(("metric", "variant", *keys), rows))
 
 
 def _differences(found: dict[str, Any]) -> Iterator[str]:
@@ -99,14 +99,14 @@ def _differences(found: dict[str, Any]) -> Iterator[str]:
     if not others:
         return
     rows = []
-    for name, by_variant in found["figures"].items():
+    for name, by_variant in found["metrics"].items():
         for other in others:
             each = by_variant[f"{other} - {first}"]
             interval = f"{_format(each['low'])} … {_format(each['high'])}"
             share = "" if np.isnan(each["share"]) else f"{each['share']:.0%}"
             tests = (share, _format(each["effect_size"]), _format(each["p_value"]))
             rows.append((escape(name), escape(other), str(each["pairs"]), _format(each["mean"]), interval, *tests))
-    head = ("figure", "variant", "pairs", "mean", "95 % interval", "smaller in", "effect size", "p (Wilcoxon)")
+    head = ("metric", "variant", "pairs", "mean", "95 % interval", "smaller in", "effect size", "p (Wilcoxon)")
     yield _section(f"Differences from {first}, on the same samples", _table(head, rows))
     fails = [
         (escape(other), *(str(each[key]) for key in ("first_only", "second_only", "both")), _format(each["p_value"]))
@@ -118,7 +118,7 @@ def _differences(found: dict[str, Any]) -> Iterator[str]:
 
 
 def _sensitivities(found: dict[str, Any], design: str) -> str:
-    """Return the section of how figures depend on the parameters, of designs of sensitivity."""
+    """Return the section of how metrics depend on the parameters, of designs of sensitivity."""
     if not found["sensitivities"]:
         return ""
     rows = [
@@ -127,7 +127,7 @@ def _sensitivities(found: dict[str, Any], design: str) -> str:
         for variant, own in by_variant.items()
         for row in own
     ]
-    head = ("figure", "variant", "parameter", *HEADS[design])
+    head = ("metric", "variant", "parameter", *HEADS[design])
     return _section(f"Sensitivity to the parameters ({design.capitalize()})", _table(head, rows))
 
 
@@ -150,10 +150,10 @@ def _draw(draw: Any, height: float) -> str:
 
 
 def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
-    """Yield the section of the figures' cumulative distributions."""
+    """Yield the section of the metrics' cumulative distributions."""
     drawings = []
     for name in names:
-        spread = {variant: result.figure(name, variant) for variant in result.study.variant_changes}
+        spread = {variant: result.metric(name, variant) for variant in result.study.variant_changes}
 
         def draw(axes: Any, spread: dict[str, npt.NDArray[np.float64]] = spread, name: str = name) -> None:
             for color, (variant, values) in zip(COLORS * 9, spread.items(), strict=False):
@@ -168,7 +168,7 @@ def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
 
 
 def _scatters(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
-    """Yield the section of figures against the parameters that are numbers."""
+    """Yield the section of metrics against the parameters that are numbers."""
     variant = result.column("variant")
     drawings = []
     for key in result.study.parameters:
@@ -178,27 +178,27 @@ def _scatters(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
 
         def draw(axes: Any, name: str, key: str = key, values: Any = values) -> None:
             for color, each in zip(COLORS * 9, result.study.variant_changes, strict=False):
-                x, y = values[variant == each], result.figure(name, each)
+                x, y = values[variant == each], result.metric(name, each)
                 every = max(1, len(x) // MOST_POINTS)
                 axes.plot(x[::every], y[::every], ".", color=color, markersize=3, label=each, rasterized=True)
             axes.set(xlabel=key, ylabel=name)
             axes.legend(frameon=False)
 
         drawings += [f"<figure>{_draw(lambda axes, name=name: draw(axes, name), 2.8)}</figure>" for name in names]
-    yield _section("Figures against parameters", f"<div id=charts>{''.join(drawings)}</div>" if drawings else "")
+    yield _section("Metrics against parameters", f"<div id=charts>{''.join(drawings)}</div>" if drawings else "")
 
 
 def _worst(result: StudyResult, names: Sequence[str]) -> str:
-    """Return the section of the runs with the largest figures, with links to their recordings."""
+    """Return the section of the runs with the largest metrics, with links to their recordings."""
     case, variant = result.column("case"), result.column("variant")
     rows = []
     for name in names:
         for each in result.study.variant_changes:
-            values, numbers = result.figure(name, each), case[variant == each]
+            values, numbers = result.metric(name, each), case[variant == each]
             order = [i for i in np.argsort(-np.nan_to_num(values, nan=-np.inf))[:WORST] if not np.isnan(values[i])]
             runs = ", ".join(f"{_case_link(result, int(numbers[i]))} ({_format(float(values[i]))})" for i in order)
             rows.append((escape(name), escape(each), runs))
-    return _section("Largest figures, by case", _table(("figure", "variant", "cases"), rows))
+    return _section("Largest metrics, by case", _table(("metric", "variant", "cases"), rows))
 
 
 def _case_link(result: StudyResult, case: int) -> str:

@@ -61,9 +61,9 @@ class Pair(NamedTuple):
     lqr: Rollout
     assumption: str
 
-    def of(self, figure: Callable[[Rollout], float]) -> tuple[float, float]:
-        """Return a figure of both runs."""
-        return float(figure(self.energy)), float(figure(self.lqr))
+    def of(self, metric: Callable[[Rollout], float]) -> tuple[float, float]:
+        """Return a metric of both runs."""
+        return float(metric(self.energy)), float(metric(self.lqr))
 
 
 def claims() -> list[str]:
@@ -151,7 +151,7 @@ def _payload_swing(runs: Pair, figure: str, i: int) -> Iterator[ClaimResult]:
 
 
 def verdict_much_less(energy: float, lqr: float) -> str:
-    """Return in words whether a figure is much less with the energy law."""
+    """Return in words whether a metric is much less with the energy law."""
     if energy >= lqr:
         return "not reproduced"
     return "reproduced" if MUCH * energy <= lqr else "less, not much less"

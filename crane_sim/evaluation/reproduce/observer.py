@@ -23,7 +23,7 @@ MEASUREMENTS = {"every state": ("offshore_resonant", 20.0), "camera, 2 mm": ("of
 """Measurements of the laws: the scene, and the required ratio of the adaptive law's error to the harmonic one's."""
 LAWS = ("cartesian", "adaptive", "harmonic")
 SEAS = (0.8, 1.0, 1.2)  # of the payload's frequency
-Figures = tuple[float, float]
+Metrics = tuple[float, float]
 
 
 class SeedComparison(NamedTuple):
@@ -80,8 +80,8 @@ def sea(peak: float, seed: int) -> dict[str, Any]:
 def compare(name: str, state: str, seeds: tuple[int, ...]) -> SeedComparison:
     """Return the row of a disturbance with the measurement `state`."""
     scene, required_ratio = MEASUREMENTS[state]
-    figures = np.array([list(_yield_figures(scene, disturbances(seed)[name], seed)) for seed in seeds])
-    mse, tips = figures[:, :, 0], figures[:, :, 1]
+    metrics = np.array([list(_yield_metrics(scene, disturbances(seed)[name], seed)) for seed in seeds])
+    mse, tips = metrics[:, :, 0], metrics[:, :, 1]
     completed = ~np.isnan(mse[:, 1])
     cartesian, harmonic = (float(np.median(mse[:, i])) for i in (0, 2))
     head = (name, state, cartesian)
@@ -96,7 +96,7 @@ def compare(name: str, state: str, seeds: tuple[int, ...]) -> SeedComparison:
     return SeedComparison(*head, *middle, float(ratio.min()), tip, verdict)
 
 
-def _yield_figures(scene: str, motion: dict[str, Any], seed: int) -> Iterator[Figures]:
+def _yield_metrics(scene: str, motion: dict[str, Any], seed: int) -> Iterator[Metrics]:
     for law in LAWS:
         document = read(scene)
         control = document["control"]
@@ -109,7 +109,7 @@ def _yield_figures(scene: str, motion: dict[str, Any], seed: int) -> Iterator[Fi
         yield _run_once(document | {"base_motion": motion, "control": control | {"law": law}})
 
 
-def _run_once(document: dict[str, Any]) -> Figures:
+def _run_once(document: dict[str, Any]) -> Metrics:
     """Return (MSE [m²], peak tip acceleration [m/s²]) of a run, nan where it fails."""
     try:
         summary = simulate(load_scene(document)).summary

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_sim import load_scene
-from crane_sim.evaluation.soak.figures import Figure, equal, quantiles
+from crane_sim.evaluation.soak.metrics import Metric, equal, quantiles
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.scenes.scene import Scene
@@ -122,8 +122,8 @@ def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
     return {key: value for key, value in environment.items() if key not in omitted}
 
 
-def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
-    """Do `count` runs, every other one beside a busy process; return (figures, data)."""
+def soak(count: int = 50) -> tuple[list[Metric], dict[str, Any]]:
+    """Do `count` runs, every other one beside a busy process; return (metrics, data)."""
     scene, combinations = determinism_scene(), setups()
     planned = [(combinations[i // 2 % len(combinations)], i % 2) for i in range(count)]
     hashes, took = [], []
@@ -133,13 +133,13 @@ def soak(count: int = 50) -> tuple[list[Figure], dict[str, Any]]:
             hashes.append(state_sha256(setup, scene))
         took.append(time.perf_counter() - start)
     alone = simulate(scene).summary["state_sha256"]
-    figures = [
-        Figure("runs", count),
-        Figure("mixtures of processes, executors, distributions and load", len(set(planned))),
-        Figure("runs beside a busy process", sum(loops for _, loops in planned)),
-        Figure("runs with a node of another ROS distribution", sum(KILTED in setup for setup, _ in planned)),
+    metrics = [
+        Metric("runs", count),
+        Metric("mixtures of processes, executors, distributions and load", len(set(planned))),
+        Metric("runs beside a busy process", sum(loops for _, loops in planned)),
+        Metric("runs with a node of another ROS distribution", sum(KILTED in setup for setup, _ in planned)),
         equal("different state_sha256", len(set(hashes)), 1),
         equal("runs unlike the one in a single process", sum(hash_ != alone for hash_ in hashes), 0),
-        Figure("a run with the start of its nodes, median", quantiles(took)["p50"], "s"),
+        Metric("a run with the start of its nodes, median", quantiles(took)["p50"], "s"),
     ]
-    return figures, {"state_sha256": sorted(set(hashes)), "took_s": took}
+    return metrics, {"state_sha256": sorted(set(hashes)), "took_s": took}

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import theilslopes
 
-from crane_sim.evaluation.soak.figures import Figure, at_least
+from crane_sim.evaluation.soak.metrics import Metric, at_least
 
 MAX_FALL = 5.0  # %, that a rate may have lost at the end of a run
 _SEGMENTS = 30
@@ -33,11 +33,11 @@ def drift(rates: Sequence[float]) -> Drift:
     return Drift(*(scale * np.array([slopes[0], slopes[2], slopes[3]], dtype=float)).tolist())
 
 
-def drift_figures(rates: Sequence[float], of: str = "") -> list[Figure]:
-    """Return the figures of a rate, with the requirement that it does not fall, and of the measurement's resolution."""
+def drift_metrics(rates: Sequence[float], of: str = "") -> list[Metric]:
+    """Return the metrics of a rate, with the requirement that it does not fall, and of the measurement's resolution."""
     trend = drift(rates)
     return [
-        Figure(f"{of}rate, median", float(np.median(rates)), "steps/s"),
+        Metric(f"{of}rate, median", float(np.median(rates)), "steps/s"),
         at_least(f"{of}rate, change from begin to end", trend.change, -MAX_FALL, "%"),
-        Figure(f"{of}half the change's 95 % interval", (trend.high - trend.low) / 2.0, "%"),
+        Metric(f"{of}half the change's 95 % interval", (trend.high - trend.low) / 2.0, "%"),
     ]

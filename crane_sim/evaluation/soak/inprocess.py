@@ -8,8 +8,8 @@ from typing import Any
 
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.memory import resident
-from crane_sim.evaluation.soak.drift import drift_figures
-from crane_sim.evaluation.soak.figures import Figure, at_most
+from crane_sim.evaluation.soak.drift import drift_metrics
+from crane_sim.evaluation.soak.metrics import Metric, at_most
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
@@ -18,24 +18,24 @@ BLOCKS = 25  # samples of memory and rate; the first one is the warm-up
 MAX_GROWTH = 5.0  # MB
 
 
-def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
-    """Take `steps` steps by each of the two methods; return (figures, data)."""
+def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
+    """Take `steps` steps by each of the two methods; return (metrics, data)."""
     block = max(steps // BLOCKS, 1)
     methods: dict[str, Callable[[Scene, int], Iterator[None]]] = {
         "Plant.advance": _advance_plant,
         "simulate": _simulate_repeatedly,
     }
-    figures, data = [], dict[str, Any]()
+    metrics, data = [], dict[str, Any]()
     for method, blocks in methods.items():
         memory, rates = _measure_blocks(blocks(load_scene(name), block), block)
         ends = [block * (i + 1) for i in range(BLOCKS)]
         data[method] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates}
-        figures += [
-            Figure(f"{method}, steps", ends[-1]),
+        metrics += [
+            Metric(f"{method}, steps", ends[-1]),
             at_most(f"{method}, growth of resident memory", memory[-1] - memory[0], MAX_GROWTH, "MB"),
-            *drift_figures(rates[1:], f"{method}, "),
+            *drift_metrics(rates[1:], f"{method}, "),
         ]
-    return figures, data
+    return metrics, data
 
 
 def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float]]:

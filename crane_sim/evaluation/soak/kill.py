@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.memory import resident
 from crane_sim.evaluation.bench.realtime import run_sleep_process
-from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import steps_in
+from crane_sim.evaluation.soak.metrics import Metric, at_most, equal, quantiles
 from crane_sim.evaluation.soak.monitor import Messages, Received, monitor, wait_for_discovery
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
@@ -84,8 +84,8 @@ class _Killer(threading.Thread):
         ]
 
 
-def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
-    """Kill `count` times; return (figures, data)."""
+def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
+    """Kill `count` times; return (metrics, data)."""
     draw = random.Random(seed)
     gaps = [draw.uniform(*_GAP) for _ in range(count)]
     loaded = load_scene(scene, {"duration": round(_BEFORE + sum(gaps) + _BEHIND)})
@@ -105,11 +105,11 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
         machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms
     kills = killer.kills()
     back = [back_after(kill, received) for kill in kills if kill.victim == "controller"]
-    figures = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, received, recorded)]
-    figures += [*_control(back), *_publishing(summary, machine), _gap(loaded.period_ns, received["s"])]
-    figures += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
-    figures += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _MAX_GROWTH, "MB")]
-    return figures, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
+    metrics = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, received, recorded)]
+    metrics += [*_control(back), *_publishing(summary, machine), _gap(loaded.period_ns, received["s"])]
+    metrics += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
+    metrics += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _MAX_GROWTH, "MB")]
+    return metrics, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
 
 
 def back_after(kill: Kill, received: Messages) -> float:
@@ -119,35 +119,35 @@ def back_after(kill: Kill, received: Messages) -> float:
     return (next(applied, float("inf")) - kill.at) / _SECOND
 
 
-def _control(back: list[float]) -> list[Figure]:
+def _control(back: list[float]) -> list[Metric]:
     times = quantiles(back)
     return [
         at_most("control back, median", times["p50"], MEDIAN_LIMIT, "s"),
-        Figure("control back, 99 %", times["p99"], "s"),
+        Metric("control back, 99 %", times["p99"], "s"),
         at_most("control back, longest", times["max"], MAX_LIMIT, "s"),
     ]
 
 
-def _survival(steps: int, summary: dict[str, Any], received: Messages, recorded: list[int]) -> list[Figure]:
+def _survival(steps: int, summary: dict[str, Any], received: Messages, recorded: list[int]) -> list[Metric]:
     stamps, planned = [h.stamp for h in received["e"]], range(1, steps + 1)
     return [
-        Figure("error of the run", summary.get("error", "none"), requirement="none", passed="error" not in summary),
+        Metric("error of the run", summary.get("error", "none"), requirement="none", passed="error" not in summary),
         equal("steps, the plant's own count", summary["steps"], steps),
         equal("steps, heard by an independent subscriber", len(set(stamps)), steps),
         equal("steps in the recording, read back", len(set(recorded) & set(planned)), steps),
-        Figure("late steps", summary.get("deadline_misses")),
-        Figure("replaced", ", ".join(f"{name} {count}" for name, count in summary["restarts"].items())),
+        Metric("late steps", summary.get("deadline_misses")),
+        Metric("replaced", ", ".join(f"{name} {count}" for name, count in summary["restarts"].items())),
     ]
 
 
-def _publishing(summary: dict[str, Any], stall: float) -> list[Figure]:
+def _publishing(summary: dict[str, Any], stall: float) -> list[Metric]:
     """Return the durations of publish calls, which may be as long as the longest stall [ms] of a bare loop."""
     *usual, (name, longest) = ((name, value / 1e3) for name, value in summary["publish_us"].items())
     requirement = f"at most {_CALL:g} ms, or that stall"
     return [
-        *(Figure(f"publish call, {name}", value, "ms") for name, value in usual),
-        Figure("longest stall of a loop that only sleeps, beside it", stall, "ms"),
-        Figure(f"publish call, {name}", longest, "ms", requirement, longest <= max(_CALL, stall)),
+        *(Metric(f"publish call, {name}", value, "ms") for name, value in usual),
+        Metric("longest stall of a loop that only sleeps, beside it", stall, "ms"),
+        Metric(f"publish call, {name}", longest, "ms", requirement, longest <= max(_CALL, stall)),
     ]
 
 
@@ -155,7 +155,7 @@ def _growth(memory: list[float]) -> float:
     return memory[-1] - memory[0] if memory else float("nan")
 
 
-def _gap(period: int, states: list[Received]) -> Figure:
+def _gap(period: int, states: list[Received]) -> Metric:
     """Return the longest time between two states, less the period [ns]."""
     gap = max((b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0)
     return at_most("longest gap between two states above the period", gap / 1e6, _STALL, "ms")

@@ -1,4 +1,4 @@
-"""Complaints about files and processes that remain after an interrupted run."""
+"""Failures about files and processes that remain after an interrupted run."""
 
 import os
 import signal
@@ -11,23 +11,23 @@ MARK = "CRANE_SIM_SOAK"  # environment variable that marks the processes of a ru
 
 
 def of_run(folder: Path, received: int) -> list[str]:
-    """Return complaints about the files of a run of which a subscriber has received `received` steps."""
+    """Return failures about the files of a run of which a subscriber has received `received` steps."""
     others = [f"left: {file.name}" for file in sorted(folder.iterdir()) if file.name not in (RECORDING, BAG)]
     return others + _of_recording(folder / RECORDING, received) + _of_bag(folder / BAG, folder / RECORDING)
 
 
 def orphans(mark: str) -> list[str]:
-    """Return a complaint about every process that has outlived its run, and end it."""
-    complaints = []
+    """Return a failure about every process that has outlived its run, and end it."""
+    failures = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             if f"{MARK}={mark}".encode() in (folder / "environ").read_bytes():
                 command = (folder / "cmdline").read_bytes().replace(bytes(1), b" ").decode()
-                complaints.append(f"outlives the run: {command}")
+                failures.append(f"outlives the run: {command}")
                 os.kill(int(folder.name), signal.SIGKILL)
         except OSError:
             continue
-    return complaints
+    return failures
 
 
 def steps_in(recording: Path) -> list[int]:
@@ -46,7 +46,7 @@ def _of_recording(path: Path, received: int) -> list[str]:
 
 
 def _of_bag(path: Path, recording: Path) -> list[str]:
-    """Return a complaint where a bag lacks steps of the recording."""
+    """Return a failure where a bag lacks steps of the recording."""
     if not (path.exists() and recording.exists()):
         return []
     from rosbags.rosbag2 import Reader  # optional

@@ -5,29 +5,29 @@ from typing import Any
 import numpy as np
 
 from crane_sim.evaluation.bench import memory
-from crane_sim.evaluation.soak.drift import drift_figures
-from crane_sim.evaluation.soak.figures import Figure, at_most, equal
+from crane_sim.evaluation.soak.drift import drift_metrics
+from crane_sim.evaluation.soak.metrics import Metric, at_most, equal
 
 MAX_GROWTH = 5.0  # MB that a process may grow after the warm-up
 _WARM_UP = 60.0  # s, in short soaks a third of the time
 
 
-def soak(seconds: float = 1800.0) -> tuple[list[Figure], dict[str, Any]]:
-    """Run for `seconds`; return (figures, data)."""
+def soak(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
+    """Run for `seconds`; return (metrics, data)."""
     warm_up = min(_WARM_UP, seconds / 3.0)
     measured = memory.measure(seconds=seconds, warm_up=warm_up)
-    figures = [Figure("wall time", measured["sample_times_s"][-1], "s"), Figure("steps", measured["steps"])]
-    figures += [equal("steps that the recorder says it has", measured["recorded_steps"], measured["steps"])]
+    metrics = [Metric("wall time", measured["sample_times_s"][-1], "s"), Metric("steps", measured["steps"])]
+    metrics += [equal("steps that the recorder says it has", measured["recorded_steps"], measured["steps"])]
     for node, resident in measured["resident"].items():
-        figures += [
-            Figure(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
+        metrics += [
+            Metric(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
             at_most(f"{node}, growth since the warm-up", resident["growth_MB"], MAX_GROWTH, "MB"),
         ]
     times, rates = _step_rates(measured)
     data: dict[str, Any] = {"seconds": times, "steps_per_second": rates}
     data["memory_MB"] = {node: resident["samples_MB"][1:] for node, resident in measured["resident"].items()}
     warm = [rate for t, rate in zip(times, rates, strict=True) if t > warm_up]
-    return figures + drift_figures(warm), data
+    return metrics + drift_metrics(warm), data
 
 
 def _step_rates(measured: dict[str, Any]) -> tuple[list[float], list[float]]:

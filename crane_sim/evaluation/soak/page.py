@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 from crane_sim.evaluation.bench.measurement import describe_machine
 from crane_sim.evaluation.soak import plots
-from crane_sim.evaluation.soak.figures import Figure
+from crane_sim.evaluation.soak.metrics import Metric
 
 HEAD = """# What a run survives
 
 Written by `crane soak page --save docs` from the files in [soak](soak), one for each part, which `crane soak PART
 --save docs` saves: a part that is run again replaces its former results. Every run has the scene
-`knuckle_setpoint`. What is required stands beside what was measured, passed or not; a figure without a requirement is a
+`knuckle_setpoint`. What is required stands beside what was measured, passed or not; a metric without a requirement is a
 basis of comparison for others. What is required of a run over ROS is measured outside the plant where that is possible:
 by a node that belongs to no run, the monitor, which subscribes in the same ROS domain and records instant, stamp and
 efforts of every message.
@@ -91,7 +91,7 @@ def write_findings(documents: Mapping[str, Mapping[str, Any]], drawn: Collection
     """Return the page in Markdown.
 
     Args:
-        documents: the document of each part that was run: command, machine, figures, data.
+        documents: the document of each part that was run: command, machine, metrics, data.
         drawn: the parts that have a plot.
     """
     sections = [_section(part, documents[part], part in drawn) for part in PARTS if part in documents]
@@ -110,11 +110,11 @@ def _section(name: str, document: Mapping[str, Any], drawn: bool) -> str:
     ]
     if drawn:
         lines += [f"![{part.title}](soak/{name}.png)", ""]
-    lines += ["| figure | measured | required | passed |", "|---|---|---|---|"]
-    return "\n".join(lines + [_write_row(figure) for figure in document["figures"]]) + "\n"
+    lines += ["| metric | measured | required | passed |", "|---|---|---|---|"]
+    return "\n".join(lines + [_write_row(metric) for metric in document["metrics"]]) + "\n"
 
 
-def _write_row(figure: Figure) -> str:
-    verdict = ("yes" if figure.passed else "**no**") if figure.requirement else ""
-    cells = figure.what, figure.format_value(), figure.requirement, verdict
+def _write_row(metric: Metric) -> str:
+    verdict = ("yes" if metric.passed else "**no**") if metric.requirement else ""
+    cells = metric.what, metric.format_value(), metric.requirement, verdict
     return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"

@@ -7,7 +7,7 @@ import numpy as np
 
 from crane_sim import load_scene
 from crane_sim.evaluation.bench.realtime import run_sleep_process
-from crane_sim.evaluation.soak.figures import Figure, at_most
+from crane_sim.evaluation.soak.metrics import Metric, at_most
 from crane_sim.evaluation.soak.monitor import Received, monitor, wait_for_discovery
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
@@ -22,8 +22,8 @@ _MARGIN = (
 )
 
 
-def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Figure], dict[str, Any]]:
-    """Run for `seconds`, in rounds; return (figures, data)."""
+def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
+    """Run for `seconds`, in rounds; return (metrics, data)."""
     rounds = max(round(seconds / ROUND), 1)
     scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
     data: dict[str, list[Any]] = {name: [] for name in ("bare", "plant", "counted", "near_deadline", "rates")}
@@ -43,7 +43,7 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Fi
             )
             states = received["s"]
             data["rates"].append((len(states) - 1) * 1e9 / (states[-1].sent - states[0].sent))
-    return _compute_figures(**data), data
+    return _compute_metrics(**data), data
 
 
 def completion_delays(states: list[Received], efforts: list[Received], period: int) -> np.ndarray:
@@ -56,32 +56,32 @@ def completion_delays(states: list[Received], efforts: list[Received], period: i
     return np.array([effort.sent - (effort.stamp + period) - begin for effort in efforts])
 
 
-def _compute_figures(
+def _compute_metrics(
     bare: list[dict[str, Any]],
     plant: list[dict[str, Any]],
     counted: list[int],
     near_deadline: list[int],
     rates: list[float],
-) -> list[Figure]:
+) -> list[Metric]:
     deviation = max(abs(rate - 1.0 / PERIOD) for rate in rates)
     p99 = [(p["period_error_us"]["p99"], b["period_error_us"]["p99"]) for p, b in zip(plant, bare, strict=True)]
     ratio = float(np.median([of_plant / of_bare for of_plant, of_bare in p99]))
     plant_counts, steps = [summary["deadline_misses"] for summary in plant], sum(summary["steps"] for summary in plant)
     return [
-        Figure("rounds", len(plant)),
-        Figure("mean rate, heard", float(np.mean(rates)), "Hz"),
+        Metric("rounds", len(plant)),
+        Metric("mean rate, heard", float(np.mean(rates)), "Hz"),
         at_most("mean rate of a round, farthest off", deviation, _RATE, "Hz"),
-        Figure("overruns of the bare loop", sum(round_["deadline_misses"] for round_ in bare)),
-        Figure("overruns, the plant's own count", sum(plant_counts)),
-        Figure("overruns, the subscriber's count", sum(counted)),
-        Figure("steps too close to their deadline to be counted", sum(near_deadline)),
+        Metric("overruns of the bare loop", sum(round_["deadline_misses"] for round_ in bare)),
+        Metric("overruns, the plant's own count", sum(plant_counts)),
+        Metric("overruns, the subscriber's count", sum(counted)),
+        Metric("steps too close to their deadline to be counted", sum(near_deadline)),
         at_most(
             "their difference, of all steps",
             100.0 * abs(sum(plant_counts) - sum(counted)) / steps,
             _MAX_DIFFERENCE,
             "%",
         ),
-        Figure("period error p99, plant", float(np.median([of_plant for of_plant, _ in p99])), "us"),
-        Figure("period error p99, bare loop", float(np.median([of_bare for _, of_bare in p99])), "us"),
+        Metric("period error p99, plant", float(np.median([of_plant for of_plant, _ in p99])), "us"),
+        Metric("period error p99, bare loop", float(np.median([of_bare for _, of_bare in p99])), "us"),
         at_most("their ratio, median of the rounds", ratio, _RATIO),
     ]

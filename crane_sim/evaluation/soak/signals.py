@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_sim import load_scene
-from crane_sim.evaluation.soak.figures import Figure, at_most, equal, quantiles
 from crane_sim.evaluation.soak.leftovers import MARK, RECORDING, of_run, orphans
+from crane_sim.evaluation.soak.metrics import Metric, at_most, equal, quantiles
 from crane_sim.evaluation.soak.monitor import Messages, MonitorFile, monitor
 from crane_sim.files.catalogue import config_folder
 from crane_sim.orchestration.ros_environment import reserve_domain
@@ -58,7 +58,7 @@ class End(NamedTuple):
 
     took: float  # s from the first signal, 0 where it had ended before
     code: int
-    complaints: tuple[str, ...]  # deviations from the requirements
+    failures: tuple[str, ...]  # deviations from the requirements
 
 
 def plan(count: int, seed: int, usual: float) -> list[Interruption]:
@@ -76,32 +76,32 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
     return interruptions
 
 
-def soak(count: int = 50, seed: int = 0) -> tuple[list[Figure], dict[str, Any]]:
-    """Interrupt `count` runs; return (figures, data)."""
+def soak(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
+    """Interrupt `count` runs; return (metrics, data)."""
     scene = load_scene(SCENE, {"duration": DURATION})
     with reserve_domain() as domain, monitor(scene, domain) as monitored:
         start, shared = time.monotonic(), set(os.listdir("/dev/shm"))
         undisturbed = interrupt_run(None, domain, monitored)
-        if undisturbed.complaints:
-            raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.complaints)}")
+        if undisturbed.failures:
+            raise RuntimeError(f"the undisturbed run: {'; '.join(undisturbed.failures)}")
         planned = plan(count, seed, time.monotonic() - start)
         ends = [interrupt_run(interruption, domain, monitored) for interruption in planned]
         files = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
     pairs = zip(planned, ends, strict=True)
-    complaints = [f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.complaints]
-    figures = [
-        Figure("runs interrupted", count),
-        Figure("of them after their end", sum(not end.took for end in ends)),
-        Figure("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
-        Figure("until the end, median", took["p50"], "s"),
+    failures = [f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.failures]
+    metrics = [
+        Metric("runs interrupted", count),
+        Metric("of them after their end", sum(not end.took for end in ends)),
+        Metric("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
+        Metric("until the end, median", took["p50"], "s"),
         at_most("until the end, longest", took["max"], LIMIT, "s"),
         equal("files more in /dev/shm", len(files), 0),
-        equal("complaints", len(complaints), 0),
-        *(Figure("complaint", why) for why in complaints),
+        equal("failures", len(failures), 0),
+        *(Metric("failure", why) for why in failures),
     ]
     data = {name: [getattr(interruption, name) for interruption in planned] for name in Interruption._fields}
-    return figures, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
+    return metrics, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
 def interrupt_run(interruption: Interruption | None, domain: int, monitored: MonitorFile) -> End:
@@ -119,22 +119,22 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
             took = _send_signals(process, interruption, monitored, received)
-            _, errors = process.communicate(timeout=_EXIT_TIMEOUT)  # it and all that write to its pipes have ended
+            _, printed = process.communicate(timeout=_EXIT_TIMEOUT)  # it and all that write to its pipes have ended
         time.sleep(0.1)  # ten times the interval at which the monitor writes
         _read_messages(monitored, received)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
-        complaints = [
+        failures = [
             *orphans(mark),
             *of_run(Path(folder), _count_steps(received, steps)),
             *_last_effort(received, steps),
         ]
-    complaints += [errors.strip().splitlines()[-1]] if "Traceback" in errors or "Exception" in errors else []
-    complaints += _exit_code(interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
-    return End(took, process.returncode, tuple(complaints))
+    failures += [printed.strip().splitlines()[-1]] if "Traceback" in printed or "Exception" in printed else []
+    failures += _exit_code(interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
+    return End(took, process.returncode, tuple(failures))
 
 
 def _exit_code(interruption: Interruption | None, code: int, cut: bool) -> list[str]:
-    """Return a complaint about an exit code that does not match whether the run was cut short."""
+    """Return a failure about an exit code that does not match whether the run was cut short."""
     # the start script's own end
     in_shell = interruption is not None and interruption.at < _EARLY and code == -interruption.number
     right = code == 1 if cut else code in ((0,) if interruption is None else (0, 1))
@@ -191,7 +191,7 @@ def _send_signals(
 
 
 def _last_effort(received: Messages, steps: int) -> list[str]:
-    """Return a complaint where a run that began was cut short, and the last effort received of it is not zero."""
+    """Return a failure where a run that began was cut short, and the last effort received of it is not zero."""
     efforts = received["e"]
     if not received["s"] or len(efforts) == steps:
         return []

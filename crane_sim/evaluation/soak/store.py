@@ -8,20 +8,20 @@ from typing import Any
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.store import dump_points, round_floats
 from crane_sim.evaluation.plotting import save_figure
-from crane_sim.evaluation.soak.figures import Figure
+from crane_sim.evaluation.soak.metrics import Metric
 from crane_sim.evaluation.soak.page import PARTS, write_findings
 from crane_sim.files.errors import SceneError
 
 _MAX_SAMPLES = 100  # of a series, saved
 
 
-def save_findings(part: str, command: str, figures: Sequence[Figure], data: Mapping[str, Any], folder: Path) -> None:
+def save_findings(part: str, command: str, metrics: Sequence[Metric], data: Mapping[str, Any], folder: Path) -> None:
     """Write the data of a soak test, and rewrite the page of all soak tests of the folder.
 
     Args:
         part: the test's name.
         command: the command line that repeats it.
-        figures: the results.
+        metrics: what was measured.
         data: the measurements, from which the page's plot is drawn.
         folder: the page's folder.
 
@@ -30,7 +30,7 @@ def save_findings(part: str, command: str, figures: Sequence[Figure], data: Mapp
     """
     kept = {name: data[name] for name in PARTS[part].data_keys}
     kept = thin_lists(kept) if PARTS[part].series else kept
-    document = {"command": command, "machine": machine(), "figures": [list(figure) for figure in figures], "data": kept}
+    document = {"command": command, "machine": machine(), "metrics": [list(metric) for metric in metrics], "data": kept}
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
         (folder / "soak" / f"{part}.json").write_text(dump_points(round_floats(document)))
@@ -73,8 +73,9 @@ def _read_part(folder: Path, part: str) -> dict[str, Any]:
     file = folder / "soak" / f"{part}.json"
     try:
         document = json.loads(file.read_text())
-        figures = [Figure(*figure) for figure in document["figures"]]
-        return {name: document[name] for name in ("command", "machine", "data")} | {"figures": figures}
+        name = "metrics" if "metrics" in document else "figures"  # its former name, for one release
+        metrics = [Metric(*metric) for metric in document[name]]
+        return {name: document[name] for name in ("command", "machine", "data")} | {"metrics": metrics}
     except FileNotFoundError:
         return {}
     except (OSError, ValueError, TypeError, KeyError) as error:

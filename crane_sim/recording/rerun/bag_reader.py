@@ -22,7 +22,7 @@ KEPT = ("provenance", "drawn")  # properties of the run itself; the others follo
 
 
 def read_bag_run(path: Path) -> RecordedRun:
-    """Return the run in a bag as its recording would have it, but for events and figures, which no message has.
+    """Return the run in a bag as its recording would have it, but for events and metrics, which no message has.
 
     Raises:
         UnreadableRecording: the file is damaged, or lacks the scene or messages; the message is one line.

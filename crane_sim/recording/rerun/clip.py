@@ -96,6 +96,6 @@ def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: f
         command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=set_parent_death_signal()
     ) as program:
         data = b"".join(frame.tobytes() for frame in (first, *frames))
-        _, complaint = program.communicate(data)
+        _, errors = program.communicate(data)
     if program.returncode:
-        raise PictureError(f"{output}: ffmpeg failed: {complaint.decode(errors='replace').strip().splitlines()[-1]}")
+        raise PictureError(f"{output}: ffmpeg failed: {errors.decode(errors='replace').strip().splitlines()[-1]}")

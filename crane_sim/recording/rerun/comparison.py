@@ -1,4 +1,4 @@
-"""Runs of one crane in one recording: their cranes in one scene, their curves over one time, their figures."""
+"""Runs of one crane in one recording: their cranes in one scene, their curves over one time, their metrics."""
 
 from __future__ import annotations
 
@@ -101,13 +101,13 @@ def _plot(quantity: Quantity, values: tuple[Numbers, ...], legend: bool) -> rrb.
 
 
 def _log_runs(rec: rr.RecordingStream, comparison: Comparison) -> None:
-    """Log cranes, events and figures."""
+    """Log cranes, events and metrics."""
     for i, (run, name) in enumerate(zip(comparison.runs, comparison.names, strict=True)):
         draw_run(rec, run, _key(i), COLORS[i % len(COLORS)], ghost=i > 0)
         for t, what in run.events:
             rec.set_time("sim_time", duration=t)
             rec.log(f"log/{_key(i)}", rr.TextLog(f"{name}: {what}", level="INFO"))
-    rec.log("summary/table", rr.TextDocument(_figures(comparison), media_type=rr.MediaType.MARKDOWN), static=True)
+    rec.log("summary/table", rr.TextDocument(_metrics(comparison), media_type=rr.MediaType.MARKDOWN), static=True)
 
 
 def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Curves) -> None:
@@ -120,11 +120,11 @@ def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Cur
             rec.send_columns(entity, time, rr.Scalars.columns(scalars=values[i]))
 
 
-def _figures(comparison: Comparison) -> str:
+def _metrics(comparison: Comparison) -> str:
     """Return the metrics of all runs as a markdown document, with the differences from the first."""
     names = comparison.names
     away = [comparison.metric_differences(i) for i in range(1, len(names))]
-    heads = ["figure", *names, *(f"{name} − {names[0]}" for name in names[1:])]
+    heads = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]
     rows = [
         [key.replace("_", " "), *map(_format_metric, (*values, *(each.get(key) for each in away)))]
         for key, values in comparison.metrics.items()

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from crane_sim.recording.figure_units import UNITS
-from crane_sim.simulation.figures import leaves
+from crane_sim.recording.metric_units import UNITS
+from crane_sim.simulation.flat_summary import leaves
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

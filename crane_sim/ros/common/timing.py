@@ -20,7 +20,7 @@ class DurationHistogram:
         self._total += 1
         self._largest = max(self._largest, seconds)
 
-    def figures(self) -> dict[str, float]:
+    def metrics(self) -> dict[str, float]:
         """Return median, 99 % quantile and largest duration, µs: zeros while there is none."""
         return {name: self._quantile(part) for name, part in _QUANTILES.items()} | {"max": self._largest * 1e6}
 
@@ -53,6 +53,6 @@ class StepTiming:
         """Drop the previous step: the next deadline is not one period later."""
         self._previous = None
 
-    def figures(self) -> dict[str, dict[str, float]]:
+    def metrics(self) -> dict[str, dict[str, float]]:
         """Return the entries of a run's summary, µs: lateness, and deviations of periods from their nominal length."""
-        return {"lateness_us": self._lateness.figures(), "period_error_us": self._period_error.figures()}
+        return {"lateness_us": self._lateness.metrics(), "period_error_us": self._period_error.metrics()}

@@ -1,4 +1,4 @@
-"""Setpoints that the slow half of a law gives its fast half, a process of its own: the topic `tip_demand`."""
+"""Setpoints that the outer loop of a law gives its inner loop, a process of its own: the topic `tip_demand`."""
 
 from collections.abc import Callable, Sequence
 from math import isfinite
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, cast
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from crane_sim.laws import SlowHalf
+from crane_sim.laws import OuterLoop
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.states import State
 
@@ -54,28 +54,28 @@ class Setpoints:
             self._newest = None
         self._ahead_of_reset = False
 
-    def apply_to(self, half: SlowHalf, state: State) -> bool:
-        """Give the half the setpoint that holds at a state; False where it has not come yet, and the state waits."""
+    def apply_to(self, outer: OuterLoop, state: State) -> bool:
+        """Give the outer loop the setpoint of a state; False where it has not come yet, and the state waits."""
         self._now, self._waiting = state.stamp, None
         stamp, values = self._newest or _Setpoint(state.stamp + 1, ())  # stamps restart: a later one is older
-        if stamp > state.stamp or (self._lockstep and stamp < state.stamp and half.due(state.t)):
+        if stamp > state.stamp or (self._lockstep and stamp < state.stamp and outer.due(state.t)):
             self._waiting = state
             return False
         self._held = state.stamp - stamp
         self._longest = max(self._longest, self._held)
-        half.take(values)
+        outer.take(values)
         return True
 
-    def warning(self, half: SlowHalf) -> str:
+    def warning(self, outer: OuterLoop) -> str:
         """Return one line where setpoints fail to come, empty while they do."""
         holding_time = self._held / messages.NS_PER_S
         return (
             f"no setpoint for {holding_time:.3g} s: the last one holds"
-            if holding_time > _WARNING_INTERVALS * half.interval
+            if holding_time > _WARNING_INTERVALS * outer.interval
             else ""
         )
 
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """Return the entries of a run's summary: numbers of setpoints and of late ones, the longest hold [s]."""
         return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.NS_PER_S}
 
@@ -87,7 +87,7 @@ class Setpoints:
             return
         setpoint = _Setpoint(messages.nanoseconds(message.header.stamp), values)
         if self._newest and setpoint != self._newest and setpoint.stamp <= self._newest.stamp:
-            self._ahead_of_reset = True  # the slow half has received the state after the reset first
+            self._ahead_of_reset = True  # the outer loop has received the state after the reset first
         if setpoint != self._newest:  # else it answers a state that lockstep sent again
             self._newest = setpoint
             self._received += 1

@@ -84,11 +84,11 @@ class ExecutionTime:
     def publish(self, warning: str, values: Mapping[str, object]) -> None:
         """Publish diagnostics: the execution time and further `values`; a warning where there is one."""
         self._last_published = time.monotonic()
-        durations = {f"law {name} [us]": f"{value:.1f}" for name, value in self.figures().items()}
+        durations = {f"law {name} [us]": f"{value:.1f}" for name, value in self.metrics().items()}
         message = messages.diagnostics(self._source, warning, durations | dict(values))
         messages.set_stamp(message.header.stamp, self._stamp)
         self._diagnostics.publish(message)
 
-    def figures(self) -> dict[str, float]:
+    def metrics(self) -> dict[str, float]:
         """Return median, 99 % quantile and largest execution time, µs."""
-        return self._durations.figures()
+        return self._durations.metrics()

@@ -120,7 +120,7 @@ class Lockstep:
         self._effort, self._ahead = None, 0
         self._restart_clock()
 
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """See `StepScheduler`; there are no deadlines."""
         return {}
 

@@ -113,9 +113,9 @@ class Realtime:
         self._set_timed_out(False)
         self._timing = StepTiming()
 
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """See `StepScheduler`; the timing of steps, and the number of time-outs of commands."""
-        return self._timing.figures() | {"silences": self._command_timeouts}
+        return self._timing.metrics() | {"silences": self._command_timeouts}
 
     def _serve_until_due(self) -> None:
         self._host.spin(0.0)

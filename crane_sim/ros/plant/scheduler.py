@@ -54,7 +54,7 @@ class StepScheduler(Protocol):
         """Drop the pending commands: the run restarts."""
         ...
 
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """Return the scheduler's entries of the run's summary."""
         ...
 
@@ -105,6 +105,6 @@ class OpenLoop:
     def reset(self) -> None:
         """See `StepScheduler`; there are no commands."""
 
-    def figures(self) -> dict[str, Any]:
+    def metrics(self) -> dict[str, Any]:
         """See `StepScheduler`; there are no deadlines."""
         return {}

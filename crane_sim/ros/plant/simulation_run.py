@@ -226,7 +226,7 @@ class SimulationRun:
             "real_time_factor": steps * self.scene.period / wall if wall else 0.0,
             "steps_per_second": steps / wall if wall else 0.0,
             "deadline_misses": self.deadline_misses,
-            "publish_us": self._topics.publishing.figures(),
+            "publish_us": self._topics.publishing.metrics(),
             "commands": self.validator.summary(),
         }
         return head | self.plant.summary() | speed

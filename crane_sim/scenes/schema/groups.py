@@ -22,7 +22,7 @@ from crane_sim.trajectories.profiles import PolynomialMotion, SineMotion, Smooth
 class Group(BaseModel):
     """A group of a scene file: unknown keys and non-finite numbers are errors."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, defer_build=True)
 
 
 WORDS = {"from": "begin", "to": "end"}
@@ -145,7 +145,7 @@ Profile = Annotated[
 class Control(Group):
     """The law, its period, and its nominal model; further keys are the law's own, see Laws."""
 
-    model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True)
+    model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True, defer_build=True)
     law: str  # its name: one of those below, or one that another package has installed
     period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, between commands; or `continuous`: the law is
     # evaluated inside the equations

@@ -19,7 +19,7 @@ LayerCount = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=30)]
 
 
 class SheaveEfficiency(NamedTuple):
-    """Bearings and bending of the rope in one figure."""
+    """Bearings and bending of the rope in one number."""
 
     efficiency: Positive  # -, of one sheave: pull that leaves it over pull that enters; 0.98 on rolling bearings
 

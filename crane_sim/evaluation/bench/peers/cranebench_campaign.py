@@ -43,9 +43,9 @@ def wind_records(design: Any, mean: float, duration: float) -> list[Array]:
 
 
 def run_campaign(design: Any, wind: str, step: float) -> tuple[Mapping[str, Mapping[str, Array]], float]:
-    """Return (figures (n,) by law and name, seconds of the processor) of a campaign, with a step of integration [s]."""
+    """Return (metrics (n,) by law and name, seconds of the processor) of a campaign, with a step of integration [s]."""
     campaign = import_module("cranebench.runner").Campaign(wind=wind, dt=step).build()
     run = import_module("cranebench.batch").run_campaign_batch
     start = time.process_time()
-    figures = run(campaign, design, progress=False)
-    return figures, time.process_time() - start
+    metrics = run(campaign, design, progress=False)
+    return metrics, time.process_time() - start

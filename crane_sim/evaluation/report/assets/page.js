@@ -146,7 +146,7 @@
   fillHead();
   fillEvents();
   fillTable(get("joints"), run.joints, true);
-  fillTable(get("figures"), run.figures);
+  fillTable(get("metrics"), run.metrics);
   fillTable(get("origin"), run.origin);
   get("scene").textContent = run.scene;
   makeView();

@@ -1,4 +1,4 @@
-"""Figures of one's own in studies: columns by a function that a study's file names, and what it may return."""
+"""Metrics of one's own in studies: columns by a function that a study's file names, and what it may return."""
 
 import hashlib
 import io
@@ -17,7 +17,7 @@ from crane_sim.evaluation.report.study_page import study_page
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
 from crane_sim.study.store import hash_of, identity_of
-from crane_sim.study.summary import shown_figures
+from crane_sim.study.summary import shown_metrics
 
 pytestmark = pytest.mark.interpreted
 MASS = "cable.node_masses.0"
@@ -41,10 +41,10 @@ class Table:
     def __repr__(self):
         return "rows\\n    rows"
 
-RETURNED = {"figure": {}}
+RETURNED = {"metric": {}}
 
 def returned(run):
-    return RETURNED["figure"]
+    return RETURNED["metric"]
 """
 
 
@@ -56,18 +56,18 @@ def own(tmp_path: Path) -> Path:
     return file
 
 
-def run_with(figures: str, folder: Path, **changes: Any) -> list[dict[str, Any]]:
-    """Return the rows of the small study with figures of its own."""
-    return studies.run(STUDY | {"figures": figures} | changes, folder, workers=1).table.to_pylist()
+def run_with(metrics: str, folder: Path, **changes: Any) -> list[dict[str, Any]]:
+    """Return the rows of the small study with metrics of its own."""
+    return studies.run(STUDY | {"metrics": metrics} | changes, folder, workers=1).table.to_pylist()
 
 
-def test_a_study_has_figures_of_ones_own(own: Path, tmp_path: Path) -> None:
+def test_a_study_has_metrics_of_ones_own(own: Path, tmp_path: Path) -> None:
     """A function of a run that the file names gives further columns, beside the rows of the study without it.
 
     A function or module that is not there is one line.
     """
     file = tmp_path / "study.yaml"
-    file.write_text(yaml.safe_dump(STUDY | {"figures": "own.py:furthest"}))
+    file.write_text(yaml.safe_dump(STUDY | {"metrics": "own.py:furthest"}))
     found, plain = studies.run(file, tmp_path / "own", 1), studies.run(STUDY, tmp_path / "plain", 1)
     for row, case in zip(found.table.to_pylist(), studies.cases(found.study), strict=True):
         run = crane_sim.simulate("overhead_energy", overrides=case.changes)
@@ -102,23 +102,23 @@ def test_a_study_has_figures_of_ones_own(own: Path, tmp_path: Path) -> None:
 def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str, own: Path, tmp_path: Path) -> None:
     """Names that the table has, and what are no numbers by name: one line says what is possible, nothing is written."""
     text = returned if returned == "Table()" else repr(returned)
-    own.write_text(OWN.replace('{"figure": {}}', f'{{"figure": {text}}}'))
+    own.write_text(OWN.replace('{"metric": {}}', f'{{"metric": {text}}}'))
     with pytest.raises(SceneError, match=line) as error:
         run_with(f"{own}:returned", tmp_path / "refused")
-    assert f"study: figures = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
+    assert f"study: metrics = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
     assert not (tmp_path / "refused").exists()
 
 
-def test_a_figure_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
+def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
     """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
 
-    Also where all fail, the study reaches its end, with the figures of every run's summary.
+    Also where all fail, the study reaches its end, with the metrics of every run's summary.
     """
     rows = run_with(f"{own}:of_strong_laws", tmp_path / "some")
     strong = [row["peak_effort.trolley"] > 340.0 for row in rows]
     assert 0 < sum(strong) < 4 and [row["status"] for row in rows] == [("failed", "ok")[each] for each in strong]
     (line,) = {row["error"] for row in rows if row["error"]}
-    assert line.startswith(f"figures = '{own}:of_strong_laws': ZeroDivisionError: ")
+    assert line.startswith(f"metrics = '{own}:of_strong_laws': ZeroDivisionError: ")
     assert [row["inverse"] for row in rows] == [1.0 if each else None for each in strong]
     broken = run_with(f"{own}:broken", tmp_path / "all")
     assert all("AttributeError: " in row["error"] and row["status"] == "failed" for row in broken)
@@ -130,7 +130,7 @@ def push(t, q, v):
     return (40.0 * (3.0 - q[0]) - 80.0 * v[0] + 100.0 * q[1],)
 """
 NAMED: dict[str, dict[str, Any]] = {
-    "figures": {"figures": "NAMED"},
+    "metrics": {"metrics": "NAMED"},
     "changes": {"changes": {"control": {"law": "NAMED"}}},
     "variants": {"variants": {"energy": {}, "own": {"control.law": "NAMED"}}},
     "parameters": {"parameters": {"control.law": ["energy", "NAMED"]}},
@@ -140,13 +140,13 @@ NAMED: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("place", NAMED)
 def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path, tmp_path: Path) -> None:
-    """Where the file of a study's figures, or of a law, was edited, its folder is refused in one line, as it is.
+    """Where the file of a study's metrics, or of a law, was edited, its folder is refused in one line, as it is.
 
     With the content that began the study, its folder is taken again.
     """
     law = tmp_path / "law.py"
     law.write_text(LAW)
-    file, function = (own, "furthest") if place == "figures" else (law, "push")
+    file, function = (own, "furthest") if place == "metrics" else (law, "push")
     plain = {key: value for key, value in STUDY.items() if key != "variants"}
     changes = json.loads(json.dumps(plain | NAMED[place]).replace("NAMED", f"{file}:{function}"))
     first, text = studies.run(changes, tmp_path / "folder", 1), file.read_text()
@@ -160,14 +160,14 @@ def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path,
     assert studies.run(changes, tmp_path / "folder", 1).table == first.table
 
 
-def test_a_module_of_figures_is_part_of_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures of a module count by its source file; a study that names no function has the identity that it had."""
+def test_a_module_of_metrics_is_part_of_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Metrics of a module count by its source file; a study that names no function has the identity that it had."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    source = tmp_path / "figures_of_a_package.py"
+    source = tmp_path / "metrics_of_a_package.py"
     source.write_text(OWN)
-    study = studies.load_study(STUDY | {"figures": "figures_of_a_package:furthest"})
+    study = studies.load_study(STUDY | {"metrics": "metrics_of_a_package:furthest"})
     before = identity_of(study)
-    assert before["functions"] == {"figures_of_a_package": hashlib.sha256(OWN.encode()).hexdigest()}
+    assert before["functions"] == {"metrics_of_a_package": hashlib.sha256(OWN.encode()).hexdigest()}
     source.write_text(OWN + "# edited\n")
     assert hash_of(identity_of(study)) != hash_of(before)
     assert "functions" not in identity_of(studies.load_study(STUDY))
@@ -179,7 +179,7 @@ def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path:
     def edit(*_: int) -> None:
         own.write_text(OWN.replace(".max()", ".min()"))
 
-    study = STUDY | {"figures": f"{own}:furthest"}
+    study = STUDY | {"metrics": f"{own}:furthest"}
     line = f"{own}: not as when the study began; undo that, or begin it in another folder"
     with pytest.raises(SceneError) as ended:
         studies.run(study, tmp_path / "edited", 1, on_progress=edit)
@@ -187,8 +187,8 @@ def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path:
     assert {row["furthest"] for row in run_with(f"{own}:furthest", tmp_path / "again")} == {0.0}
 
 
-def test_own_figures_are_in_the_summary(own: Path, tmp_path: Path) -> None:
-    """Summary, terminal and page show a study's own figures behind those of every run, also where first rows lack them.
+def test_own_metrics_are_in_the_summary(own: Path, tmp_path: Path) -> None:
+    """Summary, terminal and page show a study's own metrics behind those of every run, also where first rows lack them.
 
     In a narrow terminal names break, and no number is cut.
     """
@@ -199,12 +199,12 @@ def late(run):
     return {"far": float(run.q[-1, 0])} if run.scene.seed % 2 else {"mean [m]": 0.000123456}
 """
     )
-    study = STUDY | {"design": "monte_carlo", "samples": 4, "seed": 3, "figures": f"{own}:late"}
+    study = STUDY | {"design": "monte_carlo", "samples": 4, "seed": 3, "metrics": f"{own}:late"}
     study["parameters"] = {MASS: {"distribution": "uniform", "low": 8.0, "high": 12.0}}
     result = studies.run(study, tmp_path / "folder", 1)
     assert len({seed % 2 for seed in result.column("seed")}) == 2
-    assert sorted(result.own_figures) == ["far", "mean [m]"]
-    assert set(shown_figures(result)[-2:]) == {"far", "mean [m]"}
+    assert sorted(result.own_metrics) == ["far", "mean [m]"]
+    assert set(shown_metrics(result)[-2:]) == {"far", "mean [m]"}
     lines = io.StringIO()
     print_result(result, Console(file=lines, width=80))
     shown = lines.getvalue()
@@ -240,15 +240,15 @@ def test_a_module_that_is_edited_in_a_living_process_is_loaded_anew(
 ) -> None:
     """The hash of a study's identity is that of the functions that made its numbers, in one Python process too."""
     monkeypatch.syspath_prepend(tmp_path)
-    module = tmp_path / "edited_figures.py"
+    module = tmp_path / "edited_metrics.py"
     for value in (1.0, 22.0):  # of unlike length: byte code is told from older one by time in seconds and by size
         module.write_text(f"def own(run):\n    return {{'own': {value}}}\n")
-        rows = run_with("edited_figures:own", tmp_path / str(value))
+        rows = run_with("edited_metrics:own", tmp_path / str(value))
         assert {row["own"] for row in rows} == {value}
 
 
 def test_a_function_that_exits_is_a_failed_row(tmp_path: Path) -> None:
-    """SystemExit of a function of figures ends no command."""
+    """SystemExit of a function of metrics ends no command."""
     file = tmp_path / "leaving.py"
     file.write_text("import sys\ndef own(run):\n    sys.exit(3)\n")
     rows = run_with(f"{file}:own", tmp_path / "rows")

@@ -1,6 +1,6 @@
-"""Whole runs of many cranes with the figures of `simulate`, in one compiled call for all cranes of a kind.
+"""Whole runs of many cranes with the metrics of `simulate`, in one compiled call for all cranes of a kind.
 
-Every crane's figures, its hash included, are those of `Metrics`, which gathers them by the same compiled functions.
+Every crane's metrics, its hash included, are those of `Metrics`, which gathers them by the same compiled functions.
 """
 
 import hashlib
@@ -19,16 +19,16 @@ from crane_sim.scenes.varied import SceneColumns
 from crane_sim.simulation.columns import columns, extract_drive, group_indices, kind_of
 from crane_sim.simulation.energy_balance import empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins
-from crane_sim.simulation.figure_lanes import lane_buffers
-from crane_sim.simulation.figure_loops import (
+from crane_sim.simulation.flat_summary import flatten, leaves
+from crane_sim.simulation.metric_lanes import lane_buffers
+from crane_sim.simulation.metric_loops import (
     AT_ONCE,
     Clock,
     RunColumns,
     RunScratch,
-    run_cranes_with_figures,
+    run_cranes_with_metrics,
 )
-from crane_sim.simulation.figures import flatten, leaves
-from crane_sim.simulation.metrics import RunTotals, name_figures
+from crane_sim.simulation.metrics import RunTotals, name_metrics
 from crane_sim.simulation.peaks import LAST, no_peaks, swing_angles
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import nearness
@@ -39,29 +39,29 @@ Array = npt.NDArray[np.float64]
 
 
 Measure = Callable[[Rollout], dict[str, float | None]]
-"""Returns figures of a run by name; raises FigureError."""
+"""Returns metrics of a run by name; raises MetricError."""
 
 
-class FigureError(ValueError):
-    """A run whose further figures cannot be had; one line."""
+class MetricError(ValueError):
+    """A run whose further metrics cannot be had; one line."""
 
 
 class RunEnd(NamedTuple):
     """How a run ended."""
 
-    figures: dict[str, Any]  # of its summary, by dotted key; none where there was no run
+    metrics: dict[str, Any]  # of its summary, by dotted key; none where there was no run
     error: str | None  # why it ended before its time
     events: tuple[tuple[float, str], ...]
     refused: bool = False  # whether its scene is not possible
 
 
 def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
-    """Return how runs of scenes end, those that compiled code can gather the figures of in one call for each kind."""
-    keys = (kind_of_run(scene) if has_compiled_figures(scene) else i for i, scene in enumerate(scenes))
+    """Return how runs of scenes end, those that compiled code can gather the metrics of in one call for each kind."""
+    keys = (kind_of_run(scene) if has_compiled_metrics(scene) else i for i, scene in enumerate(scenes))
     found: dict[int, RunEnd] = {}
     for group in group_indices(keys):
         own = [scenes[i] for i in group]
-        ended = run_with_figures(own) if has_compiled_figures(own[0]) else [run_alone(own[0])]
+        ended = run_with_metrics(own) if has_compiled_metrics(own[0]) else [run_alone(own[0])]
         found |= zip(group, ended, strict=True)
     return [found[i] for i in range(len(scenes))]
 
@@ -87,7 +87,7 @@ def attempt_run(scene: Scene) -> Attempt:
 
 
 def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
-    """Return how the run of a scene ends; `measure`: further figures of one that reaches its end."""
+    """Return how the run of a scene ends; `measure`: further metrics of one that reaches its end."""
     run, error, refused = attempt_run(scene)
     if run is None:
         return RunEnd({}, error, (), refused)
@@ -95,13 +95,13 @@ def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
     if measure is not None and error is None:
         try:
             further = measure(run)
-        except FigureError as reason:
+        except MetricError as reason:
             error = str(reason)
     return RunEnd(flatten(run.summary) | further, error, tuple(run.events))
 
 
-def has_compiled_figures(scene: Scene) -> bool:
-    """Return whether all figures of a scene's summary are gathered by compiled code, and nothing switches."""
+def has_compiled_metrics(scene: Scene) -> bool:
+    """Return whether all metrics of a scene's summary are gathered by compiled code, and nothing switches."""
     model = scene.model
     if scene.trajectory is not None or (scene.hardware is not None and not scene.hardware.ideal):
         return False
@@ -133,12 +133,12 @@ class RunStarts(NamedTuple):
 class EndColumns(NamedTuple):
     """How n runs ended."""
 
-    figures: dict[str, Any]  # of their summaries by dotted key, (n,) each
+    metrics: dict[str, Any]  # of their summaries by dotted key, (n,) each
     errors: list[str | None]  # (n,), why each ended before its time
 
 
-def run_with_figures(scenes: Sequence[Scene]) -> list[RunEnd]:
-    """Run scenes of one kind, which have compiled figures, from their beginning to their end or failure.
+def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
+    """Run scenes of one kind, which have compiled metrics, from their beginning to their end or failure.
 
     Raises:
         SceneError: they are not of one kind.
@@ -149,7 +149,7 @@ def run_with_figures(scenes: Sequence[Scene]) -> list[RunEnd]:
     ends = [np.array([(limit.low, limit.high) for limit in scene.limits]) for scene in scenes]
     limits = {limit.joint: np.array([each[k] for each in ends]).T for k, limit in enumerate(first.limits)}
     ended = _run(RunStarts(first, cranes, q, v, target, limits, lambda i: scenes[i].model))
-    names, values = list(ended.figures), zip(*(column.tolist() for column in ended.figures.values()), strict=True)
+    names, values = list(ended.metrics), zip(*(column.tolist() for column in ended.metrics.values()), strict=True)
     return [
         RunEnd(dict(zip(names, row, strict=True)) | flatten(scene.notes), error, ())
         for scene, row, error in zip(scenes, values, ended.errors, strict=True)
@@ -157,9 +157,9 @@ def run_with_figures(scenes: Sequence[Scene]) -> list[RunEnd]:
 
 
 def run_columns(scenes: SceneColumns) -> EndColumns | None:
-    """Run the scenes of columns that are alike; None where compiled code cannot gather all their figures."""
-    scene, numbers = scenes.scene, np.flatnonzero(scenes.alike)
-    if not len(numbers) or not has_compiled_figures(first := scenes.at(int(numbers[0]))):
+    """Run the scenes that columns cover; None where compiled code cannot gather all their metrics."""
+    scene, numbers = scenes.scene, np.flatnonzero(scenes.covered)
+    if not len(numbers) or not has_compiled_metrics(first := scenes.at(int(numbers[0]))):
         return None
     cranes = scenes.arrays(extract_drive(scene))
     q, v = (np.stack(scenes.arrays(part), axis=1) for part in (scene.initial_q, scene.initial_v))
@@ -167,7 +167,7 @@ def run_columns(scenes: SceneColumns) -> EndColumns | None:
     limits = {limit.joint: scenes.arrays((limit.low, limit.high)) for limit in scene.limits}
     ended = _run(RunStarts(first, cranes, q, v, target, limits, lambda i: scenes.at(int(numbers[i])).model))
     notes = {key: np.array([value] * len(numbers), object) for key, value in flatten(first.notes).items()}
-    return ended._replace(figures=ended.figures | notes)
+    return ended._replace(metrics=ended.metrics | notes)
 
 
 def _run(starts: RunStarts) -> EndColumns:
@@ -178,15 +178,15 @@ def _run(starts: RunStarts) -> EndColumns:
     scratch, hashes = _allocate_scratch(first), list[str]()
     for start in range(0, len(runs.q), AT_ONCE):
         end = min(start + AT_ONCE, len(runs.q))
-        run_cranes_with_figures(starts.cranes, clock, runs, scratch, start, end)
+        run_cranes_with_metrics(starts.cranes, clock, runs, scratch, start, end)
         done = runs.counts[start:end, 1].tolist()
         hashes += _hash(scratch.states[: end - start], done)
-    figures = dict(leaves(_figures_of_runs(starts, runs, hashes)))
+    metrics = dict(leaves(_metrics_of_runs(starts, runs, hashes)))
     failed = np.flatnonzero(runs.counts[:, 1] != first.steps).tolist()
     errors: list[str | None] = [None] * len(runs.q)
     for i in failed:
         errors[i] = _error(starts.model_of(i), runs, i)
-    return EndColumns(figures, errors)
+    return EndColumns(metrics, errors)
 
 
 def _hash(states: Array, done: Sequence[int]) -> list[str]:
@@ -219,7 +219,7 @@ def _allocate_scratch(scene: Scene) -> RunScratch:
     return RunScratch(times, driven, rows, commands, energies, ends, driven_q, states, lanes)
 
 
-def _figures_of_runs(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
+def _metrics_of_runs(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
     ended = RunTotals(
         t=runs.counts[:, 1] * starts.first.period,
         q=runs.driven_end,
@@ -233,7 +233,7 @@ def _figures_of_runs(starts: RunStarts, runs: RunColumns, hashes: Sequence[str])
         audit=runs.audit,
         sha=hashes,
     )
-    return name_figures(starts.first, ended) | joint_margins(starts.limits, starts.first.joint_names, runs.ranges)
+    return name_metrics(starts.first, ended) | joint_margins(starts.limits, starts.first.joint_names, runs.ranges)
 
 
 def _error(model: Any, runs: RunColumns, i: int) -> str | None:

@@ -1,4 +1,4 @@
-"""Compiled loop over whole runs of many cranes, which gathers the figures of each.
+"""Compiled loop over whole runs of many cranes, which gathers the metrics of each.
 
 They are gathered by the compiled functions that `metrics.Metrics` calls block by block.
 """
@@ -58,7 +58,7 @@ class RunScratch(NamedTuple):
     ends: Any  # (steps + 1, 6) m, likewise
     driven_q: Any  # (steps + 1, nu), likewise
     states: Any  # (AT_ONCE, steps + 1, 1 + 2 nq), time and joints of the runs
-    lanes: Any  # `figure_lanes.LaneBuffers` where instants are watched in lanes, as they come; None for others
+    lanes: Any  # `metric_lanes.LaneBuffers` where instants are watched in lanes, as they come; None for others
 
 
 @generic
@@ -79,7 +79,7 @@ def output_of(lanes, clock, run, scratch, states):
 
 
 @entry_point
-def run_cranes_with_figures(cranes, clock, runs, scratch, first, last):
+def run_cranes_with_metrics(cranes, clock, runs, scratch, first, last):
     """Run cranes `first` to `last` (excluded): columns of `Driven`; fill `RunColumns`, and the states of each run."""
     for i in range(first, last):
         method, p, source = tree_column(cranes, i)
@@ -99,7 +99,7 @@ def run_cranes_with_figures(cranes, clock, runs, scratch, first, last):
 
 @routine_generic
 def watch_run(out, p, clock, run, scratch, states):
-    """Gather the figures of one run that have not been gathered as it went: all, from rows; copy its states."""
+    """Gather the metrics of one run that have not been gathered as it went: all, from rows; copy its states."""
     k, nq, nu = run.counts[1], len(run.q), len(run.target)
     rows, t = scratch.rows[: k + 1], scratch.times[: k + 1]
     q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : 2 * nq + nu]

@@ -1,4 +1,4 @@
-"""Figures of a soak test, each with the requirement that it has to pass."""
+"""Metrics of a soak test, each with the requirement that it has to pass."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 
-class Figure(NamedTuple):
+class Metric(NamedTuple):
     """One measured quantity."""
 
     what: str
@@ -23,19 +23,19 @@ class Figure(NamedTuple):
         return f"{value} {self.unit}".strip()
 
 
-def at_most(what: str, value: float, limit: float, unit: str = "") -> Figure:
-    """Return a figure that must not exceed a limit."""
-    return Figure(what, value, unit, f"at most {limit:g} {unit}".strip(), value <= limit)
+def at_most(what: str, value: float, limit: float, unit: str = "") -> Metric:
+    """Return a metric that must not exceed a limit."""
+    return Metric(what, value, unit, f"at most {limit:g} {unit}".strip(), value <= limit)
 
 
-def at_least(what: str, value: float, limit: float, unit: str = "") -> Figure:
-    """Return a figure that must not fall below a limit."""
-    return Figure(what, value, unit, f"at least {limit:g} {unit}".strip(), value >= limit)
+def at_least(what: str, value: float, limit: float, unit: str = "") -> Metric:
+    """Return a metric that must not fall below a limit."""
+    return Metric(what, value, unit, f"at least {limit:g} {unit}".strip(), value >= limit)
 
 
-def equal(what: str, value: Any, expected: Any, unit: str = "") -> Figure:
-    """Return a figure that must be equal to `expected`."""
-    return Figure(what, value, unit, f"{expected}", value == expected)
+def equal(what: str, value: Any, expected: Any, unit: str = "") -> Metric:
+    """Return a metric that must be equal to `expected`."""
+    return Metric(what, value, unit, f"{expected}", value == expected)
 
 
 def quantiles(values: Sequence[float]) -> dict[str, float]:

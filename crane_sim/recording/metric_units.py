@@ -1,4 +1,4 @@
-"""Units of the figures of a summary, in which people read them: angles in degrees."""
+"""Units of the metrics of a summary, in which people read them: angles in degrees."""
 
 from __future__ import annotations
 
@@ -28,38 +28,38 @@ UNITS = {
     "max_fall_tensions": "N",
     "braked_time": "s",
 }
-"""Units of plain figures; names that end in `_deg` and `_us` say theirs."""
+"""Units of plain metrics; names that end in `_deg` and `_us` say theirs."""
 _OF_POSITIONS, _OF_EFFORTS = ("final_error", "limit_margin", "overtravel"), ("peak_effort",)
 _ENDINGS = {"_deg": "deg", "_us": "µs"}
 
 
-class FigureUnit(NamedTuple):
-    """What a figure is called where it is shown, its unit, and the factor from the summary's number to it."""
+class MetricUnit(NamedTuple):
+    """What a metric is called where it is shown, its unit, and the factor from the summary's number to it."""
 
     label: str
     unit: str
     factor: float
 
 
-def figure_unit(name: str, crane: Crane) -> FigureUnit:
-    """Return how a figure of a crane's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
+def metric_unit(name: str, crane: Crane) -> MetricUnit:
+    """Return how a metric of a crane's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
     key, _, part = name.partition(".")
     ending = next((each for each in _ENDINGS if key.endswith(each)), "")
     label = " ".join([key.removesuffix(ending).replace("_", " "), *[part] * bool(part)])
     if key in _OF_POSITIONS:
         units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
-        return FigureUnit(label, *shown_unit(units.get(part, "")))
+        return MetricUnit(label, *shown_unit(units.get(part, "")))
     if key in _OF_EFFORTS:
-        return FigureUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0)
-    return FigureUnit(label, _ENDINGS[ending] if ending else UNITS.get(key, ""), 1.0)
+        return MetricUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0)
+    return MetricUnit(label, _ENDINGS[ending] if ending else UNITS.get(key, ""), 1.0)
 
 
-def figure_row(name: str, cranes: Sequence[Crane], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
-    """Return (label, unit, texts) of a figure of several runs: its values, and differences from the first run.
+def metric_row(name: str, cranes: Sequence[Crane], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
+    """Return (label, unit, texts) of a metric of several runs: its values, and differences from the first run.
 
     A value in another unit than the row's has it beside it, and no difference.
     """
-    units = [figure_unit(name, crane) for crane in cranes]
+    units = [metric_unit(name, crane) for crane in cranes]
     label, unit, _ = next(each for each, value in zip(units, values, strict=True) if value is not None)
     texts = [
         _format_scaled(value, own.factor) + (f" {own.unit}" if value is not None and own.unit != unit else "")

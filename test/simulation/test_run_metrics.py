@@ -1,4 +1,4 @@
-"""Figures of a run: when a joint has settled, what the energy balance says, and that blocks change neither."""
+"""Metrics of a run: when a joint has settled, what the energy balance says, and that blocks change neither."""
 
 import numpy as np
 import pytest
@@ -72,8 +72,8 @@ def test_the_largest_error_of_the_balance_is_kept() -> None:
     assert (end, largest) == (0.0, 0.5 / 2.0)  # J, of the 2 J that were in play
 
 
-def test_looking_at_a_run_does_not_change_its_figures() -> None:
-    """A plant whose summary is read several times ends with the figures of `simulate`, to the last bit."""
+def test_looking_at_a_run_does_not_change_its_metrics() -> None:
+    """A plant whose summary is read several times ends with the metrics of `simulate`, to the last bit."""
     scene = load_scene("knuckle_setpoint", {"duration": 1.0})
     law, plant = scene.law, Plant(scene)
     assert law is not None

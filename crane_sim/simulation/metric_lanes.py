@@ -1,4 +1,4 @@
-"""Figures of whole runs in lanes: instants side by side, of cranes with one link that have `system.observe`.
+"""Metrics of whole runs in lanes: instants side by side, of cranes with one link that have `system.observe`.
 
 LANES instants are watched at a time, as soon as they have passed, in vectors of the processor; sums go one instant
 after the other.
@@ -14,7 +14,7 @@ from crane_sim.numerics.lanes import LANES, lane, put_lane, use_wide_vectors
 from crane_sim.numerics.states import scale, smaller
 from crane_sim.simulation.energy_balance import add_compensated, balance_instant
 from crane_sim.simulation.extremes import note_range_at
-from crane_sim.simulation.figure_loops import Clock, RunColumns, RunScratch, count_limited, output_of, watch_run
+from crane_sim.simulation.metric_loops import Clock, RunColumns, RunScratch, count_limited, output_of, watch_run
 from crane_sim.simulation.peaks import PUSHED, watch_efforts, watch_swing, watch_tension
 from crane_sim.simulation.settling import is_outside
 from crane_sim.stepping.periods import write_instant
@@ -38,7 +38,7 @@ def lane_buffers(nq: int, nu: int) -> LaneBuffers:
 
 
 class LaneOutput(NamedTuple):
-    """An `Output` that keeps states in place of rows; instants go into lanes, and from there into figures."""
+    """An `Output` that keeps states in place of rows; instants go into lanes, and from there into metrics."""
 
     rows: Any  # (steps + 1, 1 + 2 nq), time and joints
     commands: Any  # (steps, nu)
@@ -88,7 +88,7 @@ def _(out, p, clock, run, scratch, states):
 
 @lean_routine
 def watch_block(out, p, like, first):
-    """Take the LANES instants from number `first` on, which are in the lanes, into the figures of a run."""
+    """Take the LANES instants from number `first` on, which are in the lanes, into the metrics of a run."""
     run, clock, scratch = out.run, out.clock, out.scratch
     add_work(run.balance, clock.metered, scratch)
     watch_lanes(p, like, run, scratch, first)
@@ -138,7 +138,7 @@ def count_limited_lanes(run, clock, scratch, first, count):
 
 @lean_routine
 def watch_lanes(p, like, run, scratch, first):
-    """Gather the figures of LANES instants side by side; `like`: joints and efforts of one."""
+    """Gather the metrics of LANES instants side by side; `like`: joints and efforts of one."""
     use_wide_vectors()
     lanes, start = scratch.lanes, (run.balance.start[0], run.balance.start[1])
     largest = run.peaks.swing
@@ -184,7 +184,7 @@ def watch_swings(peaks, clock, scratch, first):
 
 @lean_routine
 def join_lanes(run, lanes):
-    """Take the least values of all lanes into the figures of the run."""
+    """Take the least values of all lanes into the metrics of the run."""
     nq, nu, least, extremes = len(run.q), len(run.target), lanes.least, run.balance.extremes
     after = 2 * nq + nu
     for j in range(LANES):
@@ -212,7 +212,7 @@ def observe_lanes(p, like, scratch, first):
 
 @kernel
 def watch_instant(out, i, j):
-    """Take instant i, which is in lane j, into the figures of a run; of the last one, positions only."""
+    """Take instant i, which is in lane j, into the metrics of a run; of the last one, positions only."""
     run, clock, scratch = out.run, out.clock, out.scratch
     nq, nu, joints, seen = len(run.q), len(run.target), scratch.lanes.joints, scratch.lanes.observed
     note_range_at(joints[:nq, j], run.ranges[0], run.ranges[1])

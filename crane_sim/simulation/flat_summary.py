@@ -1,4 +1,4 @@
-"""Figures of a run's summary as one level of names and plain values, as tables hold them."""
+"""Metrics of a run's summary as one level of names and plain values, as tables hold them."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-_NOT_FIGURES = ("scene", "mode", "seed", "law", "error")
+_NOT_METRICS = ("scene", "mode", "seed", "law", "error")
 
 
 def leaves(summary: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
@@ -20,8 +20,8 @@ def leaves(summary: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, An
 
 
 def flatten(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the figures of a summary by dotted key: numbers, flags and text as they are, lists as JSON."""
-    return {key: cell_of(value) for key, value in leaves(summary) if key not in _NOT_FIGURES}
+    """Return the metrics of a summary by dotted key: numbers, flags and text as they are, lists as JSON."""
+    return {key: cell_of(value) for key, value in leaves(summary) if key not in _NOT_METRICS}
 
 
 def cell_of(value: Any) -> Any:
@@ -29,12 +29,12 @@ def cell_of(value: Any) -> Any:
     value = plain(value)
     if value is None or isinstance(value, bool | float | str):
         return value
-    # whole numbers of figures are counts; as parameters they are numbers like any other
+    # whole numbers of metrics are counts; as parameters they are numbers like any other
     return value if isinstance(value, int) else json.dumps(value)
 
 
-def figure_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
-    """Return the figures of n runs, as `flatten` gives them, as arrays (n,); numbers that are missing are NaN."""
+def metric_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the metrics of n runs, as `flatten` gives them, as arrays (n,); numbers that are missing are NaN."""
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     return {key: _column(values) for key, values in columns.items()}
 
@@ -45,9 +45,9 @@ def _column(values: list[Any]) -> npt.NDArray[Any]:
     return np.array([np.nan if value is None else value for value in values])
 
 
-def one_run(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the figures of the first of n runs, arrays (n,) in groups, as plain numbers."""
-    return {key: one_run(value) if isinstance(value, Mapping) else plain(value[0]) for key, value in figures.items()}
+def one_run(metrics: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the metrics of the first of n runs, arrays (n,) in groups, as plain numbers."""
+    return {key: one_run(value) if isinstance(value, Mapping) else plain(value[0]) for key, value in metrics.items()}
 
 
 def plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Further figures of a study's runs, by a function that its file names."""
+"""Further metrics of a study's runs, by a function that its file names."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -6,47 +6,47 @@ from typing import Any
 
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.functions import hash_source, load_function
-from crane_sim.simulation.figured_runs import FigureError, Measure
-from crane_sim.simulation.figures import flatten
+from crane_sim.simulation.batch_metrics import Measure, MetricError
+from crane_sim.simulation.flat_summary import flatten
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.columns import COLUMNS
 from crane_sim.study.schema import Study
 
 
-class UnusableFigures(FigureError):
-    """What a function of figures returned can be no columns of a table, of this run and probably of any other."""
+class UnusableMetrics(MetricError):
+    """What a function of metrics returned can be no columns of a table, of this run and probably of any other."""
 
 
-def load_figures(study: Study) -> Measure | None:
-    """Return the function of a run that has the study's further figures, None where it asks for none.
+def load_metrics(study: Study) -> Measure | None:
+    """Return the function of a run that has the study's further metrics, None where it asks for none.
 
-    When called it raises `FigureError` where the function raised an error, and `UnusableFigures`.
+    When called it raises `MetricError` where the function raised an error, and `UnusableMetrics`.
 
     Raises:
         SceneError: there is no such function.
     """
-    return _load(study.figures, hash_source(study.figures)) if study.figures else None
+    return _load(study.metrics, hash_source(study.metrics)) if study.metrics else None
 
 
 @lru_cache(maxsize=1)
 def _load(name: str, _: str | None) -> Measure:
     """Load a function anew where its source has another hash."""
     try:
-        function = load_function("study: figures", name)
+        function = load_function("study: metrics", name)
     except SceneError:
         raise
     except (Exception, SystemExit) as error:  # of the user's own module: any error of it is one line
-        raise SceneError(f"study: figures = {name!r}: {_cause(error)}") from error
+        raise SceneError(f"study: metrics = {name!r}: {_cause(error)}") from error
 
     def measure(run: Rollout) -> dict[str, float | None]:
         try:
             found = function(run)
         except (Exception, SystemExit) as error:
-            raise FigureError(f"figures = {name!r}: {_cause(error)}") from error
+            raise MetricError(f"metrics = {name!r}: {_cause(error)}") from error
         try:
             return _numbers_by_name(found, run)
-        except UnusableFigures as error:
-            raise UnusableFigures(f"figures = {name!r}: {error}") from None
+        except UnusableMetrics as error:
+            raise UnusableMetrics(f"metrics = {name!r}: {error}") from None
 
     return measure
 
@@ -56,17 +56,17 @@ def _cause(error: BaseException) -> str:
 
 
 def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:
-    """Return what a function of figures returned of a run, as numbers by name; raises UnusableFigures."""
+    """Return what a function of metrics returned of a run, as numbers by name; raises UnusableMetrics."""
     if not isinstance(found, Mapping):
         line = f"returned {shorten(found)}; must return a dict of name: number, None where a run has none"
-        raise UnusableFigures(line)
+        raise UnusableMetrics(line)
     taken = {name.partition(".")[0] for name in (*COLUMNS, *flatten(run.summary))}
     for name in found:
         if not isinstance(name, str) or not name:
-            raise UnusableFigures(f"returned {shorten(name)} as a name; names are text")
+            raise UnusableMetrics(f"returned {shorten(name)} as a name; names are text")
         if name.partition(".")[0] in taken:
             reason = "is taken by the table's own columns"
-            raise UnusableFigures(f"returned {name!r}, which {reason}; take another name, such as 'own_{name}'")
+            raise UnusableMetrics(f"returned {name!r}, which {reason}; take another name, such as 'own_{name}'")
     return {name: _to_float(name, value) for name, value in found.items()}
 
 
@@ -77,4 +77,4 @@ def _to_float(name: str, value: Any) -> float | None:
         return None if value is None else float(value)
     except (TypeError, ValueError):
         line = f"returned {name} = {shorten(value)}; must be a number, or None where a run has none"
-        raise UnusableFigures(line) from None
+        raise UnusableMetrics(line) from None
