@@ -49,7 +49,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import write_contact_rates
+from crane_sim.models.supports.actuated_support import write_friction_rates
 from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
@@ -333,7 +333,7 @@ def write_falls_derivative(p, t, x, u, out):
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
-    write_contact_rates(p.support, solved.pose, out)
+    write_friction_rates(p.support, solved.pose, out)
     if modes > 2 * nq:
         out[2 * nq] = falls_power(p, t, x, solved)
 

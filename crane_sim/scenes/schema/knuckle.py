@@ -11,7 +11,7 @@ from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.models.effects import BoomSpring, JibSpring, RopeSpring
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.single_rope.joint_friction import Contacts
+from crane_sim.models.single_rope.joint_friction import JointFriction
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.friction import Friction as DryFriction
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
@@ -132,7 +132,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     `swing_friction`, `springs.rope` and `friction.rope` are refused.
     """
 
-    contact_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
+    friction_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
     crane: Literal["knuckle"]  # the kind of crane
     initial: Initial  # the state at t = 0
     friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
@@ -184,7 +184,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
             friction=self._joint_friction(),
         )
 
-    def _joint_friction(self) -> Contacts | None:
+    def _joint_friction(self) -> JointFriction | None:
         """Return the friction of the joints above one rope and a point mass, None where none has any."""
         return validate_friction(self.friction, self.lugre, self.rope.drive)
 

@@ -40,7 +40,7 @@ class SupportedFile(SceneFile):
     """
 
     support_joints: ClassVar[SupportJoints]  # each (name, unit of its position, unit of its effort)
-    contact_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction; empty: the support's
+    friction_joints: ClassVar[tuple[str, ...]] = ()  # joints that can have friction; empty: all of the support's
     friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch of a `rope` has
     # `rope.friction`
     lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
@@ -82,7 +82,7 @@ class SupportedFile(SceneFile):
     def _check_names(cls, group: Any, info: ValidationInfo) -> Any:
         """Reject groups of joints that the support does not have, before their values are read."""
         names = tuple(name for name, _, _ in cls.support_joints)
-        return known_joints(group, names if info.field_name == "backlash" else cls.contact_joints or names)
+        return known_joints(group, names if info.field_name == "backlash" else cls.friction_joints or names)
 
     @property
     def _start(self) -> Any:
