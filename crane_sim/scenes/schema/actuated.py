@@ -22,7 +22,7 @@ def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -
     return any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
 
 
-def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Any:
+def add_friction_and_motors(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Any:
     """Return the support with friction and motors of its joints, as it is without any.
 
     Args:

@@ -87,16 +87,16 @@ class KnuckleGroups(SupportedFile):
             ("jib", "jib.limits", self.jib.limits),
         )
 
-    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+    def _tip_radius_and_height(self, q: Any, bend: float) -> tuple[float, float]:
         """Return (radius, height) [m] of the jib's end at joint positions q; it does not bend."""
         rods = (self.boom.length, q[1]), (self.jib.length, q[2])
         return sum(a * cos(angle) for a, angle in rods), sum(a * sin(angle) for a, angle in rods)
 
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of slew, boom and jib at t = 0."""
-        (_, beta, gamma, *_), boom, jib = self._start.q, self.boom, self.jib
-        (a, b), radius = (boom.length, jib.length), self._reach(self._start.q, 0.0)[0]
-        levers = np.array(
+        (_, beta, gamma, *_), boom, jib = self._initial.q, self.boom, self.jib
+        (a, b), radius = (boom.length, jib.length), self._tip_radius_and_height(self._initial.q, 0.0)[0]
+        jacobian_t = np.array(
             [
                 [0.0, radius, 0.0, 1.0],
                 [-a * sin(beta), 0.0, a * cos(beta), 0.0],
@@ -110,7 +110,7 @@ class KnuckleGroups(SupportedFile):
             0.5 * jib.mass * a * b * cos(beta - gamma),
         )
         masses = [[turning, 0.0, 0.0], [0.0, luffing, mixed], [0.0, mixed, jib.inertia + 0.25 * jib.mass * b * b]]
-        return JointMobility(levers, np.linalg.inv(masses))
+        return JointMobility(jacobian_t, np.linalg.inv(masses))
 
     def support(self) -> Knuckle:
         """Return the parameters of the support.
