@@ -141,15 +141,15 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
-    def further_keys(self) -> list[str]:
-        """Keys that the file has, and that the equations of one rope and a point mass do not know."""
+    def beyond_one_rope(self) -> list[str]:
+        """Keys of the file that the equations of one rope and a point mass do not support."""
         rope = {f"rope.{key}": getattr(self.rope, key) for key in ("reeving", "friction", "torsion")}
         body = {"payload.inertia": self.payload.inertia, "links": self.links, "events": self.events}
         return [key for key, value in (body | {"backlash": self.backlash} | rope).items() if value]
 
     @property
     def rope_only(self) -> list[str]:
-        """Keys that the file has, and that only the equations of one rope and a point mass know."""
+        """Keys of the file that only the equations of one rope and a point mass support."""
         groups = {"swing_friction": self.swing_friction, "springs.rope": self.springs.rope}
         groups |= {f"{key}.rope": getattr(self, key).get("rope") for key in ("friction", "lugre")}
         return [key for key, value in groups.items() if value is not None]
@@ -160,11 +160,11 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
         Raises:
             SceneError: groups contradict each other.
         """
-        if not self.further_keys:
+        if not self.beyond_one_rope:
             return self._crane_with_one_rope()
         for key in self.rope_only:
             raise SceneError(
-                f"{key}: belongs to one rope and a point mass, here is {self.further_keys[0]}; leave out one of both"
+                f"{key}: belongs to one rope and a point mass, here is {self.beyond_one_rope[0]}; leave out one of both"
                 + ("; the winch has rope.friction" if key == "friction.rope" else "")
             )
         return super().model()
@@ -190,7 +190,9 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""
-        return super()._stops() if self.further_keys else self.rope.stops(bool(self.limits or self._joint_friction()))
+        return (
+            super()._stops() if self.beyond_one_rope else self.rope.stops(bool(self.limits or self._joint_friction()))
+        )
 
     def _cable(self) -> ForceRope | RateRope | LockedRope:
         drive = self.rope.drive
