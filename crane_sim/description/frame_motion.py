@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from crane_sim.scenes.scene import Scene
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 DIFFERENCE_STEP = 1e-4  # s, of central differences: truncation errors are of its square, 1e-8, and rounding is 1e-11
 
@@ -31,17 +31,17 @@ DIFFERENCE_STEP = 1e-4  # s, of central differences: truncation errors are of it
 class FrameMotion(NamedTuple):
     """Motion of a frame in the axes of the world."""
 
-    position: Numbers  # (3,) m
-    rotation: Numbers  # (3, 3), takes vectors of the frame to the world
-    velocity: Numbers  # (3,) m/s
-    angular_velocity: Numbers  # (3,) rad/s
+    position: Array  # (3,) m
+    rotation: Array  # (3, 3), takes vectors of the frame to the world
+    velocity: Array  # (3,) m/s
+    angular_velocity: Array  # (3,) rad/s
 
 
 class FrameAcceleration(NamedTuple):
     """Acceleration of a frame in the axes of the world."""
 
-    linear: Numbers  # (3,) m/s²
-    angular: Numbers  # (3,) rad/s²
+    linear: Array  # (3,) m/s²
+    angular: Array  # (3,) rad/s²
 
 
 def frame_motions(
@@ -115,7 +115,7 @@ def _compose(parent: FrameMotion, child: RelativeMotion) -> FrameMotion:
     )
 
 
-def _rotation(transform: Transform) -> Numbers:
+def _rotation(transform: Transform) -> Array:
     """Return the matrix (3, 3) of a transform's unit quaternion."""
     x, y, z, w = transform.rotation
     return np.array(
