@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.models.attitude import align_quaternion, angular_velocity_of, quaternion_acceleration, rotation_of
 from crane_sim.models.contact.forces import add_contact
-from crane_sim.models.contact.rigid import Pressures
+from crane_sim.models.contact.rigid import NormalForces
 from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
 from crane_sim.models.effects import PayloadDrag, PayloadForce
 from crane_sim.models.energy_meter import Meter, meter_size
@@ -138,7 +138,7 @@ class FallsSolution(NamedTuple):
     tau: Any  # efforts on the joints, with those that base and falls add
     command: Any  # efforts of the drives
     base: Any
-    pressures: Any  # of contact, None without
+    normal_forces: Any  # of contact, None without
 
 
 @lean_kernel
@@ -285,8 +285,10 @@ def solve_dynamics(p, t, x, tau):
     motion, at = (*common_length(p.hoist, p, x, nq), p.gravity), (nq + coordinate_count(p.support), winch_index(p))
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
-    centre, alpha, pressures = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    return FallsSolution(pose, qdd, length, centre, alpha, load, pull, given, tip_force, tau, command, base, pressures)
+    centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
+    return FallsSolution(
+        pose, qdd, length, centre, alpha, load, pull, given, tip_force, tau, command, base, normal_forces
+    )
 
 
 @lean_kernel
@@ -351,15 +353,15 @@ def falls_power(p, t, x, solved):
     winch = winch_power(p.hoist, solved.tau, mode, motion, pull.paid, p.gravity)
     power += winch + imposed_load_power(solved.base, body, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
-    return add_contact_power(solved.pressures, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
+    return add_contact_power(solved.normal_forces, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
 
 
 @lean_generic
-def add_contact_power(pressures, load, power):
+def add_contact_power(normal_forces, load, power):
     """Return the sum of `power` [W] and the power of contact."""
     return power
 
 
-@add_contact_power.register(Pressures)
-def _(pressures, load, power):
-    return power + wrench_power(pressures.wrench, load)
+@add_contact_power.register(NormalForces)
+def _(normal_forces, load, power):
+    return power + wrench_power(normal_forces.wrench, load)

@@ -15,7 +15,7 @@ from crane_sim.models.falls.contact_events import (
     describe_contact,
     fill_contact,
     switch_contact,
-    total_pressure,
+    total_normal_force,
 )
 from crane_sim.models.falls.crane import (
     FallsCrane,
@@ -151,9 +151,9 @@ def _(p, t, x, u, rows, i, first):
         rows[i, first + k] = x[modes + k] * fall.tension
 
 
-@system.contact_pressure.register(FallsCrane)
+@system.contact_force.register(FallsCrane)
 def _(p, t, x):
-    return total_pressure(p.contact, p, t, x)
+    return total_normal_force(p.contact, p, t, x)
 
 
 @system.power.register(FallsCrane)
