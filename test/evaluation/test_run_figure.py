@@ -35,9 +35,9 @@ def test_curves_of_different_size_have_their_own_axis(run: RecordedRun) -> None:
     colors: dict[str, set[str]] = {}
     for panel in panels_of(run):
         whole = np.ptp(np.concatenate([curve.values for curve in panel.curves]))
-        curve_sets = {curve.name.split(" ")[0] for curve in panel.curves}
-        if len(curve_sets) > 1 and whole > 0.0:
-            for joint in curve_sets:
+        joints = {curve.name.split(" ")[0] for curve in panel.curves}
+        if len(joints) > 1 and whole > 0.0:
+            for joint in joints:
                 values = [curve.values for curve in panel.curves if curve.name.split(" ")[0] == joint]
                 assert np.ptp(np.concatenate(values)) >= MIN_SPAN_FRACTION * whole, (panel.title, joint)
         for curve in panel.curves:

@@ -64,7 +64,6 @@ def _format(value: Any, unit: str) -> str:
         return "–"
     if not isinstance(value, float):
         return f"{value} {unit}".strip()
-    factor, prefix = next(
-        ((f, p) for f, least, p in PREFIXES if unit in UNITS_WITH_PREFIX and abs(value) >= least), (1.0, "")
-    )
+    prefixes = PREFIXES if unit in UNITS_WITH_PREFIX else ()
+    factor, prefix = next(((f, p) for f, least, p in prefixes if abs(value) >= least), (1.0, ""))
     return f"{value / factor:.4g} {prefix}{unit}".strip()

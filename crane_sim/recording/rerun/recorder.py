@@ -76,7 +76,7 @@ class Recorder:
         self.on_reset: Callable[[], object] = lambda: None
 
     def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
-        """Take the joint state (nq,) of a stamp [ns], as sensors show it."""
+        """Take the joint state (nq,) of a stamp [ns], as measured by sensors."""
         self._last_message = time.monotonic()
         if self._assembler.follows_reset(stamp):
             self._start_over()
@@ -186,7 +186,7 @@ class Recorder:
             self._write(final=False)
 
     def _write(self, final: bool) -> None:
-        rows = self._assembler.take(final)
+        rows = self._assembler.pop_rows(final)
         if rows and not self.write_error:
             self._attempt(lambda: self._session.write(rows))
         if not rows or self.write_error:
