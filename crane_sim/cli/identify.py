@@ -53,7 +53,7 @@ def identify_parameters(
     folder = output or Path("runs") / f"identify-{run.stem}"
     prepare_output_folder(folder)
     options = {} if segment is None else {"segment": segment}
-    with report.compiling(hidden=as_json):
+    with report.compiling(quiet=as_json):
         found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
     files = save(found, folder)
     if as_json:

@@ -49,8 +49,8 @@ def sampled_league(
     Raises:
         SceneError: a folder cannot be written, or `output` holds another league.
     """
-    with show_progress("runs", hidden=as_json or not sys.stderr.isatty()) as update:
-        cells = list(evaluate_samples(samples, output, groups, on_progress=update))
+    with show_progress("runs", quiet=as_json or not sys.stderr.isatty()) as on_progress:
+        cells = list(evaluate_samples(samples, output, groups, on_progress=on_progress))
     if as_json:
         print(json.dumps(sampled_document(cells)))
     else:

@@ -51,7 +51,7 @@ FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 def source_note(scene: Scene, truth: bool) -> str:
     """Return one phrase on what energies, tension and swing are computed from, empty where that is the truth.
 
-    A recorder computes them from the published states, true or as sensors show them, and the scene's payload.
+    A recorder computes them from the published states, true or measured, and the scene's payload.
     """
     parts = () if truth or not is_sensed(scene) else ("from what the sensors show",)
     changes = scene.hardware is not None and scene.hardware.payload_fault is not None
@@ -205,13 +205,13 @@ class Block(NamedTuple):
     tensions: Numbers  # (K, T) N, those of `select_tensions`
     reeved: Numbers | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
-    measured: Numbers | None  # (K, 2 nq) what sensors show of q and v, where these are the truth
+    measured: Numbers | None  # (K, 2 nq) measured q and v, where q and v are the true ones
     contact: Numbers | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
 
 def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
-    """Return the layout of a scene's recording; without `truth` its states are what sensors show."""
+    """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
     return Layout(
         run_id=run_id,
         name=scene.name,

@@ -73,7 +73,7 @@ class RecordedRun:
     t: Numbers  # (K,) s
     q: Numbers  # (K, nq) m or rad
     v: Numbers  # (K, nq) m/s or rad/s
-    q_measured: Numbers | None  # (K, nq) what sensors show of q, where that is the truth; None without sensors
+    q_measured: Numbers | None  # (K, nq) measured by sensors, where q is the true one; None without sensors
     v_measured: Numbers | None  # (K, nq) likewise
     u: Numbers  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
     commands: Numbers  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing

@@ -1,4 +1,4 @@
-"""What sensors show stands beside the truth in a recording, on its page and in its columns."""
+"""Measured states are in a recording, on its page and in its columns beside the true ones."""
 
 from pathlib import Path
 

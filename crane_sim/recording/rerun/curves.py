@@ -68,7 +68,7 @@ def soften(color: Color) -> Color:
 
 
 def lighten(color: Color) -> Color:
-    """Return the lighter tone that marks what sensors show beside the truth."""
+    """Return the lighter tone that marks measured values."""
     red, green, blue = ((value + 2 * 255) // 3 for value in color)
     return red, green, blue
 
@@ -283,7 +283,7 @@ def _with_targets(
 def _measured(
     layout: Layout, entity: str, which: Sequence[int], convert: Callable[[Numbers], Numbers], rate: bool = False
 ) -> Channel:
-    """Return what sensors show of coordinates, or of their rates: thin, in a lighter tone of the same colours."""
+    """Return measured coordinates, or their rates: thin, in a lighter tone of the same colours."""
     first = len(layout.joints) if rate else 0
     sensed = [i for i in which if first + i in layout.sensed]
     names = tuple(f"{label(layout.joints[i])} measured" for i in sensed)
@@ -336,7 +336,7 @@ def _entry_column(values: Numbers | None, index: int) -> Numbers | None:
 
 
 def _half(measured: Numbers | None, part: int) -> Numbers | None:
-    """Return the positions (0) or the rates (1) of what sensors show (K, 2 nq)."""
+    """Return the positions (0) or the rates (1) of measured states (K, 2 nq)."""
     return None if measured is None else np.hsplit(measured, 2)[part]
 
 
