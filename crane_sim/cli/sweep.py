@@ -62,7 +62,7 @@ def sweep(
         from crane_sim.study.summary import summarise
 
         found = summarise(result)
-        # figures: the former name of metrics, for one release
+        # figures: deprecated name of metrics, for one release
         print(json.dumps(report.json_value(found | {"figures": found["metrics"]})))
     else:
         print_result(result, Console(width=None if sys.stdout.isatty() else WIDE))

@@ -42,9 +42,9 @@ class Monitor:
         """Write the messages that have come."""
         for letter, codec, subscription in self._subscriptions:
             for message in subscription.take_all():
-                frame = codec.decode(message.data)
-                numbers = self._commands.values(frame) if codec is self._commands else frame.effort
-                print(letter, message.sent, frame.stamp, *numbers, file=file)
+                decoded = codec.decode(message.data)
+                numbers = self._commands.values(decoded) if codec is self._commands else decoded.effort
+                print(letter, message.sent, decoded.stamp, *numbers, file=file)
         file.flush()
 
 

@@ -13,7 +13,7 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.messages import SimulationState
-from crane_sim.ros.common.serialization import EFFORT, STATE, Frame, JointStateCodec
+from crane_sim.ros.common.serialization import EFFORT, STATE, DecodedJointState, JointStateCodec
 
 if TYPE_CHECKING:
     from crane_sim.recording.rerun.recorder import Recorder
@@ -96,10 +96,10 @@ class MessageDecoder:
 
     def _read_command(self, data: bytes) -> tuple[int, tuple[float, ...] | None]:
         """Return (stamp [ns], the command (nu,) in a message, or None where it is none)."""
-        frame = _decode(self._command_codec, data)
-        if frame is None:
+        decoded = _decode(self._command_codec, data)
+        if decoded is None:
             return 0, None
-        return frame.stamp, self._validator.match_joints(frame.names, self._command_codec.values(frame))
+        return decoded.stamp, self._validator.match_joints(decoded.names, self._command_codec.values(decoded))
 
     def _on_reference(self, data: bytes) -> None:
         try:
@@ -153,7 +153,7 @@ def source_of(node: Node) -> str:
     return f"{node.get_namespace().strip('/')}/plant"
 
 
-def _decode(codec: JointStateCodec | CommandCodec, data: bytes) -> Frame | None:
+def _decode(codec: JointStateCodec | CommandCodec, data: bytes) -> DecodedJointState | None:
     """Return a decoded message, None for data of another type: a topic may carry anything."""
     try:
         return codec.decode(data)
