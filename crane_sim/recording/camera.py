@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 Vector = tuple[float, float, float]
-VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
+FIELD_OF_VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
-PATH_SAMPLES = 50  # instants of a path whose places are to be in the picture
-FAR = 10.0  # depths of the cable: the longest rail that is shown whole
-ARROW = 0.33  # of a crane's size: how far the longest arrow of a hoist goes up from the trolley
+PATH_SAMPLES = 50  # instants of a path whose positions have to be in the picture
+MAX_RAIL_RATIO = 10.0  # longest rail that is shown whole, by the depth of the cable
+HOIST_ARROW_RATIO = 0.33  # height of the longest arrow of a hoist above the trolley, by the crane's size
 TROLLEY = "crane/trolley"
-PLANE, SPACE = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
+PLANAR_VIEW, SPATIAL_VIEW = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and elevation of the eye, overhead cranes
 
 
 class Framing(NamedTuple):
@@ -200,13 +200,13 @@ def of_room(room: BoundingBox, lifts: bool) -> Framing:
     sides = np.array([room.rail(0), room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth), (floor, 0.0)])
     span = float(np.ptp(sides[:2], axis=1).max())
     half = 0.6 * max(span, 1.5 * depth)
-    far = span > FAR * depth
+    far = span > MAX_RAIL_RATIO * depth
     size = depth if far else max(depth, 0.3 * span)
-    sides[2, 1] = max(room.high[2], 0.15 * depth, ARROW * size if lifts else 0.0)
+    sides[2, 1] = max(room.high[2], 0.15 * depth, HOIST_ARROW_RATIO * size if lifts else 0.0)
     x, y, z = (float(value) for value in sides.mean(axis=1))
     if far:
         sides[:2] = np.array([[x], [y]]) + np.array([-1.2, 1.2]) * depth
-    eye, look_at = _look(_corners(*sides), *(SPACE if room.spatial else PLANE))
+    eye, look_at = _look(_corners(*sides), *(SPATIAL_VIEW if room.spatial else PLANAR_VIEW))
     return Framing(
         size=size,
         ground=(x, y, floor),
@@ -241,6 +241,6 @@ def _distance(corners: np.ndarray, towards: np.ndarray) -> float:
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
-    slope = tan(radians(0.5 * VIEW))
+    slope = tan(radians(0.5 * FIELD_OF_VIEW))
     wide, high = np.abs(corners @ right) / (ASPECT * slope), np.abs(corners @ up) / slope
     return 1.05 * float(np.max(np.maximum(wide, high) + corners @ towards))

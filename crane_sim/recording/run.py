@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
-KILLED = "not finished: the recording has no summary, its recorder was killed"
+NO_SUMMARY = "not finished: the recording has no summary, its recorder was killed"
 
 
 class UnreadableRecording(SceneError):
@@ -179,7 +179,7 @@ class RecordedRun:
     @property
     def error(self) -> str:
         """One line on what failed, empty where nothing did."""
-        return str(self.summary.get("error", "")) if self.summary else KILLED
+        return str(self.summary.get("error", "")) if self.summary else NO_SUMMARY
 
     @property
     def finished(self) -> bool:

@@ -60,9 +60,9 @@ def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.Monkey
     bench.events = [(0.105, intrude)]
     realtime.run()
     published = [codec.decode(data) for data in bench.accepted]
-    stamps = [frame.stamp for frame in published]
+    stamps = [each.stamp for each in published]
     assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * PERIOD_NS, PERIOD_NS)) and len(stamps) >= 19
-    efforts = [frame.effort for frame in published]
+    efforts = [each.effort for each in published]
     assert efforts == [bench.answer(k) for k in range(len(efforts))]
     assert bench.validator.summary()["late"] == bench.validator.summary()["rejected"] == 1
 
@@ -71,8 +71,8 @@ def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.Monkey
 def test_invalid_commands_are_no_demands(topic: str) -> None:
     """Commands with invalid numbers or names do not reach the recorder."""
     scene, received = load_scene("knuckle_setpoint"), []
-    recorder = SimpleNamespace(command=lambda stamp, effort: received.append((stamp, effort)))
-    recorder.accept_effort = recorder.command
+    recorder = SimpleNamespace(add_command=lambda stamp, effort: received.append((stamp, effort)))
+    recorder.add_accepted = recorder.add_command
     decode = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *EFFORT_A[1:]), (float("inf"), *EFFORT_A[1:]), (1e9, *EFFORT_A[1:])):

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from crane_sim.recording.run import RecordedRun
 
 COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
-POINTS = 4000  # of one curve
-MAX_SPANS = 500  # in the length of a run: shorter ones are merged
+MAX_CURVE_POINTS = 4000
+MAX_SPANS = 500  # of a timeline of states: spans shorter than the run by this number are merged
 KINDS = (".png", ".pdf", ".svg")
 STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": AXIS_COLOR}
 PLANES = (("from above", 0, 1), ("from the side", 0, 2))
@@ -73,7 +73,7 @@ def comparison_figure(comparison: Comparison) -> Any:
         figure, axes = _make_axes(figure_class, rows)
         for axis, ((title, unit), curves) in zip(axes, quantities.items(), strict=False):
             for i, (run, each) in enumerate(zip(comparison.runs, curves, strict=True)):
-                kept = rows_with_peaks(each, POINTS)
+                kept = rows_with_peaks(each, MAX_CURVE_POINTS)
                 axis.plot(run.t[kept], each[kept], color=RUN_COLORS[i % len(RUN_COLORS)], linewidth=1.2)
             _label(axis, title[0].upper() + title[1:], unit)
         for axis in axes[len(quantities) :]:
@@ -123,7 +123,7 @@ def _make_axes(figure_class: Any, rows: int) -> tuple[Any, Any]:
 
 def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
     for curve in panel.curves:
-        rows = rows_with_peaks(curve.values, POINTS)
+        rows = rows_with_peaks(curve.values, MAX_CURVE_POINTS)
         style = {"linestyle": "--", "linewidth": 0.9, "alpha": 0.75} if curve.dashed else {"linewidth": 1.2}
         style |= {"linestyle": ":", "linewidth": 1.0} if curve.dotted else {}
         axis.plot(run.t[rows], curve.values[rows], color=curve.color, label=curve.name, **style)
@@ -138,7 +138,7 @@ def _label(axis: Any, title: str, unit: str) -> None:
     axis.set_xlabel("time [s]")
     axis.set_ylabel(f"[{unit}]")
     axis.margins(x=0.0)
-    _finish(axis)
+    _style_axes(axis)
 
 
 def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> None:
@@ -150,7 +150,7 @@ def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> 
     axis.set_xlabel(f"{'xyz'[across]} [m]")
     axis.set_ylabel(f"{'xyz'[up]} [m]")
     axis.set_aspect("equal", adjustable="datalim")
-    _finish(axis)
+    _style_axes(axis)
     axis.legend(loc="best", fontsize=7.5, frameon=False)
 
 
@@ -170,6 +170,6 @@ def _draw_states(axis: Any, run: RecordedRun) -> None:
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def _finish(axis: Any) -> None:
+def _style_axes(axis: Any) -> None:
     axis.grid(color="#e3e7eb", linewidth=0.6)
     axis.spines[["top", "right"]].set_visible(False)
