@@ -90,7 +90,7 @@ def save(found: Identification, folder: Path) -> list[Path]:
 
 
 def print_identification(found: Identification, console: Console) -> None:
-    """Print the estimates beside the scene's values, their correlation, what is left of each joint, and warnings."""
+    """Print the estimates and the scene's values, their correlation, the residual of each joint, and warnings."""
     columns = ("parameter", "scene", "estimate", "from", "to", "deviation")
     table = Table(*columns, title="estimates, 95 % intervals", title_justify="left")
     for each in found.estimates:

@@ -89,7 +89,7 @@ def determinism(count: int, **output: Any) -> None:
 @click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Seconds of real time.")
 @_output
 def realtime(seconds: float, **output: Any) -> None:
-    """Run at 1 kHz in real time: rate, overruns, and period error beside that of a loop that only sleeps."""
+    """Run at 1 kHz in real time: rate, overruns, and period error compared with that of a loop that only sleeps."""
     from crane_sim.evaluation.soak.realtime import soak as measure
 
     _report(lambda: measure(seconds), **output)

@@ -1,4 +1,4 @@
-"""Size of a crane and position of the camera: needed for drawing beside the crane's own solids."""
+"""Size of a crane and position of the camera for drawing."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Framing(NamedTuple):
     eye: Vector
     look_at: Vector
     deck: tuple[float, float] = (0.9, 0.6)  # half length and half width of a vessel's deck, of `ground_size`
-    follows: str = ""  # the entity that the eye goes along with, keeping its distance
+    follows: str = ""  # the entity that the eye follows at a constant distance
 
 
 def of_knuckle(scene: Scene) -> Framing:
@@ -194,7 +194,8 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
 def of_room(room: BoundingBox, lifts: bool) -> Framing:
     """Return how to draw an overhead crane whose motion fills a room; it `lifts` if its hoist's force is an arrow.
 
-    All of it is in the picture, unless the trolley goes so far that nothing would be seen: then the eye goes along.
+    All of it is in the picture, unless the rail is so long that the crane would be too small: then the eye follows the
+    trolley.
     """
     depth, floor = room.depth, room.floor
     sides = np.array([room.rail(0), room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth), (floor, 0.0)])
@@ -229,7 +230,7 @@ def _corners(*sides: tuple[float, float]) -> np.ndarray:
 
 
 def _look(corners: np.ndarray, heading: float, height: float) -> tuple[Vector, Vector]:
-    """Return (eye, what it looks at) that see all corners (n, 3) from a heading and a height [degrees]."""
+    """Return (eye, look_at) with all corners (n, 3) in view, from a heading and an elevation [degrees]."""
     middle, towards = 0.5 * (corners.min(axis=0) + corners.max(axis=0)), _outwards(heading, height)
     eye = middle + _distance(corners - middle, towards) * towards
     (a, b, c), (x, y, z) = eye.tolist(), middle.tolist()
@@ -237,7 +238,7 @@ def _look(corners: np.ndarray, heading: float, height: float) -> tuple[Vector, V
 
 
 def _distance(corners: np.ndarray, towards: np.ndarray) -> float:
-    """Return how far the eye must stand from the origin to see all corners (n, 3)."""
+    """Return the distance of the eye from the origin at which all corners (n, 3) are in view."""
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)

@@ -106,7 +106,7 @@ class Ropes(NamedTuple):
 
 
 class Stand(NamedTuple):
-    """What the crane stands on."""
+    """The frame in which the crane stands, and the sea below it."""
 
     frame: str  # the world, or a base that moves in it
     sea: SineSum | None  # the elevation of the water at the origin, of a base in a sea
@@ -319,7 +319,7 @@ def _scene_properties(scene: Scene, truth: bool) -> dict[str, Any]:
 
 
 def _crane_facts(scene: Scene, framing: Framing) -> str:
-    """Return what a reader of the curves must know of the crane, as JSON."""
+    """Return the properties of the crane that reading the curves needs, as JSON."""
     facts = {
         "kind": scene.crane,
         "joint_names": scene.joint_names,

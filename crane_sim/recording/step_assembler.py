@@ -116,7 +116,7 @@ class StepAssembler:
         return len(self._efforts)
 
     def has(self, step: int) -> bool:
-        """Whether states and efforts have come up to this step: what is missing before it is lost."""
+        """Whether states and efforts up to this step have been received: what is missing before it is lost."""
         newest = min(self._newest_state, self._newest_effort)
         return min(newest, self._newest_true_state if self._sensed else newest) >= step * self._period_ns
 

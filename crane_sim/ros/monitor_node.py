@@ -39,7 +39,7 @@ class Monitor:
         ]
 
     def write(self, file: TextIO) -> None:
-        """Write the messages that have come."""
+        """Write the received messages."""
         for letter, codec, subscription in self._subscriptions:
             for message in subscription.take_all():
                 decoded = codec.decode(message.data)

@@ -185,7 +185,7 @@ def _of_some_runs(layout: Layout, names: tuple[str, ...], rates: tuple[str, ...]
 
 
 def _tensions(layout: Layout, derived: str) -> Channel:
-    """Return the tensions of links or falls, in the darker tone where the colours come again."""
+    """Return the tensions of links or falls, in the darker tone where a colour is used again."""
     names = layout.ropes.tensions
     colors = (*PALETTE, *map(soften, PALETTE)) if len(names) > 1 else (PALETTE[3],)
     return Channel("plots/tension", tuple(f"{name} [N]{derived}" for name in names), colors, lambda b: b.tensions)
@@ -251,7 +251,7 @@ def _split(layout: Layout, plots: list[UnitPlot], values: Callable[[Block], Numb
 
 
 def _energy_changes() -> Channel:
-    """Return the energies without the potential energy of the start, beside which the kinetic one could not be seen."""
+    """Return the energies less the initial potential energy, which would dwarf the kinetic one."""
     names = ("kinetic", "potential since the start", "sum")
     return Channel(
         "shown/energy_J",

@@ -138,7 +138,7 @@ class Recorder:
         self._write(final=True)
 
     def has_all(self, steps: int | None) -> bool:
-        """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
+        """Whether `steps` steps (None: an unknown number) have been received, or no more messages arrive."""
         if self.write_error or time.monotonic() - self._last_message > (
             _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
         ):
@@ -232,6 +232,6 @@ def _new_assembler(scene: Scene, after: int = 0) -> StepAssembler:
 
 
 def warm_up(scene: Scene) -> None:
-    """Compile what derives the plots before messages come."""
+    """Compile the functions that derive the plots, before messages arrive."""
     effort = (0.0,) * len(scene.actuated)
     block_of(scene, [Row(1, scene.initial_q, scene.initial_v, effort, effort, scene.reference)])

@@ -1,6 +1,6 @@
 """Hull that moves with a crane's base, and the water around it, with the waves of the scene's sea.
 
-The hull is as large as the crane needs it, and says nothing about the vessel. Waves are long-crested, as the scene's
+The size of the hull follows from the crane, not from the vessel. Waves are long-crested, as the scene's
 sea is: they run along x of the world with the wavelength of deep water, and at the origin they are the sea of the base.
 """
 

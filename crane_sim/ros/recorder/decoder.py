@@ -120,7 +120,7 @@ class MessageDecoder:
         self._recorder.add_simulation_state(STATE_NAMES[state] if state < len(STATE_NAMES) else str(state))
 
     def _on_diagnostics(self, data: bytes) -> None:
-        """Take what the plant says of its controller, of refused commands since it last said so, and of a stop."""
+        """Add what diagnostics report of the controller, of commands refused since the last message, and of a stop."""
         try:
             message = deserialize_message(data, DiagnosticArray)
         except RuntimeError:
