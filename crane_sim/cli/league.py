@@ -52,8 +52,8 @@ def sampled_league(
     """
     if folder is not None:
         read_cells(Path(folder))  # an error comes before minutes of runs
-    with show_progress("runs", hidden=as_json or not sys.stderr.isatty()) as update:
-        cells = list(evaluate_samples(samples, output, groups, on_progress=update))
+    with show_progress("runs", quiet=as_json or not sys.stderr.isatty()) as on_progress:
+        cells = list(evaluate_samples(samples, output, groups, on_progress=on_progress))
     if as_json:
         print(json.dumps(sampled_document(cells)))
     else:
