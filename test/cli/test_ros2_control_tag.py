@@ -1,5 +1,6 @@
 """`crane check SCENE --ros2-control URDF`: a tag that cannot drive the crane is one line, exit code 2."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,21 +11,33 @@ from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
 
 pytestmark = pytest.mark.interpreted
 SCENE = "knuckle_setpoint"
-URDF = urdf_with_ros2_control(load_scene(SCENE))
 EFFORT = '<command_interface name="effort">'
 SWING = '<joint name="swing_radial">'
 
 
-def in_tag(old: str, new: str) -> str:
-    """Return the URDF with a change in its tag, where `old` stands at least once."""
-    head, start, tag = URDF.partition("<ros2_control")
-    assert old in tag
-    return head + start + tag.replace(old, new, 1)
+Change = Callable[[str], str]
 
 
-BROKEN = {
-    "robot>": ("no XML: ", URDF.replace("</robot>", "</robo>")),
-    "no tag": ("no <ros2_control> tag in <robot>", URDF.partition("<ros2_control")[0] + "</robot>"),
+def in_tag(old: str, new: str) -> Change:
+    """Return a change of a URDF: in its tag, where `old` stands at least once."""
+
+    def change(urdf: str) -> str:
+        head, start, tag = urdf.partition("<ros2_control")
+        assert old in tag
+        return head + start + tag.replace(old, new, 1)
+
+    return change
+
+
+@pytest.fixture(scope="module")
+def urdf() -> str:
+    """Return the URDF with the tag that is written for the scene."""
+    return urdf_with_ros2_control(load_scene(SCENE))
+
+
+BROKEN: dict[str, tuple[str, Change]] = {
+    "robot>": ("no XML: ", lambda urdf: urdf.replace("</robot>", "</robo>")),
+    "no tag": ("no <ros2_control> tag in <robot>", lambda urdf: urdf.partition("<ros2_control")[0] + "</robot>"),
     "plugin": (
         "plugin 'mock_components/GenericSystem': possible: joint_state_topic_hardware_interface/JointStateTopicSystem",
         in_tag("joint_state_topic_hardware_interface/JointStateTopicSystem", "mock_components/GenericSystem"),
@@ -61,12 +74,12 @@ BROKEN = {
 
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_wrong_tag_is_one_line(
-    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    case: str, urdf: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Every mistake that would leave the crane without commands is named with its value and what is possible."""
-    line, text = BROKEN[case]
+    line, change = BROKEN[case]
     file = tmp_path / "mine.urdf"
-    file.write_text(text)
+    file.write_text(change(urdf))
     result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
     assert result.returncode == 2
     error = result.stderr

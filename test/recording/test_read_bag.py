@@ -1,6 +1,7 @@
 """A bag of `--mcap` gives the run back: scene and versions from its metadata, steps from its messages."""
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,38 +15,49 @@ from crane_sim.recording.mcap.metadata import RUN, read_metadata
 from crane_sim.recording.replay import replay
 from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.simulation.hardware import measure
+from crane_sim.simulation.rollout import Rollout
 
 pytestmark = pytest.mark.interpreted
-RUN_OF = crane_sim.simulate("knuckle_setpoint", duration=0.1)
-PROPERTIES = text_properties(of_scene(RUN_OF.scene, ""))
 TOPICS_OF_RUN = TOPICS | {"joint_commands": TOPICS["applied_effort"]._replace(name="/knuckle/joint_commands")}
+
+
+@cache
+def recorded_run() -> Rollout:
+    """Return the run whose bags are written."""
+    return crane_sim.simulate("knuckle_setpoint", duration=0.1)
+
+
+def properties_of_run() -> dict[str, str]:
+    """Return the properties of the run."""
+    return text_properties(of_scene(recorded_run().scene, ""))
 
 
 def write(path: Path, properties: Mapping[str, str], leave_out: str = "") -> Path:
     """Write the messages of the run into a bag, those of one topic left out."""
-    bag = Bag(path, TOPICS_OF_RUN, RUN_OF.scene.period_ns, properties=properties)
+    run = recorded_run()
+    bag = Bag(path, TOPICS_OF_RUN, run.scene.period_ns, properties=properties)
     callbacks = bag.callbacks() | ({leave_out: lambda _: None} if leave_out else {})
-    codec = JointStateCodec(RUN_OF.scene.actuated, EFFORT)
-    for k in range(len(RUN_OF.t)):
-        stamp = (k + 1) * RUN_OF.scene.period_ns
-        callbacks["joint_states"](STATE_CODEC.encode(stamp, RUN_OF.q[k], RUN_OF.v[k], np.zeros(6)))
-        if k < len(RUN_OF.commands):
-            callbacks["joint_commands"](codec.encode(stamp, RUN_OF.commands[k]))
-            callbacks["applied_effort"](EFFORT_CODEC.encode(stamp, RUN_OF.u[k]))
+    codec = JointStateCodec(run.scene.actuated, EFFORT)
+    for k in range(len(run.t)):
+        stamp = (k + 1) * run.scene.period_ns
+        callbacks["joint_states"](STATE_CODEC.encode(stamp, run.q[k], run.v[k], np.zeros(6)))
+        if k < len(run.commands):
+            callbacks["joint_commands"](codec.encode(stamp, run.commands[k]))
+            callbacks["applied_effort"](EFFORT_CODEC.encode(stamp, run.u[k]))
     bag.finish({})
     return path
 
 
 def test_a_bag_gives_the_run_back(tmp_path: Path) -> None:
     """Arrays are the run's bit for bit, derived ones those of its recording, and its commands repeat it."""
-    run = crane_sim.read_recording(write(tmp_path / "run.mcap", PROPERTIES))
-    same = crane_sim.read_recording(RUN_OF.record(tmp_path / "run.rrd"))
+    run = crane_sim.read_recording(write(tmp_path / "run.mcap", properties_of_run()))
+    same = crane_sim.read_recording(recorded_run().record(tmp_path / "run.rrd"))
     for name in ("t", "q", "v", "u", "commands", "reference", "payload", "tensions", "swing", "kinetic", "potential"):
         assert np.array_equal(getattr(run, name), getattr(same, name)), name
     assert np.array_equal(run.frames.nodes, same.frames.nodes)
     assert run.scene_values == same.scene_values and run.versions == same.versions and run.finished
     outcome = replay(run)
-    assert outcome.difference is None and outcome.steps == len(RUN_OF.commands)
+    assert outcome.difference is None and outcome.steps == len(recorded_run().commands)
 
 
 @pytest.mark.parametrize("told", [True, False])
@@ -70,13 +82,13 @@ def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) 
 
 def test_what_a_bag_lacks_is_said_in_one_line(tmp_path: Path) -> None:
     """A bag without scene, without efforts, or cut off, is refused in one line that names file and what is missing."""
-    whole = write(tmp_path / "whole.mcap", PROPERTIES).read_bytes()
+    whole = write(tmp_path / "whole.mcap", properties_of_run()).read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole[: len(whole) // 2])
     for file, line in (
         (write(tmp_path / "foreign.mcap", {}), "has no scene"),
         (
-            write(tmp_path / "states.mcap", PROPERTIES, leave_out="applied_effort"),
+            write(tmp_path / "states.mcap", properties_of_run(), leave_out="applied_effort"),
             "no messages of a topic applied_effort",
         ),
         (cut, "cannot be read"),
