@@ -210,20 +210,20 @@ class OuterLoop(Protocol):
 
 def outer_loop_of(law: Any) -> OuterLoop | None:
     """Return the outer loop of a law that can be two processes, its attribute `outer_loop`; None of others."""
-    return getattr(law, _present_name(law, "outer_loop", "slow_half"), None)
+    return getattr(law, _usable_name(law, "outer_loop", "slow_half"), None)
 
 
 def inner_loop_of(law: Any) -> Any:
     """Return the law whose outer loop only holds received setpoints; the law itself where it has no outer loop."""
-    return law if outer_loop_of(law) is None else getattr(law, _present_name(law, "inner_loop", "fast_half"))()
+    return law if outer_loop_of(law) is None else getattr(law, _usable_name(law, "inner_loop", "fast_half"))()
 
 
-def _present_name(law: Any, name: str, former: str) -> str:
-    """Return the name of a law's attribute; the former one, with a warning, of a law that has only this."""
-    if hasattr(law, name) or not hasattr(law, former):
+def _usable_name(law: Any, name: str, deprecated: str) -> str:
+    """Return the name of a law's attribute; the deprecated one, with a warning, of a law that has only this."""
+    if hasattr(law, name) or not hasattr(law, deprecated):
         return name
-    warnings.warn(f"{type(law).__name__}.{former} is now called {name}", DeprecationWarning, stacklevel=3)
-    return former
+    warnings.warn(f"{type(law).__name__}.{deprecated} is now called {name}", DeprecationWarning, stacklevel=3)
+    return deprecated
 
 
 class LawError(RuntimeError):
@@ -253,7 +253,7 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
 
 def with_initial_state(law: Any) -> Any:
     """Return a law with its initial state: by its method of this name, or the law itself where it is stateless."""
-    reset = getattr(law, _present_name(law, "with_initial_state", "fresh"), None)
+    reset = getattr(law, _usable_name(law, "with_initial_state", "fresh"), None)
     return law if reset is None else reset()
 
 

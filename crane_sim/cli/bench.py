@@ -11,10 +11,10 @@ from rich.table import Table
 from crane_sim.cli.help_lines import HELP
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.evaluation.bench import groups, scenes
-from crane_sim.evaluation.bench.cases import LEVELS
+from crane_sim.evaluation.bench.cases import ERROR_LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import METHODS
 from crane_sim.evaluation.bench.page import FIGURES, write_page
-from crane_sim.evaluation.bench.results import best, points_of
+from crane_sim.evaluation.bench.results import cheapest_points, read_points
 from crane_sim.evaluation.bench.store import merge_suite, read_store, write_store
 from crane_sim.evaluation.bench.suites import SUITES
 from crane_sim.evaluation.plotting import save_figure
@@ -25,7 +25,7 @@ _HELP = f"""Benchmark speed against error (scenes), ROS transport and other suit
 
 SUITE: {", ".join(SUITE_NAMES)}; scenes when left out, page rewrites page and figure.
 
-Data, figure and page go to FOLDER; suites and scenes that are not measured keep their data there.
+Data, figure and page go to FOLDER; unmeasured suites and scenes keep their previous data.
 """
 
 
@@ -42,7 +42,9 @@ Data, figure and page go to FOLDER; suites and scenes that are not measured keep
 @click.option(
     "--method", "methods", multiple=True, metavar="NAME", help=f"Only these: {', '.join(METHODS)}; may be repeated."
 )
-@click.option("--crane", "cranes", multiple=True, metavar="NAME", help="Of groups only this crane's; may be repeated.")
+@click.option(
+    "--crane", "cranes", multiple=True, metavar="NAME", help="Only this crane, for the suite groups; may be repeated."
+)
 @click.option("--peers", is_flag=True, help="Measure every other installed engine as well, interleaved.")
 @click.option("--save", "folder", default="runs/bench", show_default=True, metavar="FOLDER", help="Where results go.")
 def bench(
@@ -79,7 +81,7 @@ def bench(
 
 
 def _measure_groups(data: dict[str, Any], cranes: Sequence[str]) -> dict[str, Any]:
-    """Return the costs of these cranes' groups beside those of others that the data have."""
+    """Return the measured costs of these cranes' groups, joined with the previous data of other cranes."""
     measured = groups.measure(cases=groups.select_cases(cranes))
     return groups.join(data["groups"], measured) if "groups" in data else measured
 
@@ -117,8 +119,8 @@ def _format_cheapest(case: str, scene: dict[str, Any]) -> Table:
         title=f"{case}: {scene['title']}\nµs of wall time per simulated second, at errors of", title_justify="left"
     )
     table.add_column("engine")
-    for level in LEVELS:
+    for level in ERROR_LEVELS:
         table.add_column(f"{level:.0e} m", justify="right")
-    for engine, points in best(points_of(scene)).items():
+    for engine, points in cheapest_points(read_points(scene)).items():
         table.add_row(engine, *("—" if p is None else f"{p.us_per_s:.3g} {p.method} {p.setting:.2g}" for p in points))
     return table

@@ -13,14 +13,14 @@ import yaml
 from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.compare import compare_runs
-from crane_sim.cli.help_lines import HELP, AtLeast, CommandGroup
+from crane_sim.cli.help_lines import HELP, CommandGroup, IntAtLeast
 from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
 from crane_sim.cli.run_options import RunOptions, check_recording, ensure_writable_folder, run_options
 from crane_sim.cli.scene_options import as_json_option, change_options, load_scene_with_options, scene_options
 from crane_sim.cli.sweep import sweep
 from crane_sim.cli.tune import tune
-from crane_sim.cli.viewing import check_output, clip, recording_of, replay, shot, view
+from crane_sim.cli.viewing import check_output, clip, find_recording, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.read import read_recording
@@ -51,9 +51,9 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
     loaded = load_scene_with_options(scene, **scene_changes)
     options.check_scene(loaded)
     arguments = options.arguments(loaded.name)
-    with report.compiling(hidden=as_json):
+    with report.compiling(quiet=as_json):
         _warm_plant(loaded)
-    with report.progress(loaded, hidden=as_json or not sys.stderr.isatty()) as reporter:
+    with report.progress(loaded, quiet=as_json or not sys.stderr.isatty()) as reporter:
         summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
     process_signals.exit_now(report.print_outcome(dict(loaded.notes) | summary, loaded, as_json))
 
@@ -77,7 +77,7 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
 
     check_recording(record)
     loaded = load_scene_with_options(scene, **changes)
-    with report.compiling(hidden=as_json):
+    with report.compiling(quiet=as_json):
         roll_out(replace(loaded, duration=loaded.period))
     failure = {}
     try:
@@ -104,7 +104,7 @@ def plot(runs: tuple[Path, ...], output: Path | None) -> None:
     install_groups("plots")
     from crane_sim.evaluation.report.figure import KINDS, save_comparison_figure, save_run_figure
 
-    recordings = [recording_of(run) for run in runs or (None,)]
+    recordings = [find_recording(run) for run in runs or (None,)]
     file = check_output(output, recordings[0], *KINDS)
     if len(recordings) == 1:
         save_run_figure(read_recording(recordings[0]), file)
@@ -133,7 +133,7 @@ def write_report(run: Path | None, output: Path | None) -> None:
         save_study_page(run, file)
         print(file)
         return
-    recording = recording_of(run)
+    recording = find_recording(run)
     file = check_output(output, recording, ".html")
     save_page(read_recording(recording), file)
     print(file)
@@ -282,11 +282,17 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 @click.option("--save", "folder", metavar="FOLDER", help="Also write page, figure and data there.")
 @click.option(
     "--samples",
-    type=AtLeast(2),
+    type=IntAtLeast(2),
     help="Runs of each law in each trial, on the same samples; less than 11 cannot tell 8 laws apart.",
 )
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Rows of samples (default: runs/league_SAMPLES).")
-@click.option("--crane", "cranes", multiple=True, metavar="CRANE", help="With --samples: only this crane; repeatable.")
+@click.option(
+    "--crane",
+    "cranes",
+    multiple=True,
+    metavar="CRANE",
+    help="With --samples: only this crane, which --save adds to those of the page; repeatable.",
+)
 @as_json_option
 def league(
     folder: str | None, samples: int | None, output: Path | None, cranes: tuple[str, ...], as_json: bool

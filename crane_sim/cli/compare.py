@@ -13,7 +13,7 @@ from rich.table import Table
 
 from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
-from crane_sim.cli.viewing import check_output, recording_of
+from crane_sim.cli.viewing import check_output, find_recording
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.metric_units import metric_row, shown_unit
 
@@ -33,12 +33,12 @@ def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json:
 
     if output is not None:
         check_output(output, Path(runs[0]), ".html", ".rrd")
-        _check_is_no_run(output, runs)
+        _check_output_is_new(output, runs)
     if laws:
         names = _law_names(laws, runs)
-        comparison = compare(*_simulate(runs[0], names, hidden=as_json), names=names)
+        comparison = compare(*_simulate(runs[0], names, quiet=as_json), names=names)
     else:
-        comparison = compare(*(recording_of(Path(run)) for run in runs))
+        comparison = compare(*(find_recording(Path(run)) for run in runs))
     if output is not None:
         _save(comparison, output)
     if as_json:
@@ -49,7 +49,7 @@ def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json:
             print(output)
 
 
-def _check_is_no_run(output: Path, runs: Sequence[str]) -> None:
+def _check_output_is_new(output: Path, runs: Sequence[str]) -> None:
     for run in runs:
         if output.exists() and Path(run).exists() and output.samefile(run):
             raise SceneError(f"--output {output}: is one of the runs that are compared")
@@ -75,22 +75,22 @@ def _law_names(laws: str, runs: Sequence[str]) -> list[str]:
     return names
 
 
-def _simulate(source: str, laws: Sequence[str], hidden: bool) -> list[Rollout]:
-    """Return the runs of a scene with each law, a failed one up to where it failed; checks all laws first."""
+def _simulate(source: str, laws: Sequence[str], quiet: bool) -> list[Rollout]:
+    """Return the runs of a scene with each law; failed runs end at the failure. All laws are validated first."""
     from crane_sim.simulation.plant import SimulationError
     from crane_sim.simulation.rollout import simulate
 
     scenes = [load_scene_with_options(source, law=law) for law in laws]
-    found = []
+    rollouts = []
     for scene in scenes:
-        with report.compiling(hidden=hidden):
+        with report.compiling(quiet=quiet):
             try:
-                found.append(simulate(scene))
+                rollouts.append(simulate(scene))
             except SimulationError as error:
                 if error.run is None:
                     raise
-                found.append(error.run)
-    return found
+                rollouts.append(error.run)
+    return rollouts
 
 
 def _print(comparison: Comparison) -> None:
@@ -111,15 +111,15 @@ def _print(comparison: Comparison) -> None:
     console.print(table)
     for name, left_out in zip(others, comparison.not_compared, strict=True):
         if left_out:
-            line = f"{name}, not compared, without numbers throughout in one of the runs: {', '.join(left_out)}"
+            line = f"{name}, not compared, has no finite values in one of the runs: {', '.join(left_out)}"
             console.print(line, highlight=False, soft_wrap=True)
 
 
 def _print_metrics(comparison: Comparison, console: Console) -> None:
     """Print the metrics of every run, and their differences from the first."""
     first, *others = comparison.names
-    heads = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
-    table = Table(*heads, title="metrics", title_justify="left")
+    header = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
+    table = Table(*header, title="metrics", title_justify="left")
     cranes = [run.crane for run in comparison.runs]
     for key, values in comparison.metrics.items():
         label, unit, shown = metric_row(key, cranes, values)

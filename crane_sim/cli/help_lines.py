@@ -33,8 +33,8 @@ class CommandGroup(click.Group):
             )
 
 
-class AtLeast(click.IntRange):
-    """A whole number that is at least `min`; anything else is answered with what is possible."""
+class IntAtLeast(click.IntRange):
+    """Type of an option: an integer of at least `min`; the error for anything else names what is possible."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the number of an option's text."""

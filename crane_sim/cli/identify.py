@@ -53,7 +53,7 @@ def identify_parameters(
     folder = output or Path("runs") / f"identify-{run.stem}"
     prepare_output_folder(folder)
     options = {} if segment is None else {"segment": segment}
-    with report.compiling(hidden=as_json):
+    with report.compiling(quiet=as_json):
         found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
     files = save(found, folder)
     if as_json:
@@ -90,7 +90,7 @@ def save(found: Identification, folder: Path) -> list[Path]:
 
 
 def print_identification(found: Identification, console: Console) -> None:
-    """Print the estimates beside the scene's values, their correlation, what is left of each joint, and warnings."""
+    """Print the estimates and the scene's values, their correlation, the residual of each joint, and warnings."""
     columns = ("parameter", "scene", "estimate", "from", "to", "deviation")
     table = Table(*columns, title="estimates, 95 % intervals", title_justify="left")
     for each in found.estimates:

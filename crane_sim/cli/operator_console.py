@@ -51,13 +51,13 @@ class OperatorConsole:
     """
 
     def __init__(
-        self, parameters: Mapping[str, object], title: str, joints: Sequence[DrivenJoint], hidden: bool
+        self, parameters: Mapping[str, object], title: str, joints: Sequence[DrivenJoint], quiet: bool
     ) -> None:
-        """Create the console, closed; `hidden`: it prints nothing. Where stderr is no terminal there is no panel."""
-        self.parameters, self.console = parameters, Console(stderr=True, quiet=hidden)
+        """Create the console, closed; `quiet`: it prints nothing. Where stderr is no terminal there is no panel."""
+        self.parameters, self.console = parameters, Console(stderr=True, quiet=quiet)
         self._title, self._joints = title, joints
         self._keys = sys.stdin.isatty()
-        shows = self.console.is_terminal and not hidden
+        shows = self.console.is_terminal and not quiet
         self._live = Live(console=self.console, auto_refresh=False, transient=True) if shows else None
         self._closing, self._terminal_attributes = threading.Event(), None
         self._thread: threading.Thread | None = None

@@ -124,15 +124,15 @@ class ProgressReporter(NamedTuple):
 
 
 @contextmanager
-def progress(scene: "Scene", hidden: bool) -> Iterator[ProgressReporter]:
-    """Yield the reporter of a progress bar that shows the real-time factor; hidden, it only prints lines."""
+def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
+    """Yield the reporter of a progress bar that shows the real-time factor; `quiet`: it only prints lines."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %  {task.fields[factor]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), disable=hidden, transient=True) as bar:
+    with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as bar:
         task = bar.add_task(scene.name, total=scene.steps, factor="")
 
         def update(done: int, _: int) -> None:
@@ -147,11 +147,11 @@ def progress(scene: "Scene", hidden: bool) -> Iterator[ProgressReporter]:
 
 
 @contextmanager
-def compiling(hidden: bool) -> Iterator[None]:
+def compiling(quiet: bool) -> Iterator[None]:
     """Show a status line while a kind of scene is compiled; show none where nothing needs compiling."""
     from crane_sim.numerics.jit import watch_compiling
 
-    console = Console(stderr=True, quiet=hidden)
+    console = Console(stderr=True, quiet=quiet)
     status = console.status("compiling this kind of scene (the first time only, up to a minute)")
     try:
         with watch_compiling(status.start):

@@ -9,7 +9,7 @@ import click
 from rich.console import Console
 from rich.table import Table
 
-from crane_sim.cli.help_lines import HELP, AtLeast, CommandGroup
+from crane_sim.cli.help_lines import HELP, CommandGroup, IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.run_options import ensure_writable_folder
 from crane_sim.evaluation.soak.metrics import Metric
@@ -34,7 +34,7 @@ def _output(command: _Command) -> _Command:
 
 
 @soak.command()
-@click.option("--count", type=AtLeast(2), default=200, help="Number of kills.")
+@click.option("--count", type=IntAtLeast(2), default=200, help="Number of kills.")
 @_seed
 @_output
 def kill(count: int, seed: int, **output: Any) -> None:
@@ -45,7 +45,7 @@ def kill(count: int, seed: int, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--count", type=AtLeast(1), default=50, help="Number of runs.")
+@click.option("--count", type=IntAtLeast(1), default=50, help="Number of runs.")
 @_seed
 @_output
 def signals(count: int, seed: int, **output: Any) -> None:
@@ -76,7 +76,7 @@ def inprocess(steps: float, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--count", type=AtLeast(2), default=50, help="Number of runs.")
+@click.option("--count", type=IntAtLeast(2), default=50, help="Number of runs.")
 @_output
 def determinism(count: int, **output: Any) -> None:
     """Run one scene with varied processes, executors and load; each run must have the same state_sha256."""
@@ -89,7 +89,7 @@ def determinism(count: int, **output: Any) -> None:
 @click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Seconds of real time.")
 @_output
 def realtime(seconds: float, **output: Any) -> None:
-    """Run at 1 kHz in real time: rate, overruns, and period error beside that of a loop that only sleeps."""
+    """Run at 1 kHz in real time: rate, overruns, and period error compared with that of a loop that only sleeps."""
     from crane_sim.evaluation.soak.realtime import soak as measure
 
     _report(lambda: measure(seconds), **output)

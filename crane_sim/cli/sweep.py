@@ -18,7 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Column, Table
 
 from crane_sim.cli import report
-from crane_sim.cli.help_lines import AtLeast
+from crane_sim.cli.help_lines import IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option
 
@@ -33,7 +33,7 @@ WIDE = 200
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the table (default: runs/NAME).")
-@click.option("--workers", type=AtLeast(1), help="Processes (default: one for each core).")
+@click.option("--workers", type=IntAtLeast(1), help="Processes (default: one for each core).")
 @click.option("--scheduler", metavar="ADDRESS", help="Workers of a Dask scheduler (tcp://…); local: a cluster here.")
 @click.option("--copy-to", metavar="URL", help="Also copy the finished study there (fsspec: s3://…, file:///…).")
 @as_json_option
@@ -54,15 +54,15 @@ def sweep(
     if copy_to is not None:
         object_store.check_store(copy_to)
     folder = output or Path("runs") / (checked.name or study.stem)
-    with show_progress("runs", hidden=as_json or not sys.stderr.isatty()) as update:
-        result = studies.run(checked, folder, workers, scheduler, update, on_wait=_tell)
+    with show_progress("runs", quiet=as_json or not sys.stderr.isatty()) as on_progress:
+        result = studies.run(checked, folder, workers, scheduler, on_progress, on_wait=_tell)
     if copy_to is not None:
         object_store.copy_study(folder, copy_to)
     if as_json:
         from crane_sim.study.summary import summarise
 
         found = summarise(result)
-        # figures: the former name of metrics, for one release
+        # figures: deprecated name of metrics, for one release
         print(json.dumps(report.json_value(found | {"figures": found["metrics"]})))
     else:
         print_result(result, Console(width=None if sys.stdout.isatty() else WIDE))
@@ -74,10 +74,10 @@ def _tell(line: str) -> None:
 
 
 @contextmanager
-def show_progress(counted: str, hidden: bool) -> Iterator[OnProgress]:
-    """Yield a function that shows how many of what is `counted` are done, on stderr."""
+def show_progress(counted: str, quiet: bool) -> Iterator[OnProgress]:
+    """Yield a function that updates a progress bar on stderr with the label `counted`; `quiet`: none is shown."""
     columns = TextColumn(counted), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=Console(stderr=True), disable=hidden) as bar:
+    with Progress(*columns, console=Console(stderr=True), disable=quiet) as bar:
         task = bar.add_task(counted, total=None)
         yield lambda done, count: bar.update(task, completed=done, total=count)
 

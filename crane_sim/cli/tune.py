@@ -11,7 +11,7 @@ import click
 from rich.console import Console
 from rich.table import Column, Table
 
-from crane_sim.cli.help_lines import AtLeast
+from crane_sim.cli.help_lines import IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.report import json_value
 from crane_sim.cli.scene_options import as_json_option
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the search (default: runs/NAME).")
-@click.option("--trials", type=AtLeast(1), help="Trials of the search (default: the file's).")
-@click.option("--workers", type=AtLeast(1), help="Processes (default: one for each core).")
+@click.option("--trials", type=IntAtLeast(1), help="Trials of the search (default: the file's).")
+@click.option("--workers", type=IntAtLeast(1), help="Processes (default: one for each core).")
 @click.option("--save", type=click.Path(path_type=Path), metavar="FILE.json", help="Also add the result to this file.")
 @as_json_option
 def tune(
@@ -34,7 +34,7 @@ def tune(
 ) -> None:
     """Tune gains of a law: search them over the samples of a study, and evaluate the best ones on other samples.
 
-    Interrupted at any moment, the same command resumes the search; with more trials it extends the one that is there.
+    An interrupted search can be resumed with the same command; a larger --trials extends it.
     """
     from crane_sim.study import tuning
     from crane_sim.study.schema import load_study
@@ -44,8 +44,8 @@ def tune(
     if trials is not None and definition.tune is not None:
         definition = definition.model_copy(update={"tune": definition.tune.model_copy(update={"trials": trials})})
     folder = output or Path("runs") / (definition.name or study.stem)
-    with show_progress("trials", hidden=as_json or not sys.stderr.isatty()) as update:
-        result = tuning.tune(definition, folder, workers, update)
+    with show_progress("trials", quiet=as_json or not sys.stderr.isatty()) as on_progress:
+        result = tuning.tune(definition, folder, workers, on_progress)
     summary = tuning.summarise(result)
     if save is not None:
         add_to_file(summary, save)
@@ -70,7 +70,7 @@ def add_to_file(summary: dict[str, Any], file: Path) -> None:
 
 
 def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, console: Console) -> None:
-    """Print the gains that were chosen, and their objectives on the held-out samples beside those of the baseline."""
+    """Print the chosen gains, and their objectives on the held-out samples compared with those of the baseline."""
     counts = (
         f"{summary['trials']} trials, {summary['infeasible']} of them infeasible; {len(result.front)} Pareto-optimal"
     )

@@ -44,7 +44,7 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
     from crane_sim.recording.rerun.live import live_address
     from crane_sim.recording.rerun.viewer import ENVIRONMENT, web_page, window_command
 
-    source = live_address(port or VIEWER_PORT) if live else str(recording_of(run))
+    source = live_address(port or VIEWER_PORT) if live else str(find_recording(run))
     if web:
         command, address = web_page(source)
         print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
@@ -63,7 +63,7 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
     """Draw a recording as the viewer shows it into a PNG, without a display: RUN, or the newest in runs/."""
     from crane_sim.recording.rerun.screenshot import Shown, picture
 
-    recording = recording_of(run)
+    recording = find_recording(run)
     output = check_output(output, recording, ".png")
     for line in picture(recording, output, at, Shown(tab, view)):
         print(f"crane: {line}", file=sys.stderr)
@@ -90,7 +90,7 @@ def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any)
     from crane_sim.recording.rerun.clip import Cut, write_clip
     from crane_sim.recording.rerun.screenshot import Shown
 
-    recording = recording_of(run)
+    recording = find_recording(run)
     output = check_output(output, recording, ".gif", ".mp4")
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True) as bar:
         task = bar.add_task("pictures")
@@ -109,7 +109,7 @@ def replay(run: Path | None, as_json: bool) -> None:
     from crane_sim.recording.read import read_recording
     from crane_sim.recording.replay import replay as replay_run
 
-    recording = recording_of(run)
+    recording = find_recording(run)
     outcome = replay_run(read_recording(recording))
     if as_json:
         difference = outcome.difference and outcome.difference._asdict() | {"bit": outcome.difference.bit}
@@ -126,8 +126,8 @@ def replay(run: Path | None, as_json: bool) -> None:
     raise SystemExit(1)
 
 
-def recording_of(run: Path | None) -> Path:
-    """Return the recording of a path, or of None the newest in `RUNS`.
+def find_recording(run: Path | None) -> Path:
+    """Return the path of a recording: `run`, or the newest in `RUNS` where that is None.
 
     Raises:
         SceneError: there is none.

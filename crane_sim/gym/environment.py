@@ -1,4 +1,4 @@
-"""The environment of one crane: a `Plant` between an agent's commands and what sensors show.
+"""The environment of one crane: a `Plant` between an agent's commands and the measured states.
 
 One step is one control period: the same commands move the crane as in `simulate`, bit for bit.
 

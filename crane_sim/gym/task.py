@@ -107,7 +107,7 @@ def observation_names(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def observation_space(scene: Scene) -> Space[Array]:
-    """Return the space of observations: within travel limits, where sensors do not shift what they show."""
+    """Return the space of observations: within travel limits, unless sensors shift what they measure."""
     names = observation_names(scene)[0]
     low, high = np.full(len(names), -inf), np.full(len(names), inf)
     for limit in scene.limits:

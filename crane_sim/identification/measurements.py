@@ -67,7 +67,7 @@ def read_measurements(path: Path | str, scene: Scene) -> Measurements:
 
 
 def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
-    """Return the positions of a recorded run, as its sensors show them, and its commands.
+    """Return the positions of a recorded run, as its sensors measured them, and its commands.
 
     A run without commands was driven by constant inputs or by nothing: the efforts that were applied stand for them.
     """

@@ -19,16 +19,14 @@ from crane_sim.hardware.reference_profiles import Bounds
 from crane_sim.hardware.soft_limits import ReferenceMotion, follow, permitted_speed
 from crane_sim.operator.inputs import Demand
 
-AHEAD = 0.1
+REACTION_TIME = 0.1
 """Seconds for which a speed may hold until the next one counts: transport, and late steps on a busy machine."""
-
-
-DRAGGED = 0.25
+DRAG_THRESHOLD = 0.25
 """Fraction of a joint's largest speed: a velocity that differs by more from a drive's reference is due to a load."""
 
 
 class Mode(StrEnum):
-    """What the desk lets through, and why not."""
+    """Whether the desk permits motion, and if not, why."""
 
     STOPPED = "emergency stop"
     DEVICE_LOST = "device lost"
@@ -49,7 +47,7 @@ class DrivenJoint(NamedTuple):
 
 
 class Desk:
-    """The interlocks, with what they remember.
+    """The interlocks and their state.
 
     Attributes:
         mode: since the last demand.
@@ -133,21 +131,23 @@ class SoftLimits:
     def dragged(self, v: Sequence[float]) -> list[str]:
         """Return the names of the joints whose velocities (nu,) are far from what their drives follow."""
         joints = zip(self._joints, self._references, v, strict=True)
-        return [joint.name for joint, reference, actual in joints if abs(actual - reference.velocity) > _follows(joint)]
+        return [
+            joint.name for joint, reference, now in joints if abs(now - reference.velocity) > _drag_tolerance(joint)
+        ]
 
     def _permitted_speed(
         self, joint: DrivenJoint, reference: ReferenceMotion, speed: float, q: float, v: float
     ) -> float:
-        """Return the permitted speed of a joint: its motion is the faster one of what it does and what it follows."""
+        """Return the permitted speed of a joint: the faster of its velocity and its reference counts."""
         speed = min(max(speed, -joint.bounds.speed), joint.bounds.speed)
         if speed == 0.0 or (joint.low == -inf and joint.high == inf):
             return speed
         fastest = max(v, reference.velocity) if speed > 0.0 else min(v, reference.velocity)
         lagging = joint.lag * v
         motion = ReferenceMotion(q + lagging, fastest, reference.acceleration)
-        return permitted_speed(motion, speed, joint.bounds, joint.low, joint.high, AHEAD)
+        return permitted_speed(motion, speed, joint.bounds, joint.low, joint.high, REACTION_TIME)
 
 
-def _follows(joint: DrivenJoint) -> float:
-    """Return the deviation of velocity that a drive has by itself: of its lag on a ramp, and of its loop."""
-    return DRAGGED * joint.bounds.speed + joint.lag * joint.bounds.acceleration
+def _drag_tolerance(joint: DrivenJoint) -> float:
+    """Return the deviation of velocity that a drive has without a load: of its lag on a ramp, and of its loop."""
+    return DRAG_THRESHOLD * joint.bounds.speed + joint.lag * joint.bounds.acceleration

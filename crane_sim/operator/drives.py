@@ -1,8 +1,9 @@
-"""Drives by speed for an operator: a scene without its law, whose actuated joints all follow speeds within ramps.
+"""Speed drives for an operator: a scene without its law, whose actuated joints all follow speeds within ramps.
 
-Joints that are driven by force, torque or acceleration get a frequency converter: `drive: velocity` with a PI loop
-whose joint, with all that hangs on it, has both poles at `BANDWIDTH`, and a reference within speed, acceleration and
-jerk. Winches by rate get the same as limit and rate limit. What the scene says of a drive stays.
+Joints that are driven by force, torque or acceleration get a frequency converter: `drive: velocity` with a PI loop and
+a reference within bounds of speed, acceleration and jerk. The PI loop places both poles at `BANDWIDTH` for the joint
+and everything that it moves. Winches that are driven by speed get these bounds as `limit` and `rate_limit`. Settings in
+the scene are kept.
 """
 
 from collections.abc import Mapping
@@ -21,60 +22,60 @@ from crane_sim.simulation.hardware import joint_mechanics
 
 BANDWIDTH = 10.0
 """rad/s, both poles of a speed loop on its joint: that of `bridge_speed_drive`."""
-RAMP_SHARE = 0.5
-"""Share of the effort that a drive has left beside the static load, for its ramps."""
-RISE = 0.25
+RAMP_EFFORT_FRACTION = 0.5
+"""Fraction of a drive's effort beyond the static load that its ramps use."""
+JERK_TIME = 0.25
 """Seconds in which a reference's acceleration reaches its largest value."""
-SOFT_MARGIN = 0.02
-"""Part of a joint's travel by which soft limits stand inside its ends."""
-SHORTEST = 0.1
-"""Part of a rope's length at the start below which it is not hoisted, where the scene has no limits of it."""
+SOFT_LIMIT_MARGIN = 0.02
+"""Margin of the soft limits, as a fraction of the travel."""
+MIN_ROPE_FRACTION = 0.1
+"""Minimum length of a rope as a fraction of the initial one, if the scene sets none."""
 DURATION = 3600.0
-"""Seconds of a run that the operator does not end before."""
+"""Default duration of a run [s], if it is not stopped earlier."""
 
 
-class Pace(NamedTuple):
-    """What an operator expects of a joint whose scene says nothing; estimates."""
+class SpeedBounds(NamedTuple):
+    """Largest speed and acceleration of a joint."""
 
     speed: float  # m/s or rad/s
-    acceleration: float
+    acceleration: float  # m/s² or rad/s²
 
 
-_PACES = {
-    "slew": Pace(0.1, 0.05),
-    "boom": Pace(0.05, 0.05),
-    "jib": Pace(0.08, 0.08),
-    "telescope": Pace(0.3, 0.15),
-    "rope": Pace(0.4, 0.4),
-    "hoist": Pace(0.4, 0.4),
+_DEFAULTS_BY_JOINT = {  # estimates, for drives whose scene sets none
+    "slew": SpeedBounds(0.1, 0.05),
+    "boom": SpeedBounds(0.05, 0.05),
+    "jib": SpeedBounds(0.08, 0.08),
+    "telescope": SpeedBounds(0.3, 0.15),
+    "rope": SpeedBounds(0.4, 0.4),
+    "hoist": SpeedBounds(0.4, 0.4),
 }
-_PACE = {"rad": Pace(0.1, 0.05), "m": Pace(0.5, 0.25)}  # of other joints, by their units
-_OF_LAWS = ("control", "inputs", "reference")  # groups that an operator replaces
-_OF_EFFORTS = ("lag", "rate_limit", "deadband")  # keys of a drive by effort that one by speed does not have
+_DEFAULTS_BY_UNIT = {"rad": SpeedBounds(0.1, 0.05), "m": SpeedBounds(0.5, 0.25)}  # of all other joints
+_LAW_GROUPS = ("control", "inputs", "reference")  # of a scene, replaced by an operator
+_EFFORT_DRIVE_KEYS = ("lag", "rate_limit", "deadband")  # that a speed drive does not have
 
 
 def with_operator_drives(
     scene: Scene, duration: float | None = None, speeds: Mapping[str, float] | None = None
 ) -> Scene:
-    """Return the scene for an operator: no law, inputs or reference, and drives that all follow speeds.
+    """Return the scene for an operator: no law, inputs or reference, and only speed drives.
 
     Args:
         scene: any.
         duration: s of the run.
-        speeds: largest speeds of joints, in place of the scene's or the usual ones.
+        speeds: largest speeds of joints, in place of the scene's or the default ones.
 
     Raises:
         SceneError: there is nothing to drive, or a joint takes positions; the message is one line.
     """
     speeds = speeds or {}
     _check(scene, speeds)
-    document = without_nulls({key: value for key, value in scene.to_dict().items() if key not in _OF_LAWS})
+    document = without_nulls({key: value for key, value in scene.to_dict().items() if key not in _LAW_GROUPS})
     document["duration"] = DURATION if duration is None else duration
     given = document.pop("actuators", {})
     common = given.pop(ALL, {})
-    needs = _needs(scene, speeds)
+    requirements = _drive_requirements(scene, speeds)
     document["actuators"] = {
-        joint: _drive(scene, i, common | given.get(joint, {}), needs[joint], joint in speeds)
+        joint: _make_actuator_group(scene, i, common | given.get(joint, {}), requirements[joint], joint in speeds)
         for i, joint in enumerate(scene.actuated)
     }
     return load_scene(document)
@@ -83,7 +84,7 @@ def with_operator_drives(
 def _check(scene: Scene, speeds: Mapping[str, float]) -> None:
     """Raise SceneError where nothing takes a speed, or a speed belongs to no joint."""
     if not scene.actuated:
-        raise SceneError(f"scene {scene.name}: has no joint that is driven; nothing to operate")
+        raise SceneError(f"scene {scene.name}: has no actuated joint; nothing to operate")
     if "m" in scene.effort_units:
         joint = scene.actuated[scene.effort_units.index("m")]
         raise SceneError(f"scene {scene.name}: the {joint} takes positions, an operator gives speeds; another drive?")
@@ -94,45 +95,53 @@ def _check(scene: Scene, speeds: Mapping[str, float]) -> None:
             raise SceneError(f"--speed {joint}={speed:g}: must be a number greater than 0")
 
 
-class Need(NamedTuple):
-    """What a joint's drive has to move."""
+class DriveRequirement(NamedTuple):
+    """What a joint's drive has to move, and within which bounds."""
 
-    pace: Pace
-    inertia: float  # kg or kg m², others locked
+    bounds: SpeedBounds
+    inertia: float  # kg or kg m², the other joints locked
 
 
-def _needs(scene: Scene, speeds: Mapping[str, float]) -> dict[str, Need]:
-    """Return the pace of each joint, slower where its drive is too weak for the usual ramp, and its inertia."""
+def _drive_requirements(scene: Scene, speeds: Mapping[str, float]) -> dict[str, DriveRequirement]:
+    """Return bounds and inertia of each joint; a drive that is too weak for the default ramp gets a slower one."""
     mechanics = joint_mechanics(scene)
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     records = ideal_drives(len(scene.actuated)) if scene.hardware is None else scene.hardware.drives
-    needs = {}
+    requirements = {}
     for i, (joint, drive) in enumerate(zip(scene.actuated, records, strict=True)):
-        usual = _PACES.get(joint, _PACE.get(units[joint], _PACE["m"]))
-        motor = float(drive.base_speed) if 0.0 < drive.base_speed < inf and drive.peak < inf else usual.speed
+        default = _DEFAULTS_BY_JOINT.get(joint, _DEFAULTS_BY_UNIT.get(units[joint], _DEFAULTS_BY_UNIT["m"]))
+        motor = float(drive.base_speed) if 0.0 < drive.base_speed < inf and drive.peak < inf else default.speed
         load, inertia = float(mechanics.static_load[i]), float(mechanics.inertia_others_locked[i])
-        left = float(min(drive.high, drive.peak) - load), float(load - max(drive.low, -drive.peak))
-        ramp = RAMP_SHARE * min(left) / inertia
-        limited = min(usual.acceleration, ramp) if ramp > 0.0 else usual.acceleration
-        needs[joint] = Need(Pace(speeds.get(joint, motor), limited), inertia)
-    return needs
+        reserves = float(min(drive.high, drive.peak) - load), float(load - max(drive.low, -drive.peak))
+        ramp = RAMP_EFFORT_FRACTION * min(reserves) / inertia
+        acceleration = min(default.acceleration, ramp) if ramp > 0.0 else default.acceleration
+        requirements[joint] = DriveRequirement(SpeedBounds(speeds.get(joint, motor), acceleration), inertia)
+    return requirements
 
 
-def _drive(scene: Scene, i: int, given: dict[str, Any], need: Need, asked: bool) -> dict[str, Any]:
-    """Return the group of a drive by speed; `given` is the scene's own, `asked`: the operator named the speed."""
-    pace = need.pace
+def _make_actuator_group(
+    scene: Scene, i: int, given: dict[str, Any], requirement: DriveRequirement, speed_given: bool
+) -> dict[str, Any]:
+    """Return the group `actuators` of actuated joint i with a speed drive.
+
+    Args:
+        given: the group in the scene, whose settings are kept.
+        speed_given: the operator named the largest speed, which replaces that of the scene.
+    """
+    bounds = requirement.bounds
     if scene.effort_units[i] == "m/s":
-        ramp = {"limit": pace.speed, "rate_limit": pace.acceleration}
-        return ramp | {key: value for key, value in given.items() if not (asked and key == "limit")}
-    servo = {"max_speed": pace.speed, "max_acceleration": pace.acceleration, "max_jerk": pace.acceleration / RISE}
+        ramp = {"limit": bounds.speed, "rate_limit": bounds.acceleration}
+        return ramp | {key: value for key, value in given.items() if not (speed_given and key == "limit")}
+    jerk = bounds.acceleration / JERK_TIME
+    servo = {"max_speed": bounds.speed, "max_acceleration": bounds.acceleration, "max_jerk": jerk}
     if given.get("drive", "effort") != "effort":
         own = {key: value for key, value in given["servo"].items() if key != "position_gain"}
-        servo |= {key: value for key, value in own.items() if not (asked and key == "max_speed")}
+        servo |= {key: value for key, value in own.items() if not (speed_given and key == "max_speed")}
         if "max_acceleration" in own and "max_jerk" not in own:
-            servo["max_jerk"] = own["max_acceleration"] / RISE
+            servo["max_jerk"] = own["max_acceleration"] / JERK_TIME
         return given | {"drive": "velocity", "servo": servo}
-    loop = {"gain": 2.0 * BANDWIDTH * need.inertia, "integral_time": 2.0 / BANDWIDTH}
-    kept = {key: value for key, value in given.items() if key not in _OF_EFFORTS}
+    loop = {"gain": 2.0 * BANDWIDTH * requirement.inertia, "integral_time": 2.0 / BANDWIDTH}
+    kept = {key: value for key, value in given.items() if key not in _EFFORT_DRIVE_KEYS}
     return kept | {"drive": "velocity", "servo": loop | servo}
 
 
@@ -160,12 +169,12 @@ def _bounds(scene: Scene, i: int) -> Bounds:
 
 
 def _travel(scene: Scene, i: int, start: float) -> tuple[float, float]:
-    """Return the ends of a joint's travel that soft limits keep: inside its limits and limit switches."""
+    """Return the soft limits of a joint: inside its limits and limit switches."""
     name, drive = scene.actuated[i], scene.hardware.drives[i]
     ends = [(limit.low, limit.high) for limit in scene.limits if limit.joint == name]
     low = max([float(drive.switch_low), *(end[0] for end in ends)])
     high = min([float(drive.switch_high), *(end[1] for end in ends)])
     if low == -inf and name in ("rope", "hoist"):
-        low = SHORTEST * start
-    margin = SOFT_MARGIN * (high - low) if high - low < inf else 0.0
+        low = MIN_ROPE_FRACTION * start
+    margin = SOFT_LIMIT_MARGIN * (high - low) if high - low < inf else 0.0
     return low + margin, high - margin

@@ -1,4 +1,4 @@
-"""A gamepad of this machine, read by the optional package `evdev`, numbered as `levers` says."""
+"""A gamepad of this machine, read by the optional package `evdev`, numbered as in `levers`."""
 
 import sys
 from collections.abc import Mapping

@@ -1,7 +1,7 @@
-"""What the operator's device says: positions of levers and buttons, from a keyboard's keys or a controller's axes.
+"""Inputs of the operator's device: positions of levers and buttons, from a keyboard's keys or a controller's axes.
 
 A terminal reports that a key is pressed, and repeats it while it is held, but never that it is released. So a key moves
-its joint until it has been silent for a while: longer after the first press, since repetition begins late.
+its joint until no repetition has come for a while: longer after the first press, since repetition begins late.
 """
 
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ from crane_sim.operator.levers import Assignment
 
 DEVICES = ("keyboard", "gamepad", "joy")
 """The kinds of device."""
-NEUTRAL = 0.05
-"""Part of an axis's way within which it counts as released: sticks do not return exactly."""
+DEAD_ZONE = 0.05
+"""Fraction of an axis's travel within which it counts as released: sticks do not return exactly."""
 FIRST_HOLD = 0.7
 """Seconds for which a key holds after its first press: usual terminals begin to repeat after 0.25 to 0.66 s."""
 REPEAT_HOLD = 0.2
@@ -25,7 +25,7 @@ LEVELS = (0.1, 0.25, 0.5, 1.0)
 
 
 class Demand(NamedTuple):
-    """What the operator asks for at an instant."""
+    """The operator's demand at an instant."""
 
     axes: tuple[float, ...]  # (nu,) of the joints, -1 .. 1
     held: bool  # the dead man's switch
@@ -47,7 +47,7 @@ def demand_of(sample: Sample, assignment: Assignment) -> Demand:
 
     def axis(number: int) -> float:
         value = float(axes[number]) if 0 <= number < len(axes) else 0.0
-        return min(max(value, -1.0), 1.0) if NEUTRAL < abs(value) < inf else 0.0  # also where it is no number
+        return min(max(value, -1.0), 1.0) if DEAD_ZONE < abs(value) < inf else 0.0  # also where it is no number
 
     pressed = [0 <= number < len(buttons) and bool(buttons[number]) for number in assignment.buttons]
     return Demand(tuple(lever.sign * axis(lever.axis) for lever in assignment.levers), *pressed)
@@ -62,7 +62,7 @@ class Keyboard:
 
     def __init__(self, assignment: Assignment) -> None:
         """Begin with no key pressed."""
-        self._ways = {
+        self._bindings = {
             key: (i, sign)
             for i, lever in enumerate(assignment.levers)
             for key, sign in zip(lever.keys, (1.0, -1.0), strict=True)
@@ -74,10 +74,10 @@ class Keyboard:
 
     def press(self, key: str, now: float) -> None:
         """Take a key at `now` [s]: pressed, or repeated."""
-        if key in self._ways:
-            i, _ = self._ways[key]
-            for other in [other for other in self._until if other != key and self._ways[other][0] == i]:
-                del self._until[other]  # the opposite way
+        if key in self._bindings:
+            i, _ = self._bindings[key]
+            for other in [other for other in self._until if other != key and self._bindings[other][0] == i]:
+                del self._until[other]  # the opposite direction
             repeated = self._until.get(key, now) > now
             self._until[key] = max(self._until.get(key, now), now + (REPEAT_HOLD if repeated else FIRST_HOLD))
         elif key in ("+", "-"):
@@ -90,7 +90,7 @@ class Keyboard:
         axes = [0.0] * self._count
         for key, until in self._until.items():
             if now < until:
-                i, sign = self._ways[key]
+                i, sign = self._bindings[key]
                 axes[i] = sign * LEVELS[self.level]
         pressed, self._pressed = self._pressed, set()
         held = any(now < until + tail for until in self._until.values())

@@ -43,7 +43,7 @@ class Assignment(NamedTuple):
     buttons: Buttons
 
 
-_KINDS = {
+_USUAL_LEVERS = {  # keys, directions, axis and its sign, by joint
     "slew": (("a", "d"), ("left", "right"), 0, 1.0),
     "bridge": (("a", "d"), ("left", "right"), 0, 1.0),
     "trolley": (("w", "s"), ("out", "in"), 1, 1.0),
@@ -63,7 +63,7 @@ def make_lever_assignment(joints: Sequence[str], changes: Sequence[str] = ()) ->
     """Return the levers of the actuated joints, and the buttons.
 
     Args:
-        joints: names of the actuated joints; one that is not in `_KINDS` gets keys and an axis that are still free.
+        joints: names of the actuated joints; one not in `_USUAL_LEVERS` gets keys and an axis that are still free.
         changes: `NAME=NUMBER` each: the axis of a joint, with a minus sign if inverted, or one of `Buttons`.
 
     Raises:
@@ -71,12 +71,12 @@ def make_lever_assignment(joints: Sequence[str], changes: Sequence[str] = ()) ->
     """
     levers: list[Lever] = []
     for joint in joints:
-        levers.append(_lever(joint, levers))
+        levers.append(_choose_lever(joint, levers))
     return _apply_changes(Assignment(tuple(levers), Buttons()), changes)
 
 
-def _lever(joint: str, others: Sequence[Lever]) -> Lever:
-    known = _KINDS.get(joint)
+def _choose_lever(joint: str, others: Sequence[Lever]) -> Lever:
+    known = _USUAL_LEVERS.get(joint)
     taken_keys, taken_axes = {lever.keys for lever in others}, {lever.axis for lever in others}
     if known is not None and known[0] not in taken_keys:
         return Lever(joint, *known)

@@ -1,4 +1,4 @@
-"""Reads a bag of `crane run --mcap` back: the scene from its metadata, the control steps from its messages."""
+"""Reader of bags of `crane run --mcap`: the scene from the metadata, the control steps from the messages."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
 
-NEEDED = ("joint_states", "applied_effort")
-FURTHER = ("true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")
+REQUIRED_TOPICS = ("joint_states", "applied_effort")
+OPTIONAL_TOPICS = ("true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")
 
 
-class BaggedRun(NamedTuple):
-    """What a bag has of a run."""
+class RunFromBag(NamedTuple):
+    """A run as far as a bag has it."""
 
-    properties: dict[str, str]  # those of the run's recording, as text
+    properties: dict[str, str]  # as text, as in a recording of the run
     scene: Scene
     rows: list[Row]  # control steps
-    lost: int  # steps before the last one whose messages are not all there
-    truth: bool  # the rows' states are the true ones: there are no sensors, or true states beside what they show
+    lost_steps: int  # number of steps before the last one that lack a message
+    has_true_states: bool  # the rows' states are not those that sensors measure
 
 
-def read_bag(path: Path) -> BaggedRun:
+def read_bag(path: Path) -> RunFromBag:
     """Return the run in a bag.
 
     Raises:
@@ -47,26 +47,26 @@ def read_bag(path: Path) -> BaggedRun:
         raise UnreadableRecording(f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version")
     scene = load_scene(yaml.safe_load(properties["scene_file"]))
     try:
-        messages = read_messages(path, NEEDED, FURTHER)
+        messages = read_messages(path, REQUIRED_TOPICS, OPTIONAL_TOPICS)
     except UnreadableBag as error:
         raise UnreadableRecording(f"{path}: {error}") from None
-    truth = any(message.topic == "true_states" for message in messages)
-    decoder = _Decoder(scene, truth)
+    has_true_states = any(message.topic == "true_states" for message in messages)
+    decoder = _Decoder(scene, has_true_states)
     for message in messages:
-        decoder.take(message)
-    rows = decoder.steps.take(final=True)
+        decoder.decode(message)
+    rows = decoder.steps.pop_rows(final=True)
     if not rows:
         raise UnreadableRecording(f"{path}: has no control step: no joint_states with an applied_effort of its stamp")
-    return BaggedRun(properties, scene, rows, decoder.steps.lost, truth or not is_sensed(scene))
+    return RunFromBag(properties, scene, rows, decoder.steps.lost_steps, has_true_states or not is_sensed(scene))
 
 
 class _Decoder:
-    """Passes the numbers of messages on to an assembler of steps, as a recorder does."""
+    """Decoder of messages, whose values it adds to an assembler of steps as a recorder does."""
 
-    def __init__(self, scene: Scene, truth: bool) -> None:
-        self._scene, self._holds = scene, False
+    def __init__(self, scene: Scene, has_true_states: bool) -> None:
+        self._scene, self._uses_held_command = scene, False
         self._kinds = dict(zip(scene.actuated, scene.commands, strict=True))
-        self.steps = StepAssembler(scene.period_ns, scene.reference, scene.sampled, sensed=truth)
+        self.steps = StepAssembler(scene.period_ns, scene.reference, scene.sampled, sensed=has_true_states)
         self._callbacks: Mapping[str, Callable[[int, Any], None]] = {
             "joint_states": partial(self._on_state, self.steps.add_state),
             "true_states": partial(self._on_state, self.steps.add_true_state),
@@ -77,17 +77,17 @@ class _Decoder:
             "joint_trajectory": self._on_reference,
         }
 
-    def take(self, message: Message) -> None:
-        """Take a message of one of the topics."""
+    def decode(self, message: Message) -> None:
+        """Add the values of a message of one of the topics."""
         self._callbacks[message.topic](message.stamp, message.content)
 
     def _on_state(self, add: Callable[[int, Sequence[float], Sequence[float]], None], stamp: int, message: Any) -> None:
-        q, v = (_sort(self._scene.joint_names, message.name, each) for each in (message.position, message.velocity))
+        q, v = (_reorder(self._scene.joint_names, message.name, each) for each in (message.position, message.velocity))
         if q is not None and v is not None:
             add(stamp, q, v)
 
     def _on_effort(self, stamp: int, message: Any) -> None:
-        effort = _sort(self._scene.actuated, message.name, message.effort)
+        effort = _reorder(self._scene.actuated, message.name, message.effort)
         if effort is not None:
             self.steps.add_effort(stamp, effort)
 
@@ -97,18 +97,18 @@ class _Decoder:
             self.steps.add_command(stamp, command)
 
     def _on_accepted(self, stamp: int, message: Any) -> None:
-        command = None if self._holds else self._command(message)
+        command = None if self._uses_held_command else self._command(message)
         if command is not None:
             self.steps.add_accepted(stamp, command)
 
     def _on_held(self, stamp: int, message: Any) -> None:
         if stamp:
-            self._holds = True
+            self._uses_held_command = True
             self.steps.add_accepted(stamp, self._command(message))
 
     def _on_reference(self, stamp: int, message: Any) -> None:
         if message.points:
-            target = _sort(self._scene.actuated, message.joint_names, message.points[-1].positions)
+            target = _reorder(self._scene.actuated, message.joint_names, message.points[-1].positions)
             if target is not None:
                 self.steps.add_reference(stamp, target)
 
@@ -116,10 +116,10 @@ class _Decoder:
         """Return a command (nu,), each joint's number from the field that its drive is commanded by."""
         columns = [getattr(message, self._kinds.get(name, "effort")) for name in message.name]
         values = [column[i] for i, column in enumerate(columns) if i < len(column)]
-        return _sort(self._scene.actuated, message.name, values)
+        return _reorder(self._scene.actuated, message.name, values)
 
 
-def _sort(joints: Sequence[str], names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
-    """Return one number a joint, or None where names or numbers are missing, or names unknown."""
+def _reorder(joints: Sequence[str], names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
+    """Return the values in the order of `joints`; None where a name or value is missing, or a name is unknown."""
     found = dict(zip(names, map(float, values), strict=False))
     return tuple(found[name] for name in joints) if found.keys() == set(joints) else None

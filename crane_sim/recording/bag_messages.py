@@ -25,23 +25,23 @@ class Message(NamedTuple):
     content: Any
 
 
-def read_messages(path: Path, needed: Sequence[str], further: Sequence[str] = ()) -> list[Message]:
+def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> list[Message]:
     """Return the messages of topics in the order in which they were received.
 
     Args:
         path: the bag.
-        needed: topics without their namespaces; a bag has exactly one of each, with messages.
-        further: others that it may have.
+        required: topics without their namespaces; a bag has exactly one of each, with messages.
+        optional: others that it may have.
 
     Raises:
-        UnreadableBag: the bag is damaged, or lacks a needed topic.
+        UnreadableBag: the bag is damaged, or lacks a required topic.
         ModuleNotFoundError: rosbags is not installed.
     """
     any_reader = import_module("rosbags.highlevel").AnyReader  # by name: optional
     types = import_module("rosbags.typesys")
     try:
         with any_reader([path], default_typestore=types.get_typestore(types.Stores.ROS2_JAZZY)) as reader:
-            return list(_messages(reader, needed, further))
+            return list(_messages(reader, required, optional))
     except (ModuleNotFoundError, UnreadableBag):
         raise
     except Exception as error:  # of a damaged file: rosbags raises many kinds
@@ -49,10 +49,10 @@ def read_messages(path: Path, needed: Sequence[str], further: Sequence[str] = ()
         raise UnreadableBag(f"cannot be read: {line}") from None
 
 
-def _messages(reader: Any, needed: Sequence[str], further: Sequence[str]) -> Iterator[Message]:
-    wanted = {*needed, *further}
+def _messages(reader: Any, required: Sequence[str], optional: Sequence[str]) -> Iterator[Message]:
+    wanted = {*required, *optional}
     chosen = [each for each in reader.connections if _name(each.topic) in wanted and each.msgcount]
-    for name in needed:
+    for name in required:
         topics = sorted({each.topic for each in chosen if _name(each.topic) == name})
         if len(topics) != 1:
             why = f"several topics, {', '.join(topics)}; give one" if topics else f"no messages of a topic {name}"

@@ -32,14 +32,14 @@ def base_rotations(base: Numbers) -> Rotation:
 
 
 def to_base(points: Numbers, base: Numbers | None) -> Numbers:
-    """Return points (K, N, 3) of the world as the base (K, 6) sees them; None is a base that rests."""
+    """Return points (K, N, 3) of the world in the axes of the base (K, 6); None is a fixed base."""
     if base is None:
         return points
     return np.einsum("kji,knj->kni", base_rotations(base).as_matrix(), points - base[:, None, :3])
 
 
 def to_world(points: Numbers, base: Numbers | None) -> Numbers:
-    """Return points (K, N, 3) of the base (K, 6) in the world; None is a base that rests."""
+    """Return points (K, N, 3) of the base (K, 6) in the world; None is a fixed base."""
     if base is None:
         return points
     return np.einsum("kij,knj->kni", base_rotations(base).as_matrix(), points) + base[:, None, :3]

@@ -126,7 +126,7 @@ def _write_reference(rows: Sequence[Row]) -> Numbers | None:
     return _array(references) if all(reference is not None for reference in references) else None
 
 
-UPRIGHT = {"_z": -1.0, "qw": 1.0}
+NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}
 """Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
 
 
@@ -140,8 +140,8 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
     neutral_q = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
     neutral_q[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
     for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True)):
-        if unit == "1" and name[-2:] in UPRIGHT:
-            neutral_q[:, i] = UPRIGHT[name[-2:]]
+        if unit == "1" and name[-2:] in NEUTRAL_COMPONENTS:
+            neutral_q[:, i] = NEUTRAL_COMPONENTS[name[-2:]]
     still = np.zeros_like(neutral_q), np.zeros_like(reference)
     if "payload_x" in scene.joint_names:
         above = to_base(derive(scene, t, neutral_q, *still).nodes, base)[:, system.tip_index(scene.model)]

@@ -1,4 +1,4 @@
-"""Size of a crane and position of the camera: needed for drawing beside the crane's own solids."""
+"""Size of a crane and position of the camera for drawing."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 Vector = tuple[float, float, float]
-VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
+FIELD_OF_VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
-PATH_SAMPLES = 50  # instants of a path whose places are to be in the picture
-FAR = 10.0  # depths of the cable: the longest rail that is shown whole
-ARROW = 0.33  # of a crane's size: how far the longest arrow of a hoist goes up from the trolley
+PATH_SAMPLES = 50  # instants of a path whose positions have to be in the picture
+MAX_RAIL_RATIO = 10.0  # longest rail that is shown whole, by the depth of the cable
+HOIST_ARROW_RATIO = 0.33  # height of the longest arrow of a hoist above the trolley, by the crane's size
 TROLLEY = "crane/trolley"
-PLANE, SPACE = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and height from where an overhead crane is looked at
+PLANAR_VIEW, SPATIAL_VIEW = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and elevation of the eye, overhead cranes
 
 
 class Framing(NamedTuple):
@@ -41,7 +41,7 @@ class Framing(NamedTuple):
     eye: Vector
     look_at: Vector
     deck: tuple[float, float] = (0.9, 0.6)  # half length and half width of a vessel's deck, of `ground_size`
-    follows: str = ""  # the entity that the eye goes along with, keeping its distance
+    follows: str = ""  # the entity that the eye follows at a constant distance
 
 
 def of_knuckle(scene: Scene) -> Framing:
@@ -194,19 +194,20 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
 def of_room(room: BoundingBox, lifts: bool) -> Framing:
     """Return how to draw an overhead crane whose motion fills a room; it `lifts` if its hoist's force is an arrow.
 
-    All of it is in the picture, unless the trolley goes so far that nothing would be seen: then the eye goes along.
+    All of it is in the picture, unless the rail is so long that the crane would be too small: then the eye follows the
+    trolley.
     """
     depth, floor = room.depth, room.floor
     sides = np.array([room.rail(0), room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth), (floor, 0.0)])
     span = float(np.ptp(sides[:2], axis=1).max())
     half = 0.6 * max(span, 1.5 * depth)
-    far = span > FAR * depth
+    far = span > MAX_RAIL_RATIO * depth
     size = depth if far else max(depth, 0.3 * span)
-    sides[2, 1] = max(room.high[2], 0.15 * depth, ARROW * size if lifts else 0.0)
+    sides[2, 1] = max(room.high[2], 0.15 * depth, HOIST_ARROW_RATIO * size if lifts else 0.0)
     x, y, z = (float(value) for value in sides.mean(axis=1))
     if far:
         sides[:2] = np.array([[x], [y]]) + np.array([-1.2, 1.2]) * depth
-    eye, look_at = _look(_corners(*sides), *(SPACE if room.spatial else PLANE))
+    eye, look_at = _look(_corners(*sides), *(SPATIAL_VIEW if room.spatial else PLANAR_VIEW))
     return Framing(
         size=size,
         ground=(x, y, floor),
@@ -229,7 +230,7 @@ def _corners(*sides: tuple[float, float]) -> np.ndarray:
 
 
 def _look(corners: np.ndarray, heading: float, height: float) -> tuple[Vector, Vector]:
-    """Return (eye, what it looks at) that see all corners (n, 3) from a heading and a height [degrees]."""
+    """Return (eye, look_at) with all corners (n, 3) in view, from a heading and an elevation [degrees]."""
     middle, towards = 0.5 * (corners.min(axis=0) + corners.max(axis=0)), _outwards(heading, height)
     eye = middle + _distance(corners - middle, towards) * towards
     (a, b, c), (x, y, z) = eye.tolist(), middle.tolist()
@@ -237,10 +238,10 @@ def _look(corners: np.ndarray, heading: float, height: float) -> tuple[Vector, V
 
 
 def _distance(corners: np.ndarray, towards: np.ndarray) -> float:
-    """Return how far the eye must stand from the origin to see all corners (n, 3)."""
+    """Return the distance of the eye from the origin at which all corners (n, 3) are in view."""
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
-    slope = tan(radians(0.5 * VIEW))
+    slope = tan(radians(0.5 * FIELD_OF_VIEW))
     wide, high = np.abs(corners @ right) / (ASPECT * slope), np.abs(corners @ up) / slope
     return 1.05 * float(np.max(np.maximum(wide, high) + corners @ towards))

@@ -19,14 +19,12 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
     from crane_sim.simulation.rollout import Rollout
 
-SPEED = ("wall_time", "steps_per_second", "real_time_factor", "rhs_evaluations", "recorded_steps")
-"""Entries of a summary on how it was computed, which say nothing about the crane."""
-
-
-HELD = ("u.", "command.", "reference.")
-"""Beginnings of the quantities that hold over a control period; the others are interpolated linearly."""
-CLOSE = 1e-9
-"""Seconds by which roundings may part two times."""
+COMPUTATION_METRICS = ("wall_time", "steps_per_second", "real_time_factor", "rhs_evaluations", "recorded_steps")
+"""Entries of a summary on how it was computed, which are not compared."""
+HELD_PREFIXES = ("u.", "command.", "reference.")
+"""Prefixes of the quantities that hold over a control period; the others are interpolated linearly."""
+TIME_TOLERANCE = 1e-9
+"""Seconds by which rounding may separate two equal times."""
 
 
 class Difference(NamedTuple):
@@ -76,26 +74,26 @@ def compare(*runs: RecordedRun | Rollout | Path | str, names: Sequence[str] = ()
 
     Args:
         runs: recorded runs, runs of `simulate`, or paths of recordings.
-        names: what they are called; default: files, or scenes.
+        names: of the runs; default: those of their files, or scenes.
 
     Raises:
-        SceneError: there are fewer than two, a file is no recording, the cranes are unlike, or no time is common.
+        SceneError: there are fewer than two, a file is no recording, the cranes are different, or no time is common.
     """
     if len(runs) < 2:
         raise SceneError(f"compare: needs two runs or more, here {'is one' if runs else 'are none'}")
-    read = tuple(_run_of(run) for run in runs)
+    read = tuple(_read_run(run) for run in runs)
     if names and len(names) != len(runs):
         raise SceneError(f"names = {list(names)}: must be one for each of {len(runs)} runs")
-    called = tuple(names) or _distinct([run.path.stem if run.path else run.name for run in read])
-    for run, name in zip(read[1:], called[1:], strict=True):
-        _check_alike(read[0], called[0], run, name)
+    labels = tuple(names) or _number_duplicates([run.path.stem if run.path else run.name for run in read])
+    for run, name in zip(read[1:], labels[1:], strict=True):
+        _check_same_crane(read[0], labels[0], run, name)
     t = _common_time(read)
     differences = tuple(_compare_columns(read[0], run, t) for run in read[1:])
     not_compared = tuple(_not_compared(read[0], *pair) for pair in zip(read[1:], differences, strict=True))
-    return Comparison(read, called, t, _metrics(read), differences, not_compared)
+    return Comparison(read, labels, t, _metrics(read), differences, not_compared)
 
 
-def _run_of(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
+def _read_run(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
     if isinstance(run, RecordedRun):
         return run
     if isinstance(run, Path | str):
@@ -103,13 +101,13 @@ def _run_of(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
     return import_module("crane_sim.recording.rerun.rollout").recorded_run(run)  # by name: a layer above, optional
 
 
-def _distinct(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names, numbered where two are the same."""
+def _number_duplicates(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names, with numbers where several are the same."""
     return tuple(f"{name} ({i + 1})" if names.count(name) > 1 else name for i, name in enumerate(names))
 
 
-def _check_alike(first: RecordedRun, first_name: str, run: RecordedRun, name: str) -> None:
-    """Raise SceneError where two runs are of unlike cranes."""
+def _check_same_crane(first: RecordedRun, first_name: str, run: RecordedRun, name: str) -> None:
+    """Raise SceneError where two runs are of different cranes."""
     for a, b in ((first.crane.kind, run.crane.kind), (first.crane.joint_names, run.crane.joint_names)):
         if a != b:
             what = [x if isinstance(x, str) else ", ".join(x) for x in (b, a)]
@@ -129,20 +127,20 @@ def _common_time(runs: Sequence[RecordedRun]) -> Numbers:
 
 def _compare_columns(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[str, Difference]:
     """Return the differences of all quantities that both runs have as finite numbers, `payload` being a distance."""
-    ours, others = first.columns(), run.columns()
-    away = {}
-    for name in (name for name in ours if name in others):
-        (a, unit), (b, _) = ours[name], others[name]
-        sample = _hold if name.startswith(HELD) else np.interp
-        away[name] = unit, sample(t, run.t, b) - sample(t, first.t, a)
-    distance = np.sqrt(sum(np.square(away[f"payload.{axis}"][1]) for axis in "xyz"))
-    away = {"payload": ("m", distance)} | away
-    return {name: _difference(unit, t, values) for name, (unit, values) in away.items() if np.isfinite(values).all()}
+    reference, other = first.columns(), run.columns()
+    columns = {}
+    for name in (name for name in reference if name in other):
+        (a, unit), (b, _) = reference[name], other[name]
+        sample = _hold if name.startswith(HELD_PREFIXES) else np.interp
+        columns[name] = unit, sample(t, run.t, b) - sample(t, first.t, a)
+    distance = np.sqrt(sum(np.square(columns[f"payload.{axis}"][1]) for axis in "xyz"))
+    columns = {"payload": ("m", distance)} | columns
+    return {name: _difference(unit, t, values) for name, (unit, values) in columns.items() if np.isfinite(values).all()}
 
 
-def _difference(unit: str, t: Numbers, away: Numbers) -> Difference:
-    k = int(np.argmax(np.abs(away)))
-    return Difference(unit, float(abs(away[k])), float(t[k]), float(np.sqrt(np.mean(away * away))))
+def _difference(unit: str, t: Numbers, values: Numbers) -> Difference:
+    k = int(np.argmax(np.abs(values)))
+    return Difference(unit, float(abs(values[k])), float(t[k]), float(np.sqrt(np.mean(values * values))))
 
 
 def _not_compared(first: RecordedRun, run: RecordedRun, differences: Mapping[str, Difference]) -> tuple[str, ...]:
@@ -151,8 +149,8 @@ def _not_compared(first: RecordedRun, run: RecordedRun, differences: Mapping[str
 
 
 def _hold(t: Numbers, steps: Numbers, values: Numbers) -> Numbers:
-    """Return at times t (K,) values that hold from their step on; a step that is later by a rounding counts."""
-    return values[np.searchsorted(steps, t + CLOSE, side="right") - 1]
+    """Return the values at times t (K,), each held from its step on; rounding of the times is tolerated."""
+    return values[np.searchsorted(steps, t + TIME_TOLERANCE, side="right") - 1]
 
 
 def _metrics(runs: Sequence[RecordedRun]) -> dict[str, tuple[float | None, ...]]:
@@ -163,10 +161,10 @@ def _metrics(runs: Sequence[RecordedRun]) -> dict[str, tuple[float | None, ...]]
 
 def _numbers_of(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
     """Return (name, value) of all numbers of a summary, those of joints as NAME.JOINT."""
-    found = []
+    numbers = []
     for key, value in summary.items():
         inner = value.items() if isinstance(value, dict) else [("", value)]
         for part, number in inner:
-            if key not in SPEED and isinstance(number, int | float) and not isinstance(number, bool):
-                found.append((f"{key}.{part}" if part else key, float(number)))
-    return found
+            if key not in COMPUTATION_METRICS and isinstance(number, int | float) and not isinstance(number, bool):
+                numbers.append((f"{key}.{part}" if part else key, float(number)))
+    return numbers

@@ -51,25 +51,25 @@ FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 def source_note(scene: Scene, truth: bool) -> str:
     """Return one phrase on what energies, tension and swing are computed from, empty where that is the truth.
 
-    A recorder computes them from the published states, true or as sensors show them, and the scene's payload.
+    A recorder computes them from the published states, true or measured, and the scene's payload.
     """
     parts = () if truth or not is_sensed(scene) else ("from what the sensors show",)
     changes = scene.hardware is not None and scene.hardware.payload_fault is not None
     return " and ".join((*parts, *(("for the payload of the start",) if changes else ())))
 
 
-MOST_TENSIONS = 12  # that a recording holds; of more links or falls it has the first one's only
+MAX_TENSIONS = 12  # in a recording; with more links or falls it has only that of the first
 
 
 def select_tensions(tensions: Numbers) -> Numbers:
     """Return those of the tensions (K, L) of all links or falls that are recorded."""
-    return tensions if tensions.shape[1] <= MOST_TENSIONS else tensions[:, :1]
+    return tensions if tensions.shape[1] <= MAX_TENSIONS else tensions[:, :1]
 
 
 def tension_names(count: int, falls: bool) -> tuple[str, ...]:
     """Return the names of the recorded tensions of a load on `count` falls, or on a cable of as many links."""
     kind = "fall" if falls else "link"
-    if 1 < count <= MOST_TENSIONS:
+    if 1 < count <= MAX_TENSIONS:
         return tuple(f"{kind} {k}" for k in range(1, 1 + count))
     if falls:
         return ("tension of fall 1",)
@@ -84,20 +84,16 @@ class LengthPlot(NamedTuple):
     joints: tuple[str, ...]
 
 
-ROPE = LengthPlot("shown/rope_m", "Rope length [m]", ("rope",))
-
-
-MOVED = {"bridge": "Position of the bridge", "trolley": "Position of the trolley", "telescope": "Length of the boom"}
+ROPE_PLOT = LengthPlot("shown/rope_m", "Rope length [m]", ("rope",))
+POSITION_TITLES = {
+    "bridge": "Position of the bridge",
+    "trolley": "Position of the trolley",
+    "telescope": "Length of the boom",
+}
 """Titles of joints that move in metres."""
-
-
-TIP = "shown/tip_m", "Position of the suspension point [m]"
-
-
-FALLS = LengthPlot("shown/hoist_m", "Length of the falls [m]", ("hoist",))
-
-
-HOIST = LengthPlot("shown/hoist_m", "Length of the first link [m]", ("hoist",))
+TIP_PLOT = "shown/tip_m", "Position of the suspension point [m]"
+FALLS_PLOT = LengthPlot("shown/hoist_m", "Length of the falls [m]", ("hoist",))
+LINK_PLOT = LengthPlot("shown/hoist_m", "Length of the first link [m]", ("hoist",))
 
 
 class Ropes(NamedTuple):
@@ -110,7 +106,7 @@ class Ropes(NamedTuple):
 
 
 class Stand(NamedTuple):
-    """What the crane stands on."""
+    """The frame in which the crane stands, and the sea below it."""
 
     frame: str  # the world, or a base that moves in it
     sea: SineSum | None  # the elevation of the water at the origin, of a base in a sea
@@ -205,13 +201,13 @@ class Block(NamedTuple):
     tensions: Numbers  # (K, T) N, those of `select_tensions`
     reeved: Numbers | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
     swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
-    measured: Numbers | None  # (K, 2 nq) what sensors show of q and v, where these are the truth
+    measured: Numbers | None  # (K, 2 nq) measured q and v, where q and v are the true ones
     contact: Numbers | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
     lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
 
 
 def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
-    """Return the layout of a scene's recording; without `truth` its states are what sensors show."""
+    """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -291,17 +287,17 @@ def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
 def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
     """Return the plots of what moves in metres, the cable left out."""
     if scene.crane == "pendulum":
-        return (LengthPlot(*TIP, scene.actuated),)
+        return (LengthPlot(*TIP_PLOT, scene.actuated),)
     if scene.crane != "overhead":
-        moved = [name for name in MOVED if name in scene.actuated]
-        plots = [LengthPlot(f"shown/{name}_m", f"{MOVED[name]} [m]", (name,)) for name in moved]
-        winch = [plot for plot in (ROPE, FALLS) if plot.joints[0] in scene.actuated]
+        moved = [name for name in POSITION_TITLES if name in scene.actuated]
+        plots = [LengthPlot(f"shown/{name}_m", f"{POSITION_TITLES[name]} [m]", (name,)) for name in moved]
+        winch = [plot for plot in (ROPE_PLOT, FALLS_PLOT) if plot.joints[0] in scene.actuated]
         return (*plots, *winch)
     file = validated_scene_file(scene)
     axes = tuple(name for name in file.axes if (group := getattr(file, name)) and group.drive != "fixed")
     title = f"{' and '.join(axes).capitalize()} position [m]"
     length_plots = [LengthPlot("shown/trolley_m", title, axes)] if axes else []
-    return (*length_plots, HOIST) if file.hoist else tuple(length_plots)
+    return (*length_plots, LINK_PLOT) if file.hoist else tuple(length_plots)
 
 
 def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:
@@ -323,7 +319,7 @@ def _scene_properties(scene: Scene, truth: bool) -> dict[str, Any]:
 
 
 def _crane_facts(scene: Scene, framing: Framing) -> str:
-    """Return what a reader of the curves must know of the crane, as JSON."""
+    """Return the properties of the crane that reading the curves needs, as JSON."""
     facts = {
         "kind": scene.crane,
         "joint_names": scene.joint_names,

@@ -28,9 +28,9 @@ UNITS = {
     "max_fall_tensions": "N",
     "braked_time": "s",
 }
-"""Units of plain metrics; names that end in `_deg` and `_us` say theirs."""
-_OF_POSITIONS, _OF_EFFORTS = ("final_error", "limit_margin", "overtravel"), ("peak_effort",)
-_ENDINGS = {"_deg": "deg", "_us": "µs"}
+"""Units of plain metrics; names that end in `_deg` and `_us` contain theirs."""
+_POSITION_METRICS, _EFFORT_METRICS = ("final_error", "limit_margin", "overtravel"), ("peak_effort",)
+_UNIT_SUFFIXES = {"_deg": "deg", "_us": "µs"}
 
 
 class MetricUnit(NamedTuple):
@@ -44,20 +44,20 @@ class MetricUnit(NamedTuple):
 def metric_unit(name: str, crane: Crane) -> MetricUnit:
     """Return how a metric of a crane's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
     key, _, part = name.partition(".")
-    ending = next((each for each in _ENDINGS if key.endswith(each)), "")
+    ending = next((each for each in _UNIT_SUFFIXES if key.endswith(each)), "")
     label = " ".join([key.removesuffix(ending).replace("_", " "), *[part] * bool(part)])
-    if key in _OF_POSITIONS:
+    if key in _POSITION_METRICS:
         units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
         return MetricUnit(label, *shown_unit(units.get(part, "")))
-    if key in _OF_EFFORTS:
+    if key in _EFFORT_METRICS:
         return MetricUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0)
-    return MetricUnit(label, _ENDINGS[ending] if ending else UNITS.get(key, ""), 1.0)
+    return MetricUnit(label, _UNIT_SUFFIXES[ending] if ending else UNITS.get(key, ""), 1.0)
 
 
 def metric_row(name: str, cranes: Sequence[Crane], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
     """Return (label, unit, texts) of a metric of several runs: its values, and differences from the first run.
 
-    A value in another unit than the row's has it beside it, and no difference.
+    A value in another unit than that of the row is shown with its unit, and has no difference.
     """
     units = [metric_unit(name, crane) for crane in cranes]
     label, unit, _ = next(each for each, value in zip(units, values, strict=True) if value is not None)

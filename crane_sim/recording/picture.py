@@ -1,4 +1,4 @@
-"""The former name of the command `crane shot`, for one release: `python -m crane_sim.recording.picture RUN OUT`."""
+"""Deprecated name of the command `crane shot`, for one release: `python -m crane_sim.recording.picture RUN OUT`."""
 
 import os
 import sys

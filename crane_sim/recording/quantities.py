@@ -1,4 +1,4 @@
-"""Quantities of a run by which pictures compare it with others: one curve of each run, angles in degrees."""
+"""Quantities of which comparisons draw one curve for each run; angles in degrees."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
     from crane_sim.recording.run import RecordedRun
 
-MANY = 4  # swing coordinates of a cable that are shown
-STILL = 1e-12  # in any unit: what moves less than rounding stands still
+MAX_SWINGS = 4  # swing coordinates of a cable that are drawn
+MIN_SPAN = 1e-12  # in any unit: a smaller span is rounding
 
 
 class Quantity(NamedTuple):
-    """What a plot shows of every run."""
+    """Title and unit of a plot with one curve for each run."""
 
     title: str
     unit: str
 
 
 def shown_joints(run: RecordedRun) -> list[str]:
-    """Return the joints with curves of their own: of a cable's many coordinates only a few swings."""
+    """Return the names of the joints that are drawn: of a cable's many coordinates only a few swings."""
     names = run.crane.joint_names
     swings = [name for name in names if name.startswith("swing_")]
-    return [name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"] + swings[:MANY]
+    return [name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"] + swings[:MAX_SWINGS]
 
 
 def quantities_of(run: RecordedRun) -> dict[Quantity, Numbers]:
-    """Return the values (K,) of what is compared of a run; angles in degrees."""
+    """Return the values (K,) of all quantities of a run; angles in degrees."""
     return dict(_quantities(run))
 
 
 def common_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbers, ...]]:
-    """Return the values (K,) of each run of what all runs have, in the order of the first."""
-    found = [quantities_of(run) for run in runs]
-    shared = [key for key in found[0] if all(key in each for each in found)]
-    return {key: tuple(each[key] for each in found) for key in shared}
+    """Return the quantities that all runs have, with the values (K,) of each run, in the order of the first run."""
+    by_run = [quantities_of(run) for run in runs]
+    shared = [key for key in by_run[0] if all(key in each for each in by_run)]
+    return {key: tuple(each[key] for each in by_run) for key in shared}
 
 
 def moving_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbers, ...]]:
-    """Return the common quantities but for those that stay at one value in all runs."""
+    """Return the common quantities without those that are constant and equal in all runs."""
     return {key: each for key, each in common_quantities(runs).items() if _moves(np.concatenate(each))}
 
 
 def _moves(values: Numbers) -> bool:
     finite = values[np.isfinite(values)]
-    return bool(finite.size and np.ptp(finite) > STILL)
+    return bool(finite.size and np.ptp(finite) > MIN_SPAN)
 
 
 def _quantities(run: RecordedRun) -> Iterator[tuple[Quantity, Numbers]]:

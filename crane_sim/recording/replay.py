@@ -54,8 +54,8 @@ def replay(run: RecordedRun) -> Replay:
     """Integrate a recorded run anew from its commands.
 
     Commands that are NaN are periods in which the brakes acted. What services did to the crane in the run, such as
-    faults, is not in a recording: states differ from there on. A recorder has what the sensors show, a recorded
-    `Rollout` the true states; the run agrees where one of the two does.
+    faults, is not in a recording: states differ from there on. A recorder has the measured states, a recorded
+    `Rollout` the true ones; the run agrees where one of the two does.
 
     Raises:
         SceneError: its scene is none of this version.

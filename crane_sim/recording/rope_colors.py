@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
     from crane_sim.recording.layout import Numbers
 
-LEAST = 1e-6  # N: a smaller tension is none
-UNLOADED, USUAL, DOUBLE, SLACK = (150, 190, 235), (214, 219, 226), (235, 60, 50), (255, 150, 40)
+MIN_TENSION = 1e-6  # N: a smaller one is a rounding error of 0
+UNLOADED_COLOR, USUAL_COLOR, DOUBLE_COLOR, SLACK_COLOR = (150, 190, 235), (214, 219, 226), (235, 60, 50), (255, 150, 40)
 """Colours (red, green, blue) of next to no tension, of that of the start, of twice as much and more, and of none."""
 
 
@@ -23,13 +23,15 @@ def usual_tensions(tensions: Numbers) -> Numbers:
     """
     largest = tensions.max(axis=0, initial=0.0)
     usual = np.where(tensions[0] > 0.01 * largest, tensions[0], largest)
-    return np.where(usual > LEAST, usual, max(1.0, float(usual.max(initial=0.0))))
+    return np.where(usual > MIN_TENSION, usual, max(1.0, float(usual.max(initial=0.0))))
 
 
 def rope_colors(tensions: Numbers, usual: Numbers) -> NDArray[np.uint8]:
     """Return colours (F, L, 3), 0 to 255, of ropes with tensions (F, L) [N], compared to `usual` (L,)."""
     ratio = tensions / usual
     stops = (0.0, 1.0, 2.0)
-    channels = [np.interp(ratio, stops, values) for values in zip(UNLOADED, USUAL, DOUBLE, strict=True)]
+    channels = [
+        np.interp(ratio, stops, values) for values in zip(UNLOADED_COLOR, USUAL_COLOR, DOUBLE_COLOR, strict=True)
+    ]
     colors = np.stack(channels, axis=-1)
-    return np.where((tensions <= LEAST)[..., None], SLACK, colors).round().astype(np.uint8)
+    return np.where((tensions <= MIN_TENSION)[..., None], SLACK_COLOR, colors).round().astype(np.uint8)

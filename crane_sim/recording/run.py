@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
-KILLED = "not finished: the recording has no summary, its recorder was killed"
+NO_SUMMARY = "not finished: the recording has no summary, its recorder was killed"
 
 
 class UnreadableRecording(SceneError):
@@ -73,7 +73,7 @@ class RecordedRun:
     t: Numbers  # (K,) s
     q: Numbers  # (K, nq) m or rad
     v: Numbers  # (K, nq) m/s or rad/s
-    q_measured: Numbers | None  # (K, nq) what sensors show of q, where that is the truth; None without sensors
+    q_measured: Numbers | None  # (K, nq) measured by sensors, where q is the true one; None without sensors
     v_measured: Numbers | None  # (K, nq) likewise
     u: Numbers  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
     commands: Numbers  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
@@ -179,7 +179,7 @@ class RecordedRun:
     @property
     def error(self) -> str:
         """One line on what failed, empty where nothing did."""
-        return str(self.summary.get("error", "")) if self.summary else KILLED
+        return str(self.summary.get("error", "")) if self.summary else NO_SUMMARY
 
     @property
     def finished(self) -> bool:

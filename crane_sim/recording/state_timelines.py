@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crane_sim.recording.states import BRAKES, CONTACT, EFFORTS, ZERO, TimelineInputs
+from crane_sim.recording.states import BRAKES, CONTACT, EFFORTS, MIN_FORCE, TimelineInputs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -61,10 +61,10 @@ class StateTimelines:
                 (np.isfinite(block.demanded) & (block.demanded != block.effort)).any(axis=1),
             )
         for name, tension in zip(layout.ropes.tensions, block.tensions.T, strict=True):
-            pushing = tension < -ZERO
-            yield _short(name), "taut", np.where(pushing, "pushes", "slack"), tension <= ZERO
+            pushing = tension < -MIN_FORCE
+            yield _short(name), "taut", np.where(pushing, "pushes", "slack"), tension <= MIN_FORCE
         if block.contact is not None:
-            yield CONTACT, "apart", "touches", block.contact > ZERO
+            yield CONTACT, "apart", "touches", block.contact > MIN_FORCE
         yield from self._limit_switches(block)
 
     def _limit_switches(self, block: Block) -> Iterator[tuple[str, str, str, Any]]:

@@ -1,4 +1,4 @@
-"""Timelines of states: of what is in one of a few states at any time of a run, such as brakes, ropes and faults.
+"""Timelines of discrete states during a run, such as those of brakes, ropes and faults.
 
 A timeline is a list of changes of state. It follows from the steps of a run, from its metrics, or from its events;
 messages of a plant add to it. It begins in its normal state ("released", "taut" …), and is recorded only if that
@@ -24,7 +24,7 @@ Changes = list[tuple[float, str]]  # (s, state from then on), in the order of ti
 
 BRAKES, EFFORTS, CONTACT = "brakes", "efforts", "contact"
 CONTROLLER, COMMANDS, STOP, SIMULATION = "controller", "commands", "emergency stop", "simulation"
-ZERO = 1e-6  # N: tensions and forces below it are rounding errors of 0
+MIN_FORCE = 1e-6  # N: smaller tensions and forces are rounding errors of 0
 
 NORMAL_COLOR, STOPPING_COLOR, FAULT_COLOR = "#c3cad1", "#c8332b", "#9450b3"
 WARNING_COLOR, CONTACT_COLOR, OTHER_COLOR = "#d9730d", "#2a9d5c", "#1f6fb4"
@@ -83,14 +83,14 @@ class LimitSwitches(NamedTuple):
 
 
 class TimelineInputs(NamedTuple):
-    """What timelines follow from, beside a run's steps."""
+    """Inputs of timelines other than the steps of a run."""
 
     limit_switches: LimitSwitches | None  # None without any
     only_limits_change_efforts: bool  # an applied effort differs from its command only where a limit acts
 
 
 def make_timeline_inputs(hardware: Any) -> TimelineInputs:
-    """Return what timelines follow from, by a scene's `HardwareConfig`, None for ideal drives."""
+    """Return the inputs of timelines from a scene's `HardwareConfig`, None for ideal drives."""
     if hardware is None:
         return TimelineInputs(None, True)
     drives = hardware.drives

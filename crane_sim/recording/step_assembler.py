@@ -1,4 +1,4 @@
-"""Puts the messages of a run together again: the state, the effort and the command that carry the same stamp.
+"""Assembler of control steps from messages: the state, the effort and the command with the same stamp.
 
 Stamps are integer nanoseconds; step k carries k times the period. Each topic arrives in order, the topics among
 themselves do not.
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 Vector = Sequence[float]
 MAX_ROWS_HELD = 200  # steps that a row is held for its command
-_SEVERAL = 8  # different commands of one stamp that are kept
+_MAX_COMMANDS = 8  # different commands of one stamp that are kept
 
 
 class Row(NamedTuple):
@@ -23,28 +23,28 @@ class Row(NamedTuple):
     effort: Vector
     demanded: Vector | None  # None without a command of this stamp, or where it is not known which one counted
     reference: Vector | None
-    measured: tuple[Vector, Vector] | None = None  # (q, v) as sensors show them, beside the truth
+    measured: tuple[Vector, Vector] | None = None  # (q, v) as sensors measure them
     braked: bool = False  # the plant reports that its brakes act
 
 
 class StepAssembler:
-    """Collects messages and hands out complete rows in order, each step once.
+    """Collects messages and returns complete rows in order, each step once.
 
     Attributes:
-        lost: steps before the newest row that was handed out, and that never became complete.
+        lost_steps: number of steps before the newest returned row that never became complete.
     """
 
     def __init__(
         self, period_ns: int, reference: Vector | None, commanded: bool = True, after: int = 0, sensed: bool = False
     ) -> None:
-        """Begin behind the step `after`.
+        """Begin after the step `after`.
 
         Args:
             period_ns: control period.
             reference: holds until another one is published.
             commanded: commands are expected.
-            after: steps up to this one have been handed out by an earlier recorder.
-            sensed: joint states are what sensors show, true states are expected beside them.
+            after: steps up to this one have been recorded by an earlier recorder.
+            sensed: joint states are measured by sensors; true states are expected as well.
         """
         self._period_ns, self._commanded = period_ns, commanded
         self._states: dict[int, tuple[Vector, Vector]] = {}
@@ -55,16 +55,16 @@ class StepAssembler:
         self._braked: set[int] = set()
         self._acceptance_known = False  # the plant publishes which commands count, as it does in real time
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
-        self._done = after * period_ns  # newest stamp handed out
+        self._done = after * period_ns  # newest stamp returned
         self._newest_state = self._newest_effort = self._newest_command = self._newest_true_state = self._done
-        self.lost = 0
+        self.lost_steps = 0
 
     def follows_reset(self, stamp: int) -> bool:
         """Whether a state of this stamp can only come from a plant that was reset: states arrive in order."""
         return stamp < self._newest_state
 
     def add_state(self, stamp: int, q: Vector, v: Vector) -> None:
-        """Take a joint state; one that was handed out before is a repetition."""
+        """Take a joint state; one whose row was returned before is a repetition."""
         self._newest_state = stamp
         if stamp > self._done:
             self._states[stamp] = (q, v)
@@ -86,7 +86,7 @@ class StepAssembler:
         if self._acceptance_known or not self._expects(stamp):
             return
         commands = self._commands.setdefault(stamp, [])
-        if len(commands) < _SEVERAL and effort not in commands:
+        if len(commands) < _MAX_COMMANDS and effort not in commands:
             commands.append(effort)
         self._newest_command = max(self._newest_command, stamp)
 
@@ -112,16 +112,16 @@ class StepAssembler:
 
     @property
     def waiting(self) -> int:
-        """Number of steps that wait to be handed out; most of them are complete."""
+        """Number of steps that are not returned yet; most of them are complete."""
         return len(self._efforts)
 
     def has(self, step: int) -> bool:
-        """Whether states and efforts have come up to this step: what is missing before it is lost."""
+        """Whether states and efforts up to this step have been received: what is missing before it is lost."""
         newest = min(self._newest_state, self._newest_effort)
         return min(newest, self._newest_true_state if self._sensed else newest) >= step * self._period_ns
 
-    def take(self, final: bool = False) -> list[Row]:
-        """Hand out the rows that are complete; the final call waits for no command any more."""
+    def pop_rows(self, final: bool = False) -> list[Row]:
+        """Remove and return the complete rows; the final call returns those without a command as well."""
         complete = self._efforts.keys() & self._states.keys()
         stamps = sorted(complete & self._true_states.keys() if self._sensed else complete)
         if stamps and self._commanded and not final:
@@ -129,15 +129,15 @@ class StepAssembler:
             stamps = [stamp for stamp in stamps if stamp <= limit]
         rows = [self._row(stamp) for stamp in stamps]
         if rows:
-            self.lost += rows[-1].step - self._done // self._period_ns - len(rows)
+            self.lost_steps += rows[-1].step - self._done // self._period_ns - len(rows)
             self._forget(stamps[-1])
         return rows
 
     def _row(self, stamp: int) -> Row:
-        shown = self._states[stamp]
-        q, v = self._true_states[stamp] if self._sensed else shown
+        received = self._states[stamp]
+        q, v = self._true_states[stamp] if self._sensed else received
         reference = next(value for since, value in reversed(self._references) if since <= stamp)
-        measured, braked = shown if self._sensed else None, stamp in self._braked
+        measured, braked = received if self._sensed else None, stamp in self._braked
         efforts, demanded = self._efforts[stamp], self._demanded_efforts(stamp)
         return Row(stamp // self._period_ns, q, v, efforts, demanded, reference, measured, braked)
 

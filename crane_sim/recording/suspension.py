@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
     Numbers = NDArray[np.float64]
 
-CURVES = 4  # number of a cable's links that are plotted
+MAX_PLOTTED_LINKS = 4
 
 
-COORDINATES = ("swing_", "link_", "node_", "payload_")  # beginnings of the names of a cable's joints
+COORDINATES = ("swing_", "link_", "node_", "payload_")  # prefixes of the names of a cable's joints
 
 
 class Suspension(NamedTuple):
@@ -48,7 +48,7 @@ class Suspension(NamedTuple):
         if not self.planar:
             return []
         count = 1 if self.shape == "rod" else len(self.hang.lengths)
-        return [int(k) for k in np.unique(np.linspace(1, count, CURVES).round())]
+        return [int(k) for k in np.unique(np.linspace(1, count, MAX_PLOTTED_LINKS).round())]
 
 
 def suspension(scene: Scene) -> Suspension | None:

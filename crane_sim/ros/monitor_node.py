@@ -39,12 +39,12 @@ class Monitor:
         ]
 
     def write(self, file: TextIO) -> None:
-        """Write the messages that have come."""
+        """Write the received messages."""
         for letter, codec, subscription in self._subscriptions:
             for message in subscription.take_all():
-                frame = codec.decode(message.data)
-                numbers = self._commands.values(frame) if codec is self._commands else frame.effort
-                print(letter, message.sent, frame.stamp, *numbers, file=file)
+                decoded = codec.decode(message.data)
+                numbers = self._commands.values(decoded) if codec is self._commands else decoded.effort
+                print(letter, message.sent, decoded.stamp, *numbers, file=file)
         file.flush()
 
 

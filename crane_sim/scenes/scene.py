@@ -91,7 +91,7 @@ class Scene:
 
     @property
     def path(self) -> Any:
-        """The former name of `trajectory`, for one release."""
+        """Deprecated name of `trajectory`, for one release."""
         warnings.warn("Scene.path is now Scene.trajectory", DeprecationWarning, stacklevel=2)
         return self.trajectory
 

@@ -135,7 +135,7 @@ class Batch:
 
     @property
     def figures(self) -> Mapping[str, npt.NDArray[Any]] | None:
-        """The former name of `metrics`, for one release."""
+        """Deprecated name of `metrics`, for one release."""
         warnings.warn("Batch.figures is now Batch.metrics", DeprecationWarning, stacklevel=2)
         return self.metrics
 
@@ -164,7 +164,7 @@ def simulate_batch(
         sample_times: instants [s], within the run, increasing, of q, v and payload in addition to the end.
         threads: the processor's cores when None.
         metrics: whether the result has the metrics and events of `simulate`, for which every crane runs once more.
-        figures: the former name of `metrics`, for one release.
+        figures: deprecated name of `metrics`, for one release.
 
     Cranes whose scenes differ in kind (of model, method or law) run in groups of one kind.
 

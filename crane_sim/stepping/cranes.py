@@ -30,7 +30,7 @@ class CraneArrays(NamedTuple):
     periods: Any  # (n,) periods passed
     waiting: Any  # (n,) cranes that are left out
     failed: Any  # (n,) whether the integration ended before the end of the period
-    seen: Any  # (n, 2 nq), positions and velocities as sensors show them
+    seen: Any  # (n, 2 nq), measured positions and velocities
     tip: Any  # (n, 3) m, in the world
     payload: Any  # (n, 3) m
     rows: Any  # (n, width), of the last period's start, see `stepping.rows`
@@ -38,7 +38,7 @@ class CraneArrays(NamedTuple):
 
 @generic
 def advance_crane(hardware, crane, command, k, period, rows, i):
-    """Return (integration, (q, v), (q, v) as sensors show them) after period k; write the row of its start."""
+    """Return (integration, (q, v), measured (q, v)) after period k; write the row of its start."""
     end = (k + 1) * period
     step_args = (crane.integration, end, rows, i)
     integration, q, v, _ = zero_order_hold_step(crane.method, crane.model, command, *step_args)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.study import former_names
+from crane_sim.study import deprecated_names
 from crane_sim.study.runs import OK
 from crane_sim.study.schema import Study, load_study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
@@ -31,7 +31,7 @@ def read_result(folder: Path) -> "StudyResult":
         raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
     load_pyarrow()
     known = json.loads((folder / "study.json").read_text())["study"]
-    return StudyResult(load_study(former_names.rename_keys(known)), folder)
+    return StudyResult(load_study(deprecated_names.rename_keys(known)), folder)
 
 
 def columns_of(metric: str, columns: Sequence[str]) -> list[str]:
@@ -69,12 +69,12 @@ class StudyResult:
     @cached_property
     def own_metrics(self) -> list[str]:
         """Columns of the metrics by the study's own function."""
-        marks = OWN_METRIC.items() | former_names.OWN_METRIC.items()
+        marks = OWN_METRIC.items() | deprecated_names.OWN_METRIC.items()
         return [field.name for field in self._schema if marks & (field.metadata or {}).items()]
 
     @property
     def own_figures(self) -> list[str]:
-        """The former name of `own_metrics`, for one release."""
+        """Deprecated name of `own_metrics`, for one release."""
         warnings.warn("StudyResult.own_figures is now StudyResult.own_metrics", DeprecationWarning, stacklevel=2)
         return self.own_metrics
 
@@ -113,7 +113,7 @@ class StudyResult:
         return np.where(self.column("status")[rows] == OK, values, np.nan)
 
     def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:
-        """The former name of `metric`, for one release."""
+        """Deprecated name of `metric`, for one release."""
         warnings.warn("StudyResult.figure is now StudyResult.metric", DeprecationWarning, stacklevel=2)
         return self.metric(name, variant)
 

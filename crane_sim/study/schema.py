@@ -21,7 +21,7 @@ from crane_sim.files.document import YAML_ERRORS, function_from, read
 from crane_sim.files.errors import SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
-from crane_sim.study.former_names import rename_keys, warn_of_former_keys
+from crane_sim.study.deprecated_names import rename_keys, warn_of_deprecated_keys
 
 Count = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10_000_000)]
 
@@ -152,7 +152,7 @@ def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
     if isinstance(source, Study):
         return source
     document = dict(source) if isinstance(source, Mapping) else _read_file(Path(source))
-    warn_of_former_keys(document)
+    warn_of_deprecated_keys(document)
     try:
         study = Study.model_validate(rename_keys(document))
     except ValidationError as error:
@@ -181,7 +181,7 @@ def _read_file(path: Path) -> dict[str, Any]:
 
 def _resolve_functions(document: dict[str, Any], folder: Path) -> None:
     """Make the files of laws and metrics absolute, relative to the study's folder."""
-    for key in ("metrics", "figures"):  # the latter: its former name
+    for key in ("metrics", "figures"):  # the latter: the deprecated name
         if isinstance(document.get(key), str):
             document[key] = function_from(document[key], folder)
     variants = document.get("variants")

@@ -23,7 +23,7 @@ import numpy as np
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.columns import OwnMetric
-from crane_sim.study.former_names import rename_keys
+from crane_sim.study.deprecated_names import rename_keys
 from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.schema import Study, scene_document
 from crane_sim.study.versions import deciding_versions

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from crane_sim.cli.commands import app
-from crane_sim.cli.viewing import recording_of
+from crane_sim.cli.viewing import find_recording
 from crane_sim.files.errors import SceneError
 
 
@@ -39,14 +39,14 @@ def run(*arguments: str) -> None:
 
 def test_the_newest_recording_is_taken(folder: Path) -> None:
     """Without a name the newest recording is shown, else the named one; without any an error says how to make one."""
-    assert recording_of(None) == Path("runs/b.rrd")
-    assert recording_of(Path("runs/a.rrd")) == Path("runs/a.rrd")
+    assert find_recording(None) == Path("runs/b.rrd")
+    assert find_recording(Path("runs/a.rrd")) == Path("runs/a.rrd")
     with pytest.raises(SceneError, match="^RUN = 'c.rrd': no such file; leave it out for the newest in runs/$"):
-        recording_of(Path("c.rrd"))
+        find_recording(Path("c.rrd"))
     for file in (folder / "runs").iterdir():
         file.unlink()
     with pytest.raises(SceneError, match="^RUN: runs/ has no recording yet; crane run makes one$"):
-        recording_of(None)
+        find_recording(None)
 
 
 @pytest.mark.usefixtures("folder")

@@ -130,14 +130,14 @@ def test_a_faulty_law_is_a_single_line_error(law: Any, message: str) -> None:
 
 
 @pytest.mark.interpreted
-def test_a_law_with_the_old_name_of_its_reset_is_understood() -> None:
+def test_a_law_with_the_deprecated_name_of_its_reset_works() -> None:
     """A law whose method is still called `fresh` gets its initial state, with a warning that names the new name."""
     with pytest.warns(DeprecationWarning, match="OldLaw.fresh is now called with_initial_state"):
         assert with_initial_state(OldLaw(3)) == OldLaw(0)
 
 
 @pytest.mark.interpreted
-def test_a_law_with_the_old_names_of_its_loops_is_understood() -> None:
+def test_a_law_with_the_deprecated_names_of_its_loops_works() -> None:
     """`slow_half` and `fast_half` of a law are its outer and inner loop, with a warning that names the new name."""
     with pytest.warns(DeprecationWarning, match="OldLaw.slow_half is now called outer_loop"):
         assert outer_loop_of(OldLaw(3)) == "outer"

@@ -10,11 +10,11 @@ from click.testing import CliRunner
 
 from crane_sim.cli.bench import bench
 from crane_sim.evaluation.bench import scenes
-from crane_sim.evaluation.bench.cases import CASES, LEVELS, case_scene, is_asked, reference_of
+from crane_sim.evaluation.bench.cases import CASES, ERROR_LEVELS, case_scene, is_asked, reference_of
 from crane_sim.evaluation.bench.crane_sim_engine import NAME, CraneSimEngine
 from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
 from crane_sim.evaluation.bench.page import write_page
-from crane_sim.evaluation.bench.results import Target, best, points_of, targets
+from crane_sim.evaluation.bench.results import Target, cheapest_points, read_points, targets
 from crane_sim.evaluation.bench.store import merge_suite, read_store, round_floats, write_store
 from crane_sim.evaluation.bench.sweep import (
     WorkPrecisionPoint,
@@ -51,8 +51,8 @@ def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
     for case in CASES:
         assert hardcase_references()[case.scene]["t"][-1] == pytest.approx(case_scene(case).duration, abs=1e-12)
         error_bound = reference_of(case).error_bound
-        assert is_asked(LEVELS[-2], error_bound)
-        assert is_asked(LEVELS[-1], error_bound) or not case.compare_engines or case.id == "S4"
+        assert is_asked(ERROR_LEVELS[-2], error_bound)
+        assert is_asked(ERROR_LEVELS[-1], error_bound) or not case.compare_engines or case.id == "S4"
 
 
 @pytest.mark.parametrize("name", ["overhead", "knuckle_springs"])
@@ -107,7 +107,7 @@ def test_verdicts_name_the_missed_targets() -> None:
     rows = [point(NAME, 1e-13, 10.0), point("hand C", 1e-13, 5.0), point("MuJoCo", 1e-13, 100.0)]
     rows += [point("Drake", 1e-13, 900.0), point("CasADi C", 1e-13, 9.0)]
     results = targets("S1", {"points": [list(row) for row in rows]})
-    assert len(results) == len(LEVELS)
+    assert len(results) == len(ERROR_LEVELS)
     assert results[0] == Target("S1", 1e-2, 2.0, "MuJoCo", 10.0, 0.9)
     assert results[0].verdict() == "misses C, general, CasADi"
     fine = Target("S1", 1e-9, 1.0, "MuJoCo", 20.0, 1.0, 1.4)
@@ -134,10 +134,10 @@ def test_data_survive_the_file(tmp_path: Path) -> None:
     write_store(data, tmp_path)
     again = read_store(tmp_path)
     assert again == data and again["scenes"]["date"] == "4" and again["scenes"]["engines"] == {"a": "1", "b": "1"}
-    results = points_of(again["scenes"]["scenes"]["S1"])
+    results = read_points(again["scenes"]["scenes"]["S1"])
     assert [(p.engine, p.error) for p in results] == [("a", 1e-4), ("b", 1.2346e-3)]
     infinite = merge_suite({}, "scenes", scenes_data("1", "a", "S1", point("a", float("inf"), 1.0)))
-    assert points_of(infinite["scenes"]["scenes"]["S1"])[0].error == float("inf")
+    assert read_points(infinite["scenes"]["scenes"]["S1"])[0].error == float("inf")
     assert round_floats({"a": (1, 2.0000001)}) == {"a": [1, 2.0]}
 
 
@@ -155,9 +155,9 @@ def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
     result = CliRunner().invoke(bench, ["--scene", "S1", "--method", "rk8", "--save", str(tmp_path)])
     assert result.exit_code == 0, result.output
     data = json.loads((tmp_path / "performance.json").read_text())
-    results = best(points_of(data["scenes"]["scenes"]["S1"]))[NAME]
+    results = cheapest_points(read_points(data["scenes"]["scenes"]["S1"]))[NAME]
     assert all(
-        p is not None and p.method == "rk8" and p.error <= level for p, level in zip(results, LEVELS, strict=True)
+        p is not None and p.method == "rk8" and p.error <= level for p, level in zip(results, ERROR_LEVELS, strict=True)
     )
     text = (tmp_path / "performance.md").read_text()
     assert text == write_page(data, drawn=True) and "| S1 | crane_sim |" in text

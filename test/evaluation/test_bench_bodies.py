@@ -21,7 +21,7 @@ from crane_sim.evaluation.bench.peers.mechanism import (
     rotation,
     segments,
 )
-from crane_sim.evaluation.bench.results import points_of
+from crane_sim.evaluation.bench.results import read_points
 from crane_sim.evaluation.bench.sweep import angle_between
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.scenes.scene import load_scene
@@ -168,7 +168,7 @@ def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
     results = bodies.measure([CASES[1]._replace(changes={"duration": 0.25})], methods=("rk8",))
     assert set(results["missing"]) == {"MuJoCo", "Exudyn"} and set(results["engines"]) == {NAME}
     scene = results["scenes"]["falls"]
-    closest = min(points_of(scene), key=lambda point: point.error)
+    closest = min(read_points(scene), key=lambda point: point.error)
     assert closest.error < 1e-9 and closest.attitude_error is not None and closest.attitude_error < 1e-9
     lines = "\n".join(bodies.format_lines(results))
     assert "not there: Exudyn" in lines and "1 x ours" in lines and "closest" in lines

@@ -1,4 +1,4 @@
-"""The figure of a run: curves of unlike size have axes of their own, every axis has a unit, a joint one colour."""
+"""The figure of a run: curves of different size have axes of their own, every axis has a unit, a joint one colour."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import pytest
 import crane_sim
 from crane_sim.evaluation.report.decimation import encode_columns, rows_with_peaks
 from crane_sim.evaluation.report.figure import comparison_figure, save_run_figure
-from crane_sim.evaluation.report.panels import SHARE, panels_of
+from crane_sim.evaluation.report.panels import MIN_SPAN_FRACTION, panels_of
 from crane_sim.recording.run import RecordedRun
 
 
@@ -30,16 +30,16 @@ def test_every_axis_has_a_unit(run: RecordedRun) -> None:
 
 
 @pytest.mark.interpreted
-def test_curves_of_unlike_size_have_their_own_axis(run: RecordedRun) -> None:
-    """A curve that moves does so over at least the tenth of its axis; a joint has the same colour in every panel."""
+def test_curves_of_different_size_have_their_own_axis(run: RecordedRun) -> None:
+    """A curve that moves spans at least a tenth of its axis; a joint has the same colour in every panel."""
     colors: dict[str, set[str]] = {}
     for panel in panels_of(run):
         whole = np.ptp(np.concatenate([curve.values for curve in panel.curves]))
-        families = {curve.name.split(" ")[0] for curve in panel.curves}
-        if len(families) > 1 and whole > 0.0:
-            for family in families:
-                values = [curve.values for curve in panel.curves if curve.name.split(" ")[0] == family]
-                assert np.ptp(np.concatenate(values)) >= SHARE * whole, (panel.title, family)
+        joints = {curve.name.split(" ")[0] for curve in panel.curves}
+        if len(joints) > 1 and whole > 0.0:
+            for joint in joints:
+                values = [curve.values for curve in panel.curves if curve.name.split(" ")[0] == joint]
+                assert np.ptp(np.concatenate(values)) >= MIN_SPAN_FRACTION * whole, (panel.title, joint)
         for curve in panel.curves:
             colors.setdefault(curve.name.split(" ")[0], set()).add(curve.color)
     assert all(len(colors[joint]) == 1 for joint in run.crane.actuated)

@@ -7,7 +7,7 @@ import pytest
 
 from crane_sim.hardware.reference_profiles import Bounds
 from crane_sim.hardware.soft_limits import ReferenceMotion, follow, permitted_speed
-from crane_sim.operator.desk import AHEAD, DrivenJoint, SoftLimits
+from crane_sim.operator.desk import REACTION_TIME, DrivenJoint, SoftLimits
 
 PERIOD = 0.01  # s
 ROUNDING = 1e-9  # m, of positions of some metres that are summed over a thousand periods
@@ -46,7 +46,7 @@ def test_a_joint_stops_at_its_end(bounds: Bounds) -> None:
     """A lever that stays forward leads the reference to the end of its travel, not beyond, and to rest."""
     motion = ReferenceMotion(0.0, 0.0, 0.0)
     for _ in range(4000):
-        speed = permitted_speed(motion, bounds.speed, bounds, -inf, 5.0, AHEAD)
+        speed = permitted_speed(motion, bounds.speed, bounds, -inf, 5.0, REACTION_TIME)
         motion = follow(motion, speed, bounds, PERIOD)
         assert motion.position <= 5.0 + ROUNDING
     assert motion == pytest.approx((5.0, 0.0, 0.0), abs=1e-3)  # the last millimetres are approached ever slower
@@ -78,8 +78,8 @@ def test_no_lever_leads_beyond() -> None:
 def test_a_joint_beyond_its_end_may_return() -> None:
     """Outside of the travel a speed outwards is zero, and one inwards is exact."""
     bounds, beyond = RAMPS[0], ReferenceMotion(5.5, 0.0, 0.0)
-    assert permitted_speed(beyond, 0.4, bounds, -inf, 5.0, AHEAD) == 0.0
-    assert permitted_speed(beyond, -0.4, bounds, -inf, 5.0, AHEAD) == -0.4
+    assert permitted_speed(beyond, 0.4, bounds, -inf, 5.0, REACTION_TIME) == 0.0
+    assert permitted_speed(beyond, -0.4, bounds, -inf, 5.0, REACTION_TIME) == -0.4
 
 
 def test_a_lag_counts() -> None:

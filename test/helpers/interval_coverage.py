@@ -38,7 +38,7 @@ CASES = {
 
 
 def measured(case: Case, seed: int) -> Measurements:
-    """Return what sensors show of the true crane."""
+    """Return measurements of the true crane."""
     changes = {**case.guess, **case.truth, "duration": case.duration}
     if not case.through_sensors:
         return from_rollout(crane_sim.simulate(case.scene, overrides=changes), NOISE, seed)

@@ -20,9 +20,9 @@ def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
         plant.advance(demanded)
         if k <= after:
             continue
-        recorder.state(k * PERIOD, q, v)
-        recorder.command(k * PERIOD, demanded)
-        recorder.effort(k * PERIOD, plant.applied)
+        recorder.add_state(k * PERIOD, q, v)
+        recorder.add_command(k * PERIOD, demanded)
+        recorder.add_effort(k * PERIOD, plant.applied)
 
 
 def fail_full_disk(session: Session, rows: object) -> None:

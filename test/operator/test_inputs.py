@@ -5,7 +5,7 @@ from math import inf, nan
 import pytest
 
 from crane_sim.files.errors import SceneError
-from crane_sim.operator.inputs import FIRST_HOLD, LEVELS, NEUTRAL, REPEAT_HOLD, Keyboard, Sample, demand_of
+from crane_sim.operator.inputs import DEAD_ZONE, FIRST_HOLD, LEVELS, REPEAT_HOLD, Keyboard, Sample, demand_of
 from crane_sim.operator.levers import NO_AXIS, Buttons, axis_name, make_lever_assignment
 
 JOINTS = ("slew", "trolley", "rope")
@@ -20,7 +20,7 @@ def demand_at(axes: tuple[float, ...], buttons: tuple[int, ...] = HELD, *changes
 def test_axes_are_demands() -> None:
     """An axis beyond its neutral part is the demand of its joint, unchanged, and all others are zero."""
     assert demand_at((0.25, -0.75, 0.5, 1.0)) == (0.25, -0.75, 1.0)
-    assert demand_at((NEUTRAL, -NEUTRAL, 0.0, 0.051)) == (0.0, 0.0, 0.051)
+    assert demand_at((DEAD_ZONE, -DEAD_ZONE, 0.0, 0.051)) == (0.0, 0.0, 0.051)
 
 
 @pytest.mark.parametrize("axes", [(nan, inf, -inf, nan), (), (0.0,)])

@@ -8,7 +8,14 @@ import yaml
 
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
-from crane_sim.operator.drives import BANDWIDTH, DURATION, RISE, SOFT_MARGIN, driven_joints, with_operator_drives
+from crane_sim.operator.drives import (
+    BANDWIDTH,
+    DURATION,
+    JERK_TIME,
+    SOFT_LIMIT_MARGIN,
+    driven_joints,
+    with_operator_drives,
+)
 from crane_sim.simulation.plant import Plant
 
 pytestmark = pytest.mark.interpreted
@@ -39,7 +46,7 @@ def test_drives_by_force_follow_speeds() -> None:
     assert trolley["drive"] == "velocity" and trolley["limit"] == 8.0e3
     assert servo["gain"] == pytest.approx(2.0 * omega * mass, rel=1e-6)
     assert servo["gain"] / servo["integral_time"] == pytest.approx(omega**2 * mass, rel=1e-6)
-    assert servo["max_jerk"] == pytest.approx(servo["max_acceleration"] / RISE)
+    assert servo["max_jerk"] == pytest.approx(servo["max_acceleration"] / JERK_TIME)
 
 
 def test_weak_drives_get_slow_ramps() -> None:
@@ -80,7 +87,8 @@ def test_soft_limits_stand_inside_the_travel() -> None:
     """Soft limits are a part of the travel inside limits and limit switches, and the shortest rope is a part of it."""
     changes = {"actuators.trolley.limit_switches": [-8.0, 8.5]}
     trolley, bridge, rope = driven_joints(with_operator_drives(load_scene("bridge_speed_drive", changes)))
-    assert (trolley.low, trolley.high) == pytest.approx((-8.0 + SOFT_MARGIN * 16.5, 8.5 - SOFT_MARGIN * 16.5))
+    margin = SOFT_LIMIT_MARGIN * 16.5
+    assert (trolley.low, trolley.high) == pytest.approx((-8.0 + margin, 8.5 - margin))
     assert (bridge.low, bridge.high) == (-inf, inf) and rope.lag == 0.2
     *_, free = driven_joints(with_operator_drives(load_scene("knuckle_setpoint")))
     assert (free.name, free.low, free.high) == ("rope", pytest.approx(0.2), inf)
@@ -89,7 +97,7 @@ def test_soft_limits_stand_inside_the_travel() -> None:
 @pytest.mark.parametrize(
     ("name", "speeds", "line"),
     [
-        ("overhead_sway", {}, "scene overhead_sway: has no joint that is driven"),
+        ("overhead_sway", {}, "scene overhead_sway: has no actuated joint"),
         ("offshore_vision", {}, "scene offshore_vision: the tip_x takes positions"),
         ("tower_gust", {"slw": 1.0}, "--speed slw: unknown joint 'slw', did you mean 'slew'?"),
         ("tower_gust", {"slew": -1.0}, "--speed slew=-1: must be a number greater than 0"),

@@ -12,14 +12,14 @@ from crane_sim.recording.read import read_recording
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.rerun.writer import INDEXED
+from crane_sim.recording.rerun.writer import MAX_INDEXED_DURATION
 from crane_sim.recording.step_assembler import Row
 
 FOOTER = b"FOOT"  # nearly the last word of a file with an index
 EFFORT = (0.0,) * 4
 
 
-@pytest.mark.parametrize(("duration", "indexed"), [(INDEXED, True), (INDEXED + 1.0, False)])
+@pytest.mark.parametrize(("duration", "indexed"), [(MAX_INDEXED_DURATION, True), (MAX_INDEXED_DURATION + 1.0, False)])
 def test_only_a_short_recording_is_indexed(duration: float, indexed: bool, tmp_path: Path) -> None:
     """The file of a long run ends without the index that Rerun would keep in memory; what is in it is read the same."""
     scene = load_scene("knuckle_setpoint", {"duration": duration})
@@ -37,7 +37,7 @@ def test_only_a_short_recording_is_indexed(duration: float, indexed: bool, tmp_p
 def test_many_blocks_are_compacted_where_there_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 80 blocks two chunks a curve are left, with an index and the same values; without time all of them."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # a block a step
-    scene = load_scene("knuckle_setpoint", {"duration": INDEXED + 1.0})
+    scene = load_scene("knuckle_setpoint", {"duration": MAX_INDEXED_DURATION + 1.0})
     chunks, runs = {}, {}
     for within in (60.0, 0.0):
         path = tmp_path / f"within_{within:g}.rrd"

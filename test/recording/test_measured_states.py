@@ -1,4 +1,4 @@
-"""What sensors show stands beside the truth in a recording, on its page and in its columns."""
+"""Measured states are in a recording, on its page and in its columns beside the true ones."""
 
 from pathlib import Path
 
@@ -62,11 +62,11 @@ def test_a_recorder_of_messages_has_both(rollout: crane_sim.Rollout, run: Record
     recorder = Recorder(scene, tmp_path / "run.rrd")
     for k, command in enumerate(rollout.commands, start=1):
         stamp, effort = k * scene.period_ns, tuple(command.tolist())
-        recorder.true_state(stamp, plant.q, plant.v)  # topics may overtake each other
-        recorder.state(stamp, *plant.seen)
+        recorder.add_true_state(stamp, plant.q, plant.v)  # topics may overtake each other
+        recorder.add_state(stamp, *plant.seen)
         plant.advance(effort)
-        recorder.command(stamp, effort)
-        recorder.effort(stamp, plant.applied)
+        recorder.add_command(stamp, effort)
+        recorder.add_effort(stamp, plant.applied)
     assert recorder.has_all(len(rollout.commands))
     assert recorder.finish({"steps": len(rollout.commands)})["lost_steps"] == 0
     heard = crane_sim.read_recording(tmp_path / "run.rrd")

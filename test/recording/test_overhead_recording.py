@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 from crane_sim import load_scene
 from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox
-from crane_sim.recording.camera import ASPECT, VIEW, of_room
+from crane_sim.recording.camera import ASPECT, FIELD_OF_VIEW, of_room
 from crane_sim.recording.rerun.curves import cable_channels
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.screenshot import picture
@@ -159,7 +159,7 @@ def test_all_of_the_motion_is_in_the_picture(
     for corner in ((a, b, c) for a in (left, end) for b in (near, far) for c in (room.floor, top)):
         line = np.array(corner) - eye
         assert line @ ahead > 0.0
-        slope = tan(radians(0.5 * VIEW)) * (line @ ahead)
+        slope = tan(radians(0.5 * FIELD_OF_VIEW)) * (line @ ahead)
         assert abs(line @ up) <= slope and abs(line @ right) <= ASPECT * slope
 
 

@@ -50,7 +50,7 @@ def test_a_bag_gives_the_run_back(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("told", [True, False])
 def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) -> None:
-    """Of a crane with sensors the state is the true one, beside what sensors show; older bags have the latter alone."""
+    """Bags of cranes with sensors have true and measured states; older bags have only measured ones."""
     run = crane_sim.simulate("knuckle_setpoint", duration=0.1, overrides={"sensors": {"all": {"noise": 1e-3}}})
     topics = TOPICS | ({"true_states": TOPICS["joint_states"]._replace(name="/knuckle/true_states")} if told else {})
     bag = Bag(tmp_path / "run.mcap", topics, run.scene.period_ns, properties=text_properties(of_scene(run.scene, "")))

@@ -9,7 +9,7 @@ from rerun.chunk import RrdReader
 
 import crane_sim
 from crane_sim.evaluation.report.panels import Curve, panels_of
-from crane_sim.recording.layout import MOST_TENSIONS, of_scene
+from crane_sim.recording.layout import MAX_TENSIONS, of_scene
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.step_assembler import Row
@@ -93,7 +93,7 @@ def test_a_recorder_derives_the_same(
 
 def test_of_very_many_links_the_first_is_recorded(tmp_path: Path) -> None:
     """A chain of more links than are recorded keeps the top one's tension, and says so."""
-    rollout = chain(MOST_TENSIONS + 1)
+    rollout = chain(MAX_TENSIONS + 1)
     run = crane_sim.read_recording(rollout.record(tmp_path / "run.rrd"))
     assert np.array_equal(run.tensions, rollout.derived.tensions[:-1, :1])
     assert of_scene(rollout.scene, "run").ropes.tensions == ("tension of the top link",)

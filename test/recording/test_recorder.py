@@ -52,12 +52,12 @@ def test_topics_may_overtake_each_other(seed: int) -> None:
         else:
             assembler.add_command(k * PERIOD, number(2 * k, 4))
         if draw.random() < 0.1:
-            rows += assembler.take()
-    rows += assembler.take(final=True)
+            rows += assembler.pop_rows()
+    rows += assembler.pop_rows(final=True)
     assert [row.step for row in rows] == list(range(1, 201))
     assert all((row.q[0], row.v[0], row.effort[0]) == (row.step, -row.step, row.step) for row in rows)
     assert [row.demanded for row in rows] == [number(2 * k, 4) for k in range(1, 201)]
-    assert assembler.lost == 0
+    assert assembler.lost_steps == 0
 
 
 def test_lost_steps_are_counted() -> None:
@@ -67,8 +67,8 @@ def test_lost_steps_are_counted() -> None:
         assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
         if k not in (3, 7, 8):
             assembler.add_effort(k * PERIOD, number(k, 4))
-    assert [row.step for row in assembler.take(final=True)] == [1, 2, 4, 5, 6, 9, 10]
-    assert assembler.lost == 3
+    assert [row.step for row in assembler.pop_rows(final=True)] == [1, 2, 4, 5, 6, 9, 10]
+    assert assembler.lost_steps == 3
 
 
 def test_a_repeated_state_is_one_step() -> None:
@@ -78,9 +78,9 @@ def test_a_repeated_state_is_one_step() -> None:
         assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
         assembler.add_command(k * PERIOD, number(k, 4))
         assembler.add_effort(k * PERIOD, number(k, 4))
-    assert [row.step for row in assembler.take()] == [1, 2]
+    assert [row.step for row in assembler.pop_rows()] == [1, 2]
     assembler.add_state(2 * PERIOD, number(2, 6), number(2, 6))
-    assert assembler.take(final=True) == []
+    assert assembler.pop_rows(final=True) == []
 
 
 def test_a_step_waits_for_its_command() -> None:
@@ -90,9 +90,9 @@ def test_a_step_waits_for_its_command() -> None:
         assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
         assembler.add_effort(k * PERIOD, number(k, 4))
     assembler.add_command(1 * PERIOD, number(1, 4))
-    held = assembler.take()
+    held = assembler.pop_rows()
     assert [(row.step, row.demanded) for row in held] == [(1, number(1, 4)), (2, None), (3, None)]
-    assert len(assembler.take(final=True)) == MAX_ROWS_HELD
+    assert len(assembler.pop_rows(final=True)) == MAX_ROWS_HELD
 
 
 def test_a_reference_holds_from_its_stamp_on() -> None:
@@ -102,7 +102,7 @@ def test_a_reference_holds_from_its_stamp_on() -> None:
         assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
         assembler.add_effort(k * PERIOD, number(k, 4))
     assembler.add_reference(3 * PERIOD, later)
-    assert [row.reference for row in assembler.take(final=True)] == [TARGET, TARGET, later, later]
+    assert [row.reference for row in assembler.pop_rows(final=True)] == [TARGET, TARGET, later, later]
 
 
 def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:

@@ -38,8 +38,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     session.add_timeline_state("simulation", "stopped", 1, "playing")
     session.write(rows[:500])
     session.write(rows[500:])
-    session.pace(STEPS, 12.5)
-    session.note(STEPS, "the end")
+    session.add_speed(STEPS, 12.5)
+    session.add_note(STEPS, "the end")
     summary = {"scene": SCENE.name, "steps": STEPS, "final_error": {"slew": 0.25}, "settling_time": {"slew": None}}
     added = session.close(summary, lost=0)
     q, v, u = (np.array([row[i] for row in rows]) for i in (1, 2, 3))

@@ -7,7 +7,14 @@ import pytest
 from rerun.chunk import RrdReader
 
 import crane_sim
-from crane_sim.recording.rope_colors import DOUBLE, SLACK, UNLOADED, USUAL, rope_colors, usual_tensions
+from crane_sim.recording.rope_colors import (
+    DOUBLE_COLOR,
+    SLACK_COLOR,
+    UNLOADED_COLOR,
+    USUAL_COLOR,
+    rope_colors,
+    usual_tensions,
+)
 
 
 def test_colors_follow_the_tension() -> None:
@@ -16,9 +23,9 @@ def test_colors_follow_the_tension() -> None:
     usual = usual_tensions(tensions)
     assert usual.tolist() == [5.0, 100.0]
     colors = rope_colors(tensions, usual)
-    assert [tuple(color) for color in colors[:, 0].tolist()] == [USUAL, DOUBLE, SLACK, DOUBLE]
-    assert tuple(colors[1, 1].tolist()) == SLACK and tuple(colors[3, 1].tolist()) == UNLOADED
-    assert np.array_equal(colors[2, 1], np.round(np.mean([UNLOADED, USUAL], axis=0)))
+    assert [tuple(color) for color in colors[:, 0].tolist()] == [USUAL_COLOR, DOUBLE_COLOR, SLACK_COLOR, DOUBLE_COLOR]
+    assert tuple(colors[1, 1].tolist()) == SLACK_COLOR and tuple(colors[3, 1].tolist()) == UNLOADED_COLOR
+    assert np.array_equal(colors[2, 1], np.round(np.mean([UNLOADED_COLOR, USUAL_COLOR], axis=0)))
 
 
 def test_a_rope_that_begins_slack_is_compared_to_its_largest_tension() -> None:
@@ -40,5 +47,5 @@ def test_the_viewer_gets_these_colors(scene: str, colors: str, tmp_path: Path) -
     shown = np.array([[color >> 24 & 255, color >> 16 & 255, color >> 8 & 255] for row in rows for color in row])
     frames = run.tensions[:-1:3]  # a frame each 33 ms, of a run of 100 Hz
     expected = rope_colors(frames, usual_tensions(run.tensions))
-    assert np.array_equal(shown, expected[:, 0]) and tuple(shown[0]) == USUAL
+    assert np.array_equal(shown, expected[:, 0]) and tuple(shown[0]) == USUAL_COLOR
     assert len(np.unique(shown, axis=0)) > 1, "the tension of this run does not change"

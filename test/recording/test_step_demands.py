@@ -31,7 +31,7 @@ def test_the_demand_is_the_applied_command(commands: list, applied: tuple, deman
     for command in commands:
         assembler.add_command(PERIOD_NS, command)
     assembler.add_effort(PERIOD_NS, applied)
-    assert [row.demanded for row in assembler.take(final=True)] == [demanded]
+    assert [row.demanded for row in assembler.pop_rows(final=True)] == [demanded]
 
 
 def test_demands_are_accepted_commands_only() -> None:
@@ -45,7 +45,7 @@ def test_demands_are_accepted_commands_only() -> None:
     assembler.add_command(3 * PERIOD_NS, EFFORT_B)  # refused, too
     assembler.add_accepted(4 * PERIOD_NS, EFFORT_A)
     assembler.add_accepted(4 * PERIOD_NS, EFFORT_B)
-    assert [row.demanded for row in assembler.take(final=True)] == [None, EFFORT_A, None, EFFORT_B]
+    assert [row.demanded for row in assembler.pop_rows(final=True)] == [None, EFFORT_A, None, EFFORT_B]
 
 
 def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,9 +60,9 @@ def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.Monkey
     bench.events = [(0.105, intrude)]
     realtime.run()
     published = [codec.decode(data) for data in bench.accepted]
-    stamps = [frame.stamp for frame in published]
+    stamps = [each.stamp for each in published]
     assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * PERIOD_NS, PERIOD_NS)) and len(stamps) >= 19
-    efforts = [frame.effort for frame in published]
+    efforts = [each.effort for each in published]
     assert efforts == [bench.answer(k) for k in range(len(efforts))]
     assert bench.validator.summary()["late"] == bench.validator.summary()["rejected"] == 1
 
@@ -71,8 +71,8 @@ def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.Monkey
 def test_invalid_commands_are_no_demands(topic: str) -> None:
     """Commands with invalid numbers or names do not reach the recorder."""
     scene, received = load_scene("knuckle_setpoint"), []
-    recorder = SimpleNamespace(command=lambda stamp, effort: received.append((stamp, effort)))
-    recorder.accept_effort = recorder.command
+    recorder = SimpleNamespace(add_command=lambda stamp, effort: received.append((stamp, effort)))
+    recorder.add_accepted = recorder.add_command
     decode = MessageDecoder(scene, recorder).callbacks()[topic]  # type: ignore[arg-type]
     names = scene.actuated
     for bad in ((float("nan"), *EFFORT_A[1:]), (float("inf"), *EFFORT_A[1:]), (1e9, *EFFORT_A[1:])):
@@ -100,7 +100,7 @@ def test_held_commands_are_the_demands() -> None:
     for k in range(1, 5):
         assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)
         assembler.add_effort(k * PERIOD_NS, EFFORT_C)
-    rows = assembler.take(final=True)
+    rows = assembler.pop_rows(final=True)
     assert [row.demanded for row in rows] == [EFFORT_A, EFFORT_A, None, EFFORT_B]
     assert [row.braked for row in rows] == [False, False, True, False]
 
@@ -114,6 +114,6 @@ def test_a_lost_command_is_no_braking() -> None:
     assembler.add_command(PERIOD_NS, EFFORT_B)
     assembler.add_command(3 * PERIOD_NS, EFFORT_B)
     assembler.add_accepted(4 * PERIOD_NS, None)
-    rows = assembler.take(final=True)
+    rows = assembler.pop_rows(final=True)
     assert [row.demanded for row in rows] == [EFFORT_B, None, EFFORT_B, None]
     assert [row.braked for row in rows] == [False, False, False, True]

@@ -1,4 +1,4 @@
-"""Joint states as bytes, against the generated message class."""
+"""The codec of joint states, compared with the generated message class."""
 
 import math
 
@@ -23,8 +23,8 @@ def vectors(data: st.DataObject, names: list[str], number: int) -> list[list[flo
 
 
 @given(st.data(), NAMES, STAMPS)
-def test_ros_reads_our_states(data: st.DataObject, names: list[str], stamp: int) -> None:
-    """The generated class reads from our bytes exactly the stamp, names, positions, velocities and efforts written."""
+def test_encoded_states_are_read_by_ros(data: st.DataObject, names: list[str], stamp: int) -> None:
+    """The generated class reads from the encoded bytes exactly what was written."""
     q, v, u = vectors(data, names, 3)
     message = deserialize_message(JointStateCodec(names, STATE).encode(stamp, q, v, u), JointState)
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
@@ -32,8 +32,8 @@ def test_ros_reads_our_states(data: st.DataObject, names: list[str], stamp: int)
 
 
 @given(st.data(), NAMES, STAMPS)
-def test_ros_reads_our_commands(data: st.DataObject, names: list[str], stamp: int) -> None:
-    """The generated class reads from our bytes exactly the stamp, names and efforts written."""
+def test_encoded_commands_are_read_by_ros(data: st.DataObject, names: list[str], stamp: int) -> None:
+    """The generated class reads from the encoded bytes exactly the stamp, names and efforts written."""
     (u,) = vectors(data, names, 1)
     message = deserialize_message(JointStateCodec(names, EFFORT).encode(stamp, u), JointState)
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
@@ -49,12 +49,12 @@ def test_messages_of_any_layout_are_read(
     q, v, u = (values if included else [] for values, included in zip(vectors(data, names, 3), present, strict=True))
     header = Header(stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"])))
     message = JointState(header=header, name=names, position=q, velocity=v, effort=u)
-    frame = JointStateCodec(expected_names, EFFORT if effort else STATE).decode(serialize_message(message))
-    assert (frame.stamp, frame.names) == (7_000_000_008, names)
-    assert [list(field) for field in frame[2:]] == [q, v, u]
+    decoded = JointStateCodec(expected_names, EFFORT if effort else STATE).decode(serialize_message(message))
+    assert (decoded.stamp, decoded.names) == (7_000_000_008, names)
+    assert [list(field) for field in decoded[2:]] == [q, v, u]
 
 
 def test_not_a_number_survives() -> None:
-    """NaN comes through unchanged: validation rejects it, with a count."""
+    """NaN is decoded unchanged: validation rejects it later, and counts it."""
     codec = JointStateCodec(["slew"], EFFORT)
     assert math.isnan(codec.decode(codec.encode(1, [math.nan])).effort[0])

@@ -27,59 +27,59 @@ class ResettablePlant(CountingPlant):
         self.k = 0
 
 
-class Run:
-    """A run without commands, and the operations on it."""
+class OperatedRun:
+    """A run without commands, and the standard operations on it."""
 
-    def __init__(self, begun: bool = True) -> None:
-        """Start the run, unless it has not begun."""
+    def __init__(self, started: bool = True) -> None:
+        """Make the run; `started`: it has begun."""
         self.host: Any = FakeHost()
         self.host.active = True
         self.host.stop = lambda reason: setattr(self.host, "stop_reason", reason)
         self.simulation = make_simulation(FakeTopics())
         self.plant: Any = ResettablePlant()
         self.simulation.plant = self.plant
-        if begun:
+        if started:
             self.simulation.start()
         settings = SimpleNamespace(reset_positions=(), reset_velocities=())
         scheduler = OpenLoop(self.host, self.simulation)
         self.operations = StandardOperations(RunControl(self.host, self.simulation, scheduler, settings))
 
-    def set(self, state: int) -> Code:
+    def set_state(self, state: int) -> Code:
         """Set the state of the simulation; return the result code."""
         return self.operations.set_state(state).code
 
 
 def test_every_state_is_reached_and_reported() -> None:
-    """Playing, paused and stopped follow each other in any order; a state that is there already has its own code."""
-    run = Run()
+    """Playing, paused and stopped follow each other in any order; requesting the current state returns its own code."""
+    run = OperatedRun()
     assert run.operations.state() == PLAYING
     for target in (PAUSED, STOPPED, PLAYING, STOPPED, PAUSED, PLAYING):
-        assert run.set(target) == Code.OK and run.operations.state() == target
-        assert run.set(target) == Code.ALREADY_IN_TARGET_STATE
+        assert run.set_state(target) == Code.OK and run.operations.state() == target
+        assert run.set_state(target) == Code.ALREADY_IN_TARGET_STATE
 
 
-def test_stopped_is_the_start() -> None:
-    """Stopping returns to step 0; a step from there pauses the simulation one period on."""
-    run = Run()
-    assert run.set(PAUSED) == Code.OK and run.operations.step(3).code == Code.OK and run.plant.k == 3
-    assert run.set(STOPPED) == Code.OK and run.plant.k == 0
+def test_stopping_returns_to_the_start() -> None:
+    """Stopping returns to step 0; after one step from there the simulation is paused at step 1."""
+    run = OperatedRun()
+    assert run.set_state(PAUSED) == Code.OK and run.operations.step(3).code == Code.OK and run.plant.k == 3
+    assert run.set_state(STOPPED) == Code.OK and run.plant.k == 0
     assert run.operations.step(1).code == Code.OK
     assert run.operations.state() == PAUSED and run.plant.k == 1
 
 
-def test_only_before_any_step_is_it_stopped() -> None:
-    """After a step it is stopped no more, not even back at the start by a reset, until it is stopped again."""
-    run = Run()
-    assert run.set(STOPPED) == Code.OK and run.operations.reset(0).code == Code.OK
+def test_a_step_ends_the_state_stopped() -> None:
+    """After a step the state is no longer stopped, not even after a reset, until it is stopped again."""
+    run = OperatedRun()
+    assert run.set_state(STOPPED) == Code.OK and run.operations.reset(0).code == Code.OK
     assert run.operations.state() == STOPPED
     assert run.operations.step(1).code == Code.OK and run.operations.reset(0).code == Code.OK and run.plant.k == 0
     assert run.operations.state() == PAUSED
-    assert run.set(STOPPED) == Code.OK and run.operations.state() == STOPPED
+    assert run.set_state(STOPPED) == Code.OK and run.operations.state() == STOPPED
 
 
 def test_a_run_that_begins_paused_is_stopped() -> None:
-    """Paused from the beginning, the state is stopped; steps and resets pause it."""
-    run = Run(begun=False)
+    """A run that is paused before it begins is stopped; after steps and resets it is paused."""
+    run = OperatedRun(started=False)
     run.simulation.pause(True, RunControl.USER)
     run.simulation.start()
     assert run.operations.state() == STOPPED
@@ -88,34 +88,34 @@ def test_a_run_that_begins_paused_is_stopped() -> None:
 
 
 def test_a_run_that_has_not_begun_is_stopped_and_cannot_be_played() -> None:
-    """Before the run begins the state is stopped, and changing it fails as an incorrect state."""
-    run = Run(begun=False)
+    """Before the run begins the state is stopped, and a change of it returns the code of an incorrect state."""
+    run = OperatedRun(started=False)
     assert run.operations.state() == STOPPED
-    assert run.set(PLAYING) == Code.INCORRECT_STATE
+    assert run.set_state(PLAYING) == Code.INCORRECT_STATE
     assert run.operations.step(1).code == Code.OPERATION_FAILED
 
 
 @pytest.mark.parametrize("state", [4, 5, 99])
-def test_unsupported_states_have_their_code(state: int) -> None:
-    """A state that the plant does not have is an unsupported feature, and the message lists those that it has."""
-    run = Run()
+def test_unsupported_states_return_their_code(state: int) -> None:
+    """A state that the plant does not have is an unsupported feature; the message lists the possible ones."""
+    run = OperatedRun()
     outcome = run.operations.set_state(state)
     assert outcome.code == Code.FEATURE_UNSUPPORTED and "2 paused" in outcome.message
     assert run.operations.state() == PLAYING
 
 
 def test_steps_of_a_simulation_that_is_not_paused_fail() -> None:
-    """A step while the simulation plays fails with a message, and moves nothing."""
-    run = Run()
+    """A step while the simulation is playing fails with a message, and the crane does not move."""
+    run = OperatedRun()
     outcome = run.operations.step(1)
     assert outcome == (Code.OPERATION_FAILED, "the simulation is not paused") and run.plant.k == 0
 
 
 def test_steps_beyond_the_end_say_how_many_were_taken() -> None:
-    """Where the scene ends first, the call fails, and its message has the number of steps taken."""
-    run = Run()
+    """If the scene ends first, the call fails, and its message has the number of steps taken."""
+    run = OperatedRun()
     steps = run.simulation.scene.steps
-    run.set(PAUSED)
+    run.set_state(PAUSED)
     run.plant.k = steps - 2
     assert run.operations.step(5) == (Code.OPERATION_FAILED, "2 of 5 steps: the run is over")
     assert run.plant.k == steps
@@ -127,23 +127,23 @@ def test_steps_beyond_the_end_say_how_many_were_taken() -> None:
     + [(scope, Code.FEATURE_UNSUPPORTED) for scope in (1, 2, 4, 6)],
 )
 def test_scopes_of_a_reset(scope: int, code: Code) -> None:
-    """Scopes with both time and state reset the run; one without the other, or only spawned things, are unsupported."""
-    run = Run()
-    run.set(PAUSED)
+    """Scopes with both time and state reset the run; either alone, or only spawned entities, are unsupported."""
+    run = OperatedRun()
+    run.set_state(PAUSED)
     run.operations.step(3)
     assert run.operations.reset(scope).code == code
     assert run.plant.k == (0 if code == Code.OK else 3) and run.operations.state() == PAUSED
 
 
 def test_a_reset_that_is_refused_fails() -> None:
-    """Where the crane cannot be in its start, a reset fails, and stopping is an error of the transition."""
-    run = Run()
+    """If the initial state is invalid, a reset fails, and stopping returns the code of a failed transition."""
+    run = OperatedRun()
     run.plant.error = "reset_positions: has 2 values"
     assert run.operations.reset(0) == (Code.OPERATION_FAILED, run.plant.error)
     assert run.operations.set_state(STOPPED) == (Code.STATE_TRANSITION_ERROR, run.plant.error)
 
 
 def test_quitting_ends_the_node_without_a_fault() -> None:
-    """The state quitting ends the run on purpose, as an operator's key does."""
-    run = Run()
-    assert run.set(QUITTING) == Code.OK and run.host.stop_reason == QUIT
+    """The state quitting ends the run without an error, as an operator's key does."""
+    run = OperatedRun()
+    assert run.set_state(QUITTING) == Code.OK and run.host.stop_reason == QUIT

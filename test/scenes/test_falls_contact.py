@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_falls_schemas import LOAD, SEA, document
+from test_falls_schemas import LOAD, SHIP_MOTION, scene_document
 
 import crane_sim
 from crane_sim import load_scene
@@ -31,13 +31,13 @@ def table(*points: tuple[float, float]) -> dict[str, Any]:
 
 def landing(name: str, kind: str) -> dict[str, Any]:
     """Return a load that is set down in wind at sea, dragged, exchanged and taken up; friction holds joints."""
-    scene = document(name) | {"duration": 1.0, "payload": LOAD | {"windage": WINDAGE}, "wind": WIND}
+    scene = scene_document(name) | {"duration": 1.0, "payload": LOAD | {"windage": WINDAGE}, "wind": WIND}
     crane = load_scene(scene)
     centre = crane.initial_q[crane.joint_names.index("payload_z")]
     scene["contact"] = {"points": CORNERS, "height": centre - BELOW - 0.02, **RUBBING} | KINDS[kind]
     scene["events"] = [{"at": 0.5, "set": {"payload": HEAVIER, "contact": {"points": CORNERS}}}]
     scene["integrator"] = {"method": "dop853", "rtol": 1e-8, "atol": 1e-9}
-    scene |= {"base_motion": SEA, "friction": {joint: STUCK for joint in HELD[name]}}
+    scene |= {"base_motion": SHIP_MOTION, "friction": {joint: STUCK for joint in HELD[name]}}
     pull = {DRAGGED[name]: table((0.0, 0.0), (0.3, 0.0), (0.35, 500.0), (0.6, 0.0))} if DRAGGED[name] else {}
     if name == "pendulum":
         del scene["friction"]

@@ -1,4 +1,4 @@
-"""Falls below every support, as scene files: rest, balance of energy on a moving base, contact, and what is refused."""
+"""Scene files of loads on falls, for each support: rest, balance of energy on a moving base, contact, refused keys."""
 
 from typing import Any
 
@@ -34,11 +34,11 @@ CRANES: dict[str, Any] = {
     "knuckle": KNUCKLE | {"tower": {"inertia": 200.0}, "initial": {"q": [0.4, 0.6, -0.2, 2.0]}},
     "pendulum": {"initial": {"tip": [1.0, 2.0, 3.0], "length": 2.0}},
 }
-SEA = {"heave": {"amplitude": 0.2, "frequency": 1.1}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
+SHIP_MOTION = {"heave": {"amplitude": 0.2, "frequency": 1.1}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
 
 
-def document(name: str) -> dict[str, Any]:
-    """Return the scene of a crane whose load hangs at rest."""
+def scene_document(name: str) -> dict[str, Any]:
+    """Return the scene file of a crane whose load hangs at rest."""
     exact = {"method": "dop853", "rtol": 1e-11, "atol": 1e-12}
     common = {"crane": name, "duration": 0.3, "falls": FALLS, "payload": LOAD, "integrator": exact}
     return common | CRANES.get(name, {})
@@ -46,20 +46,20 @@ def document(name: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", CRANES)
 def test_the_load_begins_at_rest(name: str) -> None:
-    """Below any support, slewed and bent, a load whose place is left out hangs in equilibrium."""
-    scene = load_scene(document(name))
+    """A load without a given position hangs in equilibrium, also where the support is slewed or bent."""
+    scene = load_scene(scene_document(name))
     q = np.array(scene.initial_q)
     first = scene.joint_names.index("payload_x")
     qdd = acceleration(scene, q, 0.0 * q, np.zeros(len(scene.actuated)))
     assert np.abs(qdd[first : first + 7]).max() < 1e-6  # m/s² or 1/s²: a place is rounded to 1e-10 m
-    assert np.abs(q[first + 3 : first + 7]).max() < 1.0 or name == "pendulum"  # it has turned with the support
+    assert np.abs(q[first + 3 : first + 7]).max() < 1.0 or name == "pendulum"  # it is rotated with the support
 
 
 @pytest.mark.parametrize("name", CRANES)
 def test_runs_at_sea_keep_their_balance_of_energy(name: str) -> None:
-    """A load held askew and released below each support on a moving base: no energy appears or is lost."""
-    scene = document(name)
-    run = crane_sim.simulate(scene | {"base_motion": SEA, "initial": scene["initial"] | {"skew": "20 deg"}})
+    """A load released with a yaw of 20° (`skew`) from a support on a moving base: the energy audit is at rounding."""
+    scene = scene_document(name)
+    run = crane_sim.simulate(scene | {"base_motion": SHIP_MOTION, "initial": scene["initial"] | {"skew": "20 deg"}})
     assert run.summary["energy_audit_max"] < 1e-9
 
 
@@ -97,7 +97,7 @@ def test_runs_at_sea_keep_their_balance_of_energy(name: str) -> None:
     ids=lambda case: str(case)[:30],
 )
 def test_what_contradicts_falls_is_a_single_line_error(name: str, changes: Any, message: str) -> None:
-    """Keys of a rope beside falls, and of falls without them, are refused in one line that names both."""
+    """Keys of a rope together with falls, and keys of falls without them, are refused in one line that names both."""
     with pytest.raises(crane_sim.SceneError) as caught:
-        load_scene(document(name) | changes)
+        load_scene(scene_document(name) | changes)
     assert message in str(caught.value) and "\n" not in str(caught.value)

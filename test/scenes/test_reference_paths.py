@@ -245,7 +245,7 @@ def test_tables_are_interpolated_as_controllers_do(kinds: int, halfway: list[flo
         assert np.max(np.abs(ends - np.array(ROWS[name]))) < ROUNDING
 
 
-def test_the_former_name_of_a_scenes_trajectory_is_understood() -> None:
+def test_the_deprecated_name_of_a_scenes_trajectory_works() -> None:
     """`Scene.path` is `Scene.trajectory`, with a warning that names it."""
     scene = path_scene(**TABLE)
     with pytest.warns(DeprecationWarning, match="Scene.path is now Scene.trajectory"):

@@ -11,12 +11,12 @@ from typing import Any
 
 from crane_sim.evaluation.bench import crane_sim_engine
 from crane_sim.evaluation.bench.body_cases import CASES, STEPS, BodyCase, body_scene, make_reference
-from crane_sim.evaluation.bench.cases import LEVELS, ReferenceSolution
+from crane_sim.evaluation.bench.cases import ERROR_LEVELS, ReferenceSolution
 from crane_sim.evaluation.bench.engine import EngineUnavailable
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import exudyn_bodies, mujoco_bodies
 from crane_sim.evaluation.bench.peers.mechanism import Mechanism, mechanism_of
-from crane_sim.evaluation.bench.results import best, points_of
+from crane_sim.evaluation.bench.results import cheapest_points, read_points
 from crane_sim.evaluation.bench.sweep import Trial, WorkPrecisionPoint, measure_points, sweep_method
 
 METHODS = ("rk4", "rk8")
@@ -27,7 +27,7 @@ CANNOT = (
     "of prescribed length as such (theirs have a winch 1e12 times as heavy as what hangs on it). These scenes were",
     "freed from wind that presses by relative velocity, laws, sensors and drives.",
 )
-BODY_LEVELS = LEVELS[:4]  # m: the finest is beyond what these references tell
+BODY_ERROR_LEVELS = ERROR_LEVELS[:4]  # m: these references are too coarse for the finest
 
 
 def measure(cases: Sequence[BodyCase] = CASES, methods: Sequence[str] = METHODS) -> dict[str, Any]:
@@ -72,8 +72,9 @@ def format_lines(results: dict[str, Any]) -> list[str]:
     for case, scene in results["scenes"].items():
         trusted = f"reference within {scene['trusted']:.0e} m, {scene['attitude_trusted']:.0e} rad"
         lines.append(f"{case}: {scene['title']} ({scene['scene']}), {scene['duration']:g} s; {trusted}")
-        points = points_of(scene)
-        cheapest_of = {engine: cheapest[: len(BODY_LEVELS)] for engine, cheapest in best(points).items()}
+        points = read_points(scene)
+        count = len(BODY_ERROR_LEVELS)
+        cheapest_of = {engine: cheapest[:count] for engine, cheapest in cheapest_points(points).items()}
         ours = cheapest_of[crane_sim_engine.NAME]
         for engine, cheapest in cheapest_of.items():
             lines += [f"  {engine:<10} {line}" for line in _describe_levels(cheapest, ours)]
@@ -91,7 +92,7 @@ def _describe_levels(
         rows.setdefault(point, []).append(i)
     lines = list[str]()
     for point, levels in rows.items():
-        span = " to ".join(f"{BODY_LEVELS[i]:.0e}" for i in sorted({levels[0], levels[-1]}))
+        span = " to ".join(f"{BODY_ERROR_LEVELS[i]:.0e}" for i in sorted({levels[0], levels[-1]}))
         lines.append(f"{span:>14} m {_describe(point, [ours[i] for i in levels])}")
     return lines
 

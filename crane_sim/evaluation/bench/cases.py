@@ -8,9 +8,9 @@ import numpy.typing as npt
 from crane_sim.evaluation.reproduce.hardcases import hardcase_references
 from crane_sim.scenes.scene import Scene, load_scene
 
-LEVELS = (1e-2, 1e-4, 1e-6, 1e-9, 1e-12)
+ERROR_LEVELS = (1e-2, 1e-4, 1e-6, 1e-9, 1e-12)
 """Errors [m] at which engines are compared: the distance of the payload from its reference at the end."""
-MIN_TRUST = 20.0  # times its error bound: what a reference can tell; a finer error is not asked of its case
+MIN_TRUST = 20.0  # smallest error that a case is asked for, as a multiple of its reference's error bound
 
 
 class Case(NamedTuple):

@@ -4,7 +4,7 @@ from math import ceil, isfinite
 from typing import Any
 
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
-from crane_sim.evaluation.bench.results import points_of
+from crane_sim.evaluation.bench.results import read_points
 from crane_sim.evaluation.bench.sweep import WorkPrecisionPoint
 from crane_sim.evaluation.plotting import BLUE, GREEN, GREY, RED
 
@@ -47,7 +47,7 @@ def draw_benchmark(figure: Any, scenes: dict[str, Any]) -> None:
 
 
 def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
-    points = [point for point in points_of(scene) if isfinite(point.error) and point.error < MAX_ERROR]
+    points = [point for point in read_points(scene) if isfinite(point.error) and point.error < MAX_ERROR]
     for engine in dict.fromkeys(point.engine for point in points):
         engine_points = [point for point in points if point.engine == engine]
         if engine != NAME:

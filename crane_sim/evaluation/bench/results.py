@@ -3,17 +3,17 @@
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from crane_sim.evaluation.bench.cases import LEVELS, is_asked
+from crane_sim.evaluation.bench.cases import ERROR_LEVELS, is_asked
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
 from crane_sim.evaluation.bench.peers import GENERAL
 from crane_sim.evaluation.bench.sweep import WorkPrecisionPoint, cheapest
 
 HAND_C, GENERATED, TAYLOR = "hand C", "CasADi C", "heyoka"
 MAX_OF_HAND_C, MIN_OF_GENERAL, MIN_OF_S4 = 1.5, 15.0, 10.0
-"""The targets: our time by that of hand-written C at most; general engines' time by ours at least, and on S4."""
+"""Targets: the largest ratio of our time to that of hand-written C, the smallest of general engines' to ours."""
 CHAINS, MIN_OF_TAYLOR_ON_CHAINS = ("S3a", "S3b", "S4"), 5.0
 MIN_OF_TAYLOR = {1e-4: 1.5, 1e-6: 1.5, 1e-9: 1.5, 1e-12: 1.0}
-"""The same of heyoka's time by ours: on chains, and on other scenes by the error [m]."""
+"""The smallest ratio of heyoka's time to ours on chains, and by the error [m] on other scenes."""
 
 
 class Target(NamedTuple):
@@ -43,32 +43,34 @@ class Target(NamedTuple):
         return f"misses {', '.join(missed)}" if missed else "holds"
 
 
-def points_of(scene: dict[str, Any]) -> list[WorkPrecisionPoint]:
+def read_points(scene: dict[str, Any]) -> list[WorkPrecisionPoint]:
     """Return the points of a measured scene."""
     points = (WorkPrecisionPoint(*row) for row in scene["points"])
     return [point._replace(error=float("inf") if point.error is None else point.error) for point in points]
 
 
-def best(points: Iterable[WorkPrecisionPoint], error_bound: float = 0.0) -> dict[str, list[WorkPrecisionPoint | None]]:
-    """Return for each engine its cheapest point at each of LEVELS, None where the reference cannot tell that."""
+def cheapest_points(
+    points: Iterable[WorkPrecisionPoint], error_bound: float = 0.0
+) -> dict[str, list[WorkPrecisionPoint | None]]:
+    """Return for each engine its cheapest point at each of ERROR_LEVELS, None where the reference is too coarse."""
     by_engine: dict[str, list[WorkPrecisionPoint]] = {}
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)
-    asked = [level if is_asked(level, error_bound) else -1.0 for level in LEVELS]
+    asked = [level if is_asked(level, error_bound) else -1.0 for level in ERROR_LEVELS]
     return {engine: [cheapest(ours, level) for level in asked] for engine, ours in by_engine.items()}
 
 
 def targets(case: str, scene: dict[str, Any]) -> list[Target]:
     """Return the comparisons of a measured scene at every error that ours reaches."""
-    best_points, rows = best(points_of(scene), scene.get("trusted", 0.0)), []
-    for i, level in enumerate(LEVELS):
-        ours = best_points.get(NAME, [None] * len(LEVELS))[i]
+    cheapest_of, rows = cheapest_points(read_points(scene), scene.get("trusted", 0.0)), []
+    for i, level in enumerate(ERROR_LEVELS):
+        ours = cheapest_of.get(NAME, [None] * len(ERROR_LEVELS))[i]
         if ours is None:
             continue
         times = {
             engine: point.us_per_s / ours.us_per_s
-            for engine, cheapest_points in best_points.items()
-            if (point := cheapest_points[i]) is not None
+            for engine, points_at_levels in cheapest_of.items()
+            if (point := points_at_levels[i]) is not None
         }
         general = min(times.keys() & set(GENERAL), key=lambda engine: times[engine], default="none")
         hand_c = times.get(HAND_C)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.cases import LEVELS, ReferenceSolution
+from crane_sim.evaluation.bench.cases import ERROR_LEVELS, ReferenceSolution
 from crane_sim.evaluation.bench.engine import Run
 
 Array = npt.NDArray[np.float64]
@@ -89,7 +89,7 @@ def sweep_method(runs: Iterable[Run], reference: ReferenceSolution) -> list[Tria
 def select_candidates(trials: Sequence[Trial]) -> set[int]:
     """Return the indices of one engine's trials that may be the cheapest at one of the errors."""
     candidates: set[int] = set()
-    for level in LEVELS:
+    for level in ERROR_LEVELS:
         good = [i for i, trial in enumerate(trials) if trial.error <= level]
         least = min((trials[i].seconds for i in good), default=0.0)
         candidates |= {

@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from crane_sim.evaluation.bench.cases import CASES, LEVELS
+from crane_sim.evaluation.bench.cases import CASES, ERROR_LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import NAME
-from crane_sim.evaluation.bench.results import Target, best, points_of, targets
+from crane_sim.evaluation.bench.results import Target, cheapest_points, read_points, targets
 from crane_sim.evaluation.bench.sweep import WorkPrecisionPoint
 
-_COLUMNS = [f"{level:.0e} m" for level in LEVELS]
+_COLUMNS = [f"{level:.0e} m" for level in ERROR_LEVELS]
 Scenes = dict[str, Any]
 
 
@@ -15,9 +15,9 @@ def cheapest_table(data: Scenes) -> str:
     """Return the cheapest setting of every engine at every error."""
     rows = []
     for case, scene in data["scenes"].items():
-        for engine, points in best(points_of(scene), scene["trusted"]).items():
+        for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items():
             rows.append([case, engine, *map(_cost, points)])
-        rows += [[case, engine, why, *[""] * (len(LEVELS) - 1)] for engine, why in scene["refused"].items()]
+        rows += [[case, engine, why, *[""] * (len(ERROR_LEVELS) - 1)] for engine, why in scene["refused"].items()]
     title = "## The cheapest setting that reaches an error: µs of wall time per simulated second\n\n"
     return title + _markdown(["scene", "engine", *_COLUMNS], rows)
 
@@ -54,7 +54,7 @@ def tension_table(data: Scenes) -> str:
     """Return the errors of the rope's tension beside those of the payload's position."""
     rows = []
     for case, scene in data["scenes"].items():
-        for engine, points in best(points_of(scene), scene["trusted"]).items():
+        for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items():
             if any(point is not None and point.tension_error is not None for point in points):
                 rows.append([case, engine, *("—" if p is None else _format_tension_error(p) for p in points)])
     text = (

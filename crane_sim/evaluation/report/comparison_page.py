@@ -1,11 +1,11 @@
-"""What the page of a comparison holds: the first run's crane, the others as ghosts, curves of all on common axes."""
+"""The content of a comparison's page: the first run's crane, the others as ghosts, curves of all on common axes."""
 
 from __future__ import annotations
 
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from crane_sim.evaluation.report.page_data import EVENTS, curve_points, frames_of, page_data, state_rows
+from crane_sim.evaluation.report.page_data import MAX_EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.evaluation.report.panels import RUN_COLORS
 from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
 from crane_sim.recording.metric_units import metric_row
@@ -15,20 +15,20 @@ if TYPE_CHECKING:
     from crane_sim.recording.comparison import Comparison
     from crane_sim.recording.run import RecordedRun
 
-CURVE_NUMBERS = 40_000  # points of all curves
-POINTS = 1000  # of one curve at most
-FRAME_NUMBERS = 140_000  # of all frames of all runs
+MAX_TOTAL_POINTS = 40_000  # of all curves
+MAX_CURVE_POINTS = 1000
+MAX_FRAME_VALUES = 140_000  # of all frames of all runs
 
 
 def comparison_data(comparison: Comparison) -> dict[str, Any]:
-    """Return all that the page of a comparison shows, in the form of `page_data`."""
+    """Return the content of a comparison's page, in the form of `page_data`."""
     runs, names = comparison.runs, comparison.names
     colors = [RUN_COLORS[i % len(RUN_COLORS)] for i in range(len(runs))]
     ghosts = [
-        _ghost(run, FRAME_NUMBERS // len(runs)) | {"name": name, "color": color}
+        _ghost(run, MAX_FRAME_VALUES // len(runs)) | {"name": name, "color": color}
         for run, name, color in zip(runs[1:], names[1:], colors[1:], strict=True)
     ]
-    return page_data(runs[0], FRAME_NUMBERS // len(runs)) | {
+    return page_data(runs[0], MAX_FRAME_VALUES // len(runs)) | {
         "name": " and ".join(names) if len(names) == 2 else ", ".join(names),
         "about": f"{runs[0].crane.kind} crane; {names[0]} in its own colours, the others as ghosts",
         "end": max(float(run.t[-1]) + run.period for run in runs),
@@ -41,7 +41,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "panels": _panels(comparison, colors),
         "states": _states(comparison),
         "headlines": [],
-        "events": _events(comparison)[:EVENTS],
+        "events": _events(comparison)[:MAX_EVENTS],
         "event_count": sum(len(run.events) for run in runs),
         "joints": _metrics(comparison),
         "metrics": _difference_rows(comparison),
@@ -63,15 +63,15 @@ def _events(comparison: Comparison) -> list[tuple[float, str]]:
     return sorted((t, f"{name}: {what}") for run, name in named for t, what in run.events)
 
 
-def _ghost(run: RecordedRun, numbers: int) -> dict[str, Any]:
+def _ghost(run: RecordedRun, max_values: int) -> dict[str, Any]:
     robot = parse_robot(run.crane.urdf, run.crane.joint_names)
-    return {"robot": robot, "frames": frames_of(run, used_coordinates(robot), numbers)}
+    return {"robot": robot, "frames": frames_of(run, used_coordinates(robot), max_values)}
 
 
 def _panels(comparison: Comparison, colors: list[str]) -> list[dict[str, Any]]:
     """Return one panel for each quantity, with a curve of each run."""
     quantities = common_quantities(comparison.runs)
-    points = min(POINTS, CURVE_NUMBERS // max(1, len(quantities) * len(colors)))
+    points = min(MAX_CURVE_POINTS, MAX_TOTAL_POINTS // max(1, len(quantities) * len(colors)))
     rows = list(zip(comparison.runs, comparison.names, colors, strict=True))
     return [
         {
@@ -98,7 +98,7 @@ def _metrics(comparison: Comparison) -> list[list[str]]:
 
 
 def _difference_rows(comparison: Comparison) -> list[list[str]]:
-    """Return the rows of the largest differences of every quantity; a single other run needs no name."""
+    """Return the rows of the largest differences of every quantity, with names where there are more than two runs."""
     others = comparison.names[1:]
     return [
         [

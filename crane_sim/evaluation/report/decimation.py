@@ -1,4 +1,4 @@
-"""Decimation: fewer rows that look the same, and numbers in as few characters as their accuracy needs."""
+"""Decimation: fewer rows with the same shape of the curve, and numbers encoded with the accuracy that drawing needs."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     from crane_sim.recording.layout import Numbers
 
-LEVELS = 2**31 - 1  # of a quantised number, to either side of the middle
-STILL = 1e-12  # m or rad: what moves less than rounding counts as still
+MAX_LEVEL = 2**31 - 1  # of a quantised number; the least is its negative
+MIN_SPAN = 1e-12  # m or rad: a smaller span is rounding
 
 
 def rows_with_peaks(values: Numbers, count: int) -> NDArray[np.int64]:
@@ -47,11 +47,11 @@ def encode_columns(columns: Numbers) -> dict[str, Any]:
     scale 0 and no integers.
     """
     low, high = columns.min(axis=0), columns.max(axis=0)
-    span = np.where(high - low > STILL, high - low, 0.0)
-    offset, scale = low + 0.5 * span, 0.5 * span / LEVELS
+    span = np.where(high - low > MIN_SPAN, high - low, 0.0)
+    offset, scale = low + 0.5 * span, 0.5 * span / MAX_LEVEL
     varying = scale > 0.0
     levels = np.rint((columns[:, varying] - offset[varying]) / scale[varying])
-    integers = levels.clip(-LEVELS, LEVELS).astype("<i4")
+    integers = levels.clip(-MAX_LEVEL, MAX_LEVEL).astype("<i4")
     scales = [[float(o), float(s)] for o, s in zip(offset, scale, strict=True)]
     return {
         "rows": len(columns),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crane_sim.evaluation.report.decimation import rows_with_peaks
-from crane_sim.evaluation.report.panels import INK, PALETTE, RUN_COLORS, SOFT, Panel, panels_of
+from crane_sim.evaluation.report.panels import AXIS_COLOR, PALETTE, RUN_COLORS, TEXT_COLOR, Panel, panels_of
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.recording.quantities import moving_quantities
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from crane_sim.recording.run import RecordedRun
 
 COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
-POINTS = 4000  # of one curve
-MAX_SPANS = 500  # in the length of a run: shorter ones are merged
+MAX_CURVE_POINTS = 4000
+MAX_SPANS = 500  # of a timeline of states: spans shorter than the run by this number are merged
 KINDS = (".png", ".pdf", ".svg")
-STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": SOFT}
+STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": AXIS_COLOR}
 PLANES = (("from above", 0, 1), ("from the side", 0, 2))
 
 
@@ -73,7 +73,7 @@ def comparison_figure(comparison: Comparison) -> Any:
         figure, axes = _make_axes(figure_class, rows)
         for axis, ((title, unit), curves) in zip(axes, quantities.items(), strict=False):
             for i, (run, each) in enumerate(zip(comparison.runs, curves, strict=True)):
-                kept = rows_with_peaks(each, POINTS)
+                kept = rows_with_peaks(each, MAX_CURVE_POINTS)
                 axis.plot(run.t[kept], each[kept], color=RUN_COLORS[i % len(RUN_COLORS)], linewidth=1.2)
             _label(axis, title[0].upper() + title[1:], unit)
         for axis in axes[len(quantities) :]:
@@ -90,7 +90,7 @@ def run_figure(run: RecordedRun) -> Any:
     rc_context, figure_class = _matplotlib()
     with rc_context(STYLE):
         figure, axes = _make_axes(figure_class, rows)
-        figure.suptitle(f"{run.name} · law {run.law} · {run.status}", color=INK, wrap=True)
+        figure.suptitle(f"{run.name} · law {run.law} · {run.status}", color=TEXT_COLOR, wrap=True)
         for axis, panel in zip(axes, panels, strict=False):
             _draw(axis, run, panel)
         for axis, plane in zip(axes[len(panels) :], planes, strict=False):
@@ -123,34 +123,34 @@ def _make_axes(figure_class: Any, rows: int) -> tuple[Any, Any]:
 
 def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
     for curve in panel.curves:
-        rows = rows_with_peaks(curve.values, POINTS)
+        rows = rows_with_peaks(curve.values, MAX_CURVE_POINTS)
         style = {"linestyle": "--", "linewidth": 0.9, "alpha": 0.75} if curve.dashed else {"linewidth": 1.2}
         style |= {"linestyle": ":", "linewidth": 1.0} if curve.dotted else {}
         axis.plot(run.t[rows], curve.values[rows], color=curve.color, label=curve.name, **style)
     for t, _ in run.events[:50]:
-        axis.axvline(t, color=SOFT, linewidth=0.5, linestyle=":")
+        axis.axvline(t, color=AXIS_COLOR, linewidth=0.5, linestyle=":")
     _label(axis, panel.title, panel.unit)
     axis.legend(loc="best", fontsize=7.5, frameon=False, ncols=2 if len(panel.curves) > 3 else 1)
 
 
 def _label(axis: Any, title: str, unit: str) -> None:
-    axis.set_title(title, loc="left", color=INK)
+    axis.set_title(title, loc="left", color=TEXT_COLOR)
     axis.set_xlabel("time [s]")
     axis.set_ylabel(f"[{unit}]")
     axis.margins(x=0.0)
-    _finish(axis)
+    _style_axes(axis)
 
 
 def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> None:
     x, y = run.payload[:, across], run.payload[:, up]
     axis.plot(x, y, color=PALETTE[5], linewidth=1.1)
-    axis.plot(x[:1], y[:1], "o", color=INK, markersize=4, label="start")
+    axis.plot(x[:1], y[:1], "o", color=TEXT_COLOR, markersize=4, label="start")
     axis.plot(x[-1:], y[-1:], "s", color=PALETTE[5], markersize=4, label="end")
-    axis.set_title(f"Path of the payload {view}", loc="left", color=INK)
+    axis.set_title(f"Path of the payload {view}", loc="left", color=TEXT_COLOR)
     axis.set_xlabel(f"{'xyz'[across]} [m]")
     axis.set_ylabel(f"{'xyz'[up]} [m]")
     axis.set_aspect("equal", adjustable="datalim")
-    _finish(axis)
+    _style_axes(axis)
     axis.legend(loc="best", fontsize=7.5, frameon=False)
 
 
@@ -161,15 +161,15 @@ def _draw_states(axis: Any, run: RecordedRun) -> None:
         for begin, until, state in make_spans(changes, 0.0, end, end / MAX_SPANS):
             axis.barh(row, max(until - begin, end / MAX_SPANS), left=begin, height=0.7, color=get_color(state))
             if until - begin > 0.02 * len(state) * end:
-                axis.text(begin + 0.01 * end, row, state, va="center", fontsize=6.5, color=INK, clip_on=True)
+                axis.text(begin + 0.01 * end, row, state, va="center", fontsize=6.5, color=TEXT_COLOR, clip_on=True)
     axis.set_yticks(range(len(run.states)), list(run.states), fontsize=7.5)
     axis.invert_yaxis()
     axis.set_xlim(0.0, end)
-    axis.set_title("States", loc="left", color=INK)
+    axis.set_title("States", loc="left", color=TEXT_COLOR)
     axis.set_xlabel("time [s]")
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def _finish(axis: Any) -> None:
+def _style_axes(axis: Any) -> None:
     axis.grid(color="#e3e7eb", linewidth=0.6)
     axis.spines[["top", "right"]].set_visible(False)

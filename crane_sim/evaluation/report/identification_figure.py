@@ -1,4 +1,4 @@
-"""The figure of an identification: measured positions, the fit, and what is left between them."""
+"""The figure of an identification: measured positions, the fit, and the residuals."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from crane_sim.evaluation.report.panels import PREFIXED, PREFIXES
+from crane_sim.evaluation.report.panels import PREFIXES, UNITS_WITH_PREFIX
 from crane_sim.recording.layout import label
 from crane_sim.recording.metric_units import UNITS
 
@@ -64,5 +64,6 @@ def _format(value: Any, unit: str) -> str:
         return "–"
     if not isinstance(value, float):
         return f"{value} {unit}".strip()
-    factor, prefix = next(((f, p) for f, least, p in PREFIXES if unit in PREFIXED and abs(value) >= least), (1.0, ""))
+    prefixes = PREFIXES if unit in UNITS_WITH_PREFIX else ()
+    factor, prefix = next(((f, p) for f, least, p in prefixes if abs(value) >= least), (1.0, ""))
     return f"{value / factor:.4g} {prefix}{unit}".strip()

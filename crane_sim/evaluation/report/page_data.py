@@ -1,4 +1,4 @@
-"""What the page of a run holds, as plain data: the crane, its frames, curves, metrics, and where they come from."""
+"""The content of a run's page as plain data: the crane, its frames, curves, metrics, versions and hashes."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
     from crane_sim.recording.run import RecordedRun
 
-FRAME_NUMBERS = 140_000  # in all frames of a page: 0.75 MB
-CURVE_NUMBERS = 40_000  # points of all curves of a page: 0.45 MB
-POINTS = 1000  # of one curve at most, more than a screen has columns for it
-LAST = 5.0  # s before a failure, which are shown first
-DENSE = 10.0  # s at the end of a long run that keep all their frames
-EVENTS = 200  # that are listed
-FIRST = 2000  # rows in which a tension is looked for to which others are compared, as in the viewer
-LOADED = 2.0  # share of it above which a colour does not change any more
+MAX_FRAME_VALUES = 140_000  # of all frames of a page: 0.75 MB
+MAX_TOTAL_POINTS = 40_000  # of all curves of a page: 0.45 MB
+MAX_CURVE_POINTS = 1000  # more than the columns of a screen for one curve
+FAILURE_INTERVAL = 5.0  # s before a failure, which are shown first
+DENSE_INTERVAL = 10.0  # s at the end of a long run for which all frames are kept
+MAX_EVENTS = 200
+USUAL_ROWS = 2000  # first rows, from which the usual tensions follow, as in the viewer
+MAX_LOAD_RATIO = 2.0  # of tension to usual tension: above it the colour stays the same
 MAX_SPANS = 1000  # of a timeline of states
 
 
-def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
-    """Return all that the page of a run shows, with at most so many numbers in its frames."""
+def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
+    """Return the content of a run's page; `max_frame_values`: largest number of values in its frames."""
     robot = parse_robot(run.urdf, run.crane.joint_names)
     end = float(run.t[-1]) + run.period
     panels = panels_of(run)
@@ -45,15 +45,15 @@ def page_data(run: RecordedRun, frame_numbers: int = FRAME_NUMBERS) -> dict[str,
         "finished": run.finished,
         "error": run.error,
         "end": end,
-        "last": None if run.finished else max(0.0, end - LAST),
+        "last": None if run.finished else max(0.0, end - FAILURE_INTERVAL),
         "robot": robot,
         "framing": run.crane.framing,
         "afloat": run.base is not None,
-        "frames": frames_of(run, used_coordinates(robot), frame_numbers),
+        "frames": frames_of(run, used_coordinates(robot), max_frame_values),
         "panels": _encode(run, panels, slice(None)),
-        "last_panels": None if run.finished else _encode(run, panels, _last(run, end)),
+        "last_panels": None if run.finished else _encode(run, panels, _rows_before_failure(run, end)),
         "states": state_rows(run, end),
-        "events": run.events[:EVENTS],
+        "events": run.events[:MAX_EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
         "headlines": headlines(run),
         "scene": run.scene_text,
@@ -73,14 +73,14 @@ def _tables(run: RecordedRun) -> dict[str, Any]:
     return {"metrics": plain_metrics(run.summary), "joints": joint_table(run), "origin": _origin(run)}
 
 
-def _last(run: RecordedRun, end: float) -> slice:
-    return slice(int(np.searchsorted(run.t, end - LAST)), None)
+def _rows_before_failure(run: RecordedRun, end: float) -> slice:
+    return slice(int(np.searchsorted(run.t, end - FAILURE_INTERVAL)), None)
 
 
 def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str, Any]]:
     """Return panels with the curves of some rows."""
     curves = max(1, sum(len(panel.curves) for panel in panels))
-    points = min(POINTS, CURVE_NUMBERS // curves)
+    points = min(MAX_CURVE_POINTS, MAX_TOTAL_POINTS // curves)
     return [
         {
             "title": panel.title,
@@ -101,14 +101,14 @@ def curve_points(t: Numbers, values: Numbers, count: int) -> dict[str, str]:
     return {"t": encode_floats(t[rows]), "values": encode_floats(values[rows])}
 
 
-def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS) -> dict[str, Any]:
-    """Return the frames of the 3D scene, as columns, and which columns are what: [first, count]."""
+def frames_of(run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
+    """Return the frames of the 3D scene as columns, and by quantity which columns it has: [first, count]."""
     frames, tip = run.frames, run.crane.tip_index
-    at = run.frame_steps
-    parts = {"t": frames.t[:, None], "q": run.q[at][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
-    parts["tension"] = rope_loads(run)[at]
+    steps = run.frame_steps
+    parts = {"t": frames.t[:, None], "q": run.q[steps][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
+    parts["tension"] = rope_loads(run)[steps]
     if run.base is not None:
-        base = run.base[at]
+        base = run.base[steps]
         parts["base"] = np.hstack([base[:, :3], base_rotations(base).as_quat()])
     if frames.target is not None:
         parts["target"] = frames.target
@@ -118,21 +118,21 @@ def frames_of(run: RecordedRun, moving: list[int], numbers: int = FRAME_NUMBERS)
     firsts = np.cumsum([0, *widths]).tolist()
     columns = np.hstack(list(parts.values()))
     named = {name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)}
-    kept = _kept_frames(frames.t, columns, numbers)
+    kept = _select_frames(frames.t, columns, max_values)
     return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
 
 
 def rope_loads(run: RecordedRun) -> Numbers:
-    """Return the tensions (K, L) as shares of those that the colours of ropes compare them to, at most `LOADED`."""
-    return np.minimum(run.tensions / usual_tensions(run.tensions[:FIRST]), LOADED)
+    """Return the ratios (K, L) of tensions to the usual ones, at most `MAX_LOAD_RATIO`, for the colours of ropes."""
+    return np.minimum(run.tensions / usual_tensions(run.tensions[:USUAL_ROWS]), MAX_LOAD_RATIO)
 
 
-def _kept_frames(t: Numbers, columns: Numbers, numbers: int) -> NDArray[np.bool_]:
-    """Return which frames (F,) stay: of a long run every n-th, but all at its end."""
+def _select_frames(t: Numbers, columns: Numbers, max_values: int) -> NDArray[np.bool_]:
+    """Return a mask (F,) of the frames that are kept: of a long run every n-th, but all at its end."""
     varying = max(1, int(np.count_nonzero(np.ptp(columns, axis=0) > 0.0)))
-    stride = max(1, -(-len(t) * varying // numbers))
-    dense = t > t[-1] - DENSE
-    if np.count_nonzero(dense) * varying > numbers // 4:
+    stride = max(1, -(-len(t) * varying // max_values))
+    dense = t > t[-1] - DENSE_INTERVAL
+    if np.count_nonzero(dense) * varying > max_values // 4:
         dense = t == t[-1]
     return (np.arange(len(t)) % stride == 0) | dense
 
@@ -142,7 +142,7 @@ def _flat(values: Numbers) -> Numbers:
 
 
 def _origin(run: RecordedRun) -> list[tuple[str, str]]:
-    """Return versions and hashes: what it takes to get the same run again."""
+    """Return (name, value) of the versions and hashes that are needed to repeat the run."""
     rows = [(name.replace("_", " "), value) for name, value in run.versions.items()]
     state = run.summary.get("state_sha256")
     rows += [("scene sha256", sha256(run.scene_text.encode()).hexdigest())]

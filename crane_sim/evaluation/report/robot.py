@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def parse_robot(urdf: str, coordinates: Sequence[str]) -> dict[str, Any]:
-    """Return the links of a URDF with their solids, and its joints with what moves them.
+    """Return the links of a URDF with their solids, and its joints with their coordinates.
 
     A joint that moves has `source`, the index of its coordinate, and `multiplier` and `offset` of its position. A fixed
     joint has none of these, except for the one of a body's attitude, which URDF has no type for: its `source` is the

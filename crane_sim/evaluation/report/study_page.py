@@ -19,10 +19,10 @@ from crane_sim.study.sensitivity import HEADS
 from crane_sim.study.summary import first_errors, shown_metrics, summarise
 
 COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")
-MOST_POINTS = 2000  # of a scatter plot: more would be one blot
-SENSITIVITY = ("strength", "interval", "interaction")
-WORST = 5  # runs by each metric
-_WIDTH = 5.6  # in, of a drawing
+MAX_SCATTER_POINTS = 2000
+SENSITIVITY_COLUMNS = ("strength", "interval", "interaction")
+WORST_COUNT = 5  # runs that are listed for each metric
+_WIDTH = 5.6  # inches, of a drawing
 
 
 def save_study_page(folder: Path, file: Path) -> None:
@@ -41,21 +41,21 @@ def save_study_page(folder: Path, file: Path) -> None:
 
 def study_page(result: StudyResult) -> str:
     """Return the HTML document of a study."""
-    study, found = result.study, summarise(result)
+    study, summary = result.study, summarise(result)
     style = files("crane_sim.evaluation.report").joinpath("assets", "page.css").read_text(encoding="utf-8")
     scene = study.scene if isinstance(study.scene, str) else study.scene.get("name", "scene")
     drawn = f"{study.design.replace('_', ' ')} of {', '.join(study.parameters)}"
-    failed = sum(found["failures"].values())
+    failed = sum(summary["failures"].values())
     head = f"""<header><div><h1>{escape(study.name or "study")}</h1>
-<p id="about">{found["runs"]} runs of {escape(Path(str(scene)).stem)}: {escape(drawn)}; seed {study.seed}</p></div>
+<p id="about">{summary["runs"]} runs of {escape(Path(str(scene)).stem)}: {escape(drawn)}; seed {study.seed}</p></div>
 <span id="status" class="{"bad" if failed else ""}">{failed or "no"} run{"s" * (failed != 1)} failed</span></header>"""
     names = shown_metrics(result)
     parts = [
         head,
         _failures(result),
-        _metrics(found),
-        *_differences(found),
-        _sensitivities(found, study.design),
+        _metrics(summary),
+        *_differences(summary),
+        _sensitivities(summary, study.design),
         *_distributions(result, names),
     ]
     parts += [*_scatters(result, names), _worst(result, names), _study(result)]
@@ -81,25 +81,25 @@ def _failures(result: StudyResult) -> str:
     return _section("Runs that failed", lines and f"<ul>{lines}</ul>", " id=failure")
 
 
-def _metrics(found: dict[str, Any]) -> str:
+def _metrics(summary: dict[str, Any]) -> str:
     """Return the section of spreads by variant."""
     keys = ("runs", "least", "median", "greatest")
     rows = [
         (escape(name), escape(variant), *(_format(spread[key]) for key in keys))
-        for name, by_variant in found["metrics"].items()
+        for name, by_variant in summary["metrics"].items()
         for variant, spread in by_variant.items()
         if "median" in spread
     ]
     return _section("Metrics", _table(("metric", "variant", *keys), rows))
 
 
-def _differences(found: dict[str, Any]) -> Iterator[str]:
-    """Yield the section of what variants differ in, of the summary of a study."""
-    first, *others = found["failures"]  # variants
+def _differences(summary: dict[str, Any]) -> Iterator[str]:
+    """Yield the sections of the differences between variants, of the summary of a study."""
+    first, *others = summary["failures"]  # variants
     if not others:
         return
     rows = []
-    for name, by_variant in found["metrics"].items():
+    for name, by_variant in summary["metrics"].items():
         for other in others:
             each = by_variant[f"{other} - {first}"]
             interval = f"{_format(each['low'])} … {_format(each['high'])}"
@@ -110,20 +110,20 @@ def _differences(found: dict[str, Any]) -> Iterator[str]:
     yield _section(f"Differences from {first}, on the same samples", _table(head, rows))
     fails = [
         (escape(other), *(str(each[key]) for key in ("first_only", "second_only", "both")), _format(each["p_value"]))
-        for other, each in found["failure_differences"].items()
+        for other, each in summary["failure_differences"].items()
         if each["first_only"] + each["second_only"] + each["both"]
     ]
     head = ("variant", f"only {first} fails", "only the variant fails", "both", "p (McNemar)")
     yield _section("Which of them fail", _table(head, fails) if fails else "")
 
 
-def _sensitivities(found: dict[str, Any], design: str) -> str:
+def _sensitivities(summary: dict[str, Any], design: str) -> str:
     """Return the section of how metrics depend on the parameters, of designs of sensitivity."""
-    if not found["sensitivities"]:
+    if not summary["sensitivities"]:
         return ""
     rows = [
-        (escape(name), escape(variant), escape(row["parameter"]), *(_format(row[key]) for key in SENSITIVITY))
-        for name, by_variant in found["sensitivities"].items()
+        (escape(name), escape(variant), escape(row["parameter"]), *(_format(row[key]) for key in SENSITIVITY_COLUMNS))
+        for name, by_variant in summary["sensitivities"].items()
         for variant, own in by_variant.items()
         for row in own
     ]
@@ -179,7 +179,7 @@ def _scatters(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
         def draw(axes: Any, name: str, key: str = key, values: Any = values) -> None:
             for color, each in zip(COLORS * 9, result.study.variant_changes, strict=False):
                 x, y = values[variant == each], result.metric(name, each)
-                every = max(1, len(x) // MOST_POINTS)
+                every = max(1, len(x) // MAX_SCATTER_POINTS)
                 axes.plot(x[::every], y[::every], ".", color=color, markersize=3, label=each, rasterized=True)
             axes.set(xlabel=key, ylabel=name)
             axes.legend(frameon=False)
@@ -195,7 +195,9 @@ def _worst(result: StudyResult, names: Sequence[str]) -> str:
     for name in names:
         for each in result.study.variant_changes:
             values, numbers = result.metric(name, each), case[variant == each]
-            order = [i for i in np.argsort(-np.nan_to_num(values, nan=-np.inf))[:WORST] if not np.isnan(values[i])]
+            order = [
+                i for i in np.argsort(-np.nan_to_num(values, nan=-np.inf))[:WORST_COUNT] if not np.isnan(values[i])
+            ]
             runs = ", ".join(f"{_case_link(result, int(numbers[i]))} ({_format(float(values[i]))})" for i in order)
             rows.append((escape(name), escape(each), runs))
     return _section("Largest metrics, by case", _table(("metric", "variant", "cases"), rows))

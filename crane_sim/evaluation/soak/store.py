@@ -73,7 +73,7 @@ def _read_part(folder: Path, part: str) -> dict[str, Any]:
     file = folder / "soak" / f"{part}.json"
     try:
         document = json.loads(file.read_text())
-        name = "metrics" if "metrics" in document else "figures"  # its former name, for one release
+        name = "metrics" if "metrics" in document else "figures"  # its deprecated name, for one release
         metrics = [Metric(*metric) for metric in document[name]]
         return {name: document[name] for name in ("command", "machine", "data")} | {"metrics": metrics}
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Runs from bags, in the form of a recording's."""
+"""Reader of runs in bags, which returns them as the reader of recordings does."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from crane_sim.recording.rerun.recorder import BLOCK_STEPS
 from crane_sim.recording.rerun.writer import RunWriter
 
 if TYPE_CHECKING:
-    from crane_sim.recording.bag import BaggedRun
+    from crane_sim.recording.bag import RunFromBag
     from crane_sim.recording.run import RecordedRun
 
-KEPT = ("provenance", "drawn")  # properties of the run itself; the others follow from its scene
+RUN_PROPERTIES = ("provenance", "drawn")  # those that do not follow from the scene
 
 
 def read_bag_run(path: Path) -> RecordedRun:
@@ -32,17 +32,17 @@ def read_bag_run(path: Path) -> RecordedRun:
         return replace(read_run(_record(bag, Path(folder, "run.rrd"))), path=path)
 
 
-def _record(bag: BaggedRun, path: Path) -> Path:
-    layout = of_scene(bag.scene, "bag", bag.truth)
-    kept = {key: value for key, value in bag.properties.items() if key in KEPT}
+def _record(bag: RunFromBag, path: Path) -> Path:
+    layout = of_scene(bag.scene, "bag", bag.has_true_states)
+    kept = {key: value for key, value in bag.properties.items() if key in RUN_PROPERTIES}
     writer = RunWriter(path, layout._replace(properties={**layout.properties, **kept}))
     for first in range(0, len(bag.rows), BLOCK_STEPS):
         writer.write(block_of(bag.scene, bag.rows[first : first + BLOCK_STEPS]))
     return writer.close(_summary(bag))
 
 
-def _summary(bag: BaggedRun) -> dict[str, Any]:
+def _summary(bag: RunFromBag) -> dict[str, Any]:
     scene, steps = bag.scene, len(bag.rows)
     entries: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    entries |= {"steps": steps + bag.lost, "recorded_steps": steps, "lost_steps": bag.lost}
-    return entries | ({"error": f"{bag.lost} steps are not in the bag"} if bag.lost else {})
+    entries |= {"steps": steps + bag.lost_steps, "recorded_steps": steps, "lost_steps": bag.lost_steps}
+    return entries | ({"error": f"{bag.lost_steps} steps are not in the bag"} if bag.lost_steps else {})

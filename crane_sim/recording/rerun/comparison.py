@@ -1,4 +1,4 @@
-"""Runs of one crane in one recording: their cranes in one scene, their curves over one time, their metrics."""
+"""A comparison as a recording: the runs' cranes in one scene, their curves over one time, their metrics."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 
     Curves = dict[Quantity, tuple[Numbers, ...]]
 
-FIRST_PAGE = 8  # plots on the first tab
+FIRST_TAB_PLOTS = 8
 TITLE = "comparison"
 COLORS = (PALETTE[1], PALETTE[0], *PALETTE[2:])
-"""Of the runs, each other's contrast: cranes are yellow, so is the curve of the first one."""
+"""Run colours, chosen for contrast; the first is yellow like the crane."""
 
 
 def record_comparison(comparison: Comparison, path: Path) -> Path:
@@ -46,7 +46,7 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
     Raises:
         RecordingError: the file cannot be written.
     """
-    part, runs = unfinished_name(path), comparison.runs
+    temporary, runs = unfinished_name(path), comparison.runs
     quantities = moving_quantities(runs)
     framing = Framing(**runs[0].crane.framing)._replace(follows="")
     rec = rr.RecordingStream(APPLICATION, recording_id=f"{TITLE}-{uuid.uuid4().hex[:12]}")
@@ -54,7 +54,7 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
     rec.set_log_tick_enabled(False)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        rec.save(part, default_blueprint=_blueprint(framing, quantities, len(runs)))
+        rec.save(temporary, default_blueprint=_blueprint(framing, quantities, len(runs)))
         rec.send_recording_name(" and ".join(comparison.names))
         rec.send_property("run", rr.AnyValues(compared=list(comparison.names)))
         _log_surroundings(rec, runs[0], framing)
@@ -62,13 +62,13 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
         _log_curves(rec, comparison, quantities)
         rec.flush(timeout_sec=FLUSH_SECONDS)
     except (RuntimeError, ValueError, OSError) as error:
-        raise RecordingError(f"recording {part}: {error}") from error
+        raise RecordingError(f"recording {temporary}: {error}") from error
     rec.disconnect()
-    return part.replace(path)
+    return temporary.replace(path)
 
 
 def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framing) -> None:
-    """Log the ground; below a crane that moves with its base the hull, in water at rest."""
+    """Log the ground, or for a crane on a moving base the hull and water at rest."""
     if run.base is None:
         log_ground(rec, framing)
     else:
@@ -77,19 +77,20 @@ def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framin
 
 def _blueprint(framing: Framing, quantities: Curves, runs: int) -> rrb.Blueprint:
     plots = [
-        _plot(quantity, values, legend=i % FIRST_PAGE == 0) for i, (quantity, values) in enumerate(quantities.items())
+        _plot(quantity, values, legend=i % FIRST_TAB_PLOTS == 0)
+        for i, (quantity, values) in enumerate(quantities.items())
     ]
     trails = [f"{_key(i)}/path" for i in range(runs)]
-    tabs: list[rrb.View | rrb.Container] = [rrb.Grid(*plots[:FIRST_PAGE], grid_columns=2, name="Overview")]
-    if plots[FIRST_PAGE:]:
-        tabs.append(rrb.Grid(*plots[FIRST_PAGE:], grid_columns=2, name="Details"))
+    tabs: list[rrb.View | rrb.Container] = [rrb.Grid(*plots[:FIRST_TAB_PLOTS], grid_columns=2, name="Overview")]
+    if plots[FIRST_TAB_PLOTS:]:
+        tabs.append(rrb.Grid(*plots[FIRST_TAB_PLOTS:], grid_columns=2, name="Details"))
     tabs.append(rrb.TextLogView(name="Events", origin="/log"))
     tabs.append(rrb.TextDocumentView(name="Summary", origin="summary/table"))
     return arrange(crane_view(framing, trails), *tabs)
 
 
 def _plot(quantity: Quantity, values: tuple[Numbers, ...], legend: bool) -> rrb.TimeSeriesView:
-    """Return the plot of a quantity; the colours of the runs are the same in all, one on a tab names them."""
+    """Return the plot of a quantity; one legend on a tab suffices, since a run has the same colour in all plots."""
     finite = np.concatenate([each[np.isfinite(each)] for each in values])
     return rrb.TimeSeriesView(
         name=f"{quantity.title[0].upper()}{quantity.title[1:]} [{quantity.unit}]",
@@ -123,13 +124,13 @@ def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Cur
 def _metrics(comparison: Comparison) -> str:
     """Return the metrics of all runs as a markdown document, with the differences from the first."""
     names = comparison.names
-    away = [comparison.metric_differences(i) for i in range(1, len(names))]
-    heads = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]
+    differences = [comparison.metric_differences(i) for i in range(1, len(names))]
+    header = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]
     rows = [
-        [key.replace("_", " "), *map(_format_metric, (*values, *(each.get(key) for each in away)))]
+        [key.replace("_", " "), *map(_format_metric, (*values, *(each.get(key) for each in differences)))]
         for key, values in comparison.metrics.items()
     ]
-    return f"# {' and '.join(names)}\n\n{markdown_table(heads, rows)}\n"
+    return f"# {' and '.join(names)}\n\n{markdown_table(header, rows)}\n"
 
 
 def _format_metric(value: float | None) -> str:
@@ -137,7 +138,7 @@ def _format_metric(value: float | None) -> str:
 
 
 def _key(i: int) -> str:
-    """Return the beginning of the entities and frames of run i."""
+    """Return the prefix of the entities and frames of run i."""
     return f"run_{i + 1}"
 
 

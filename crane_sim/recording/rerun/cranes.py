@@ -44,7 +44,7 @@ Vector = tuple[float, float, float]
 Colors: TypeAlias = "NDArray[np.uint8]"  # red, green, blue along the last axis
 
 
-LABEL = (226, 230, 236)
+LABEL_COLOR = (226, 230, 236)
 
 
 CABLE_RADIUS_RATIO = 0.0035  # radius of a rope, of the crane's size
@@ -139,7 +139,7 @@ def _color(shape: Shape) -> tuple[int, ...]:
     return tuple(round(255.0 * float(part)) for part in shape.color.split())
 
 
-ARM = 0.15  # of the crane's size: distance from the axis of a torque's arrow
+TORQUE_ARM = 0.15  # of the crane's size: distance of a torque's arrow from the axis
 
 
 class RobotVisual:
@@ -156,7 +156,7 @@ class RobotVisual:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand.frame), static=True)
         if "tip_z" in layout.joints:  # its boom is not modelled: nothing else shows what it is
-            name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", colors=LABEL, radii=0.0)
+            name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", colors=LABEL_COLOR, radii=0.0)
             rec.log("suspension_point", rr.CoordinateFrame("tip_link"), name, static=True)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
@@ -165,7 +165,7 @@ class RobotVisual:
         axis = np.array(pose.axis)
         if pose.joint_type == "prismatic":
             return EffortArrow(pose.child_link, (0.0, 0.0, 0.0), _as_vector(axis))
-        return EffortArrow(pose.child_link, (ARM, 0.0, 0.0), _as_vector(np.cross(axis, (1.0, 0.0, 0.0))))
+        return EffortArrow(pose.child_link, (TORQUE_ARM, 0.0, 0.0), _as_vector(np.cross(axis, (1.0, 0.0, 0.0))))
 
     def set_size(self, size: float) -> None:
         """Log the rope's thickness."""
@@ -266,13 +266,13 @@ def _cable_columns(nodes: Numbers, colors: Colors) -> rr.ComponentColumnList:
     return rr.LineStrips3D.columns(strips=strips, colors=colors.reshape(-1, 3)).partition([links] * frames)
 
 
-NODE = (184, 191, 199)
+NODE_COLOR = (184, 191, 199)
 
 
-SLACK = 0.3  # of its edges, that a room grows beyond what it has to hold: it grows seldom
+ROOM_MARGIN = 0.3  # fraction of the motion's extent by which a room is made larger, so that it rarely has to grow
 
 
-LEVERS = {
+EFFORT_ARROWS = {
     "trolley": EffortArrow("trolley", (0.0, -0.06, 0.03), (1.0, 0.0, 0.0)),
     "bridge": EffortArrow("trolley", (0.1, 0.0, 0.03), (0.0, 1.0, 0.0)),
     "hoist": EffortArrow("trolley", (0.1, -0.06, 0.03), (0.0, 0.0, -1.0)),
@@ -292,7 +292,7 @@ class GantryVisual:
 
     def effort_arrow(self, joint: str) -> EffortArrow:
         """Return a free position beside the trolley."""
-        return LEVERS[joint]
+        return EFFORT_ARROWS[joint]
 
     def set_size(self, size: float) -> None:
         """Log the cable's thickness."""
@@ -300,14 +300,14 @@ class GantryVisual:
         radii = np.array(self._radii(self._room))
         self._beads = bool(np.any(radii > CABLE_RADIUS_RATIO * size))  # others are hidden in the line
         if self._beads:
-            self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE, radii=radii), static=True)
+            self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE_COLOR, radii=radii), static=True)
 
     def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Colors) -> Framing | None:
         """Add frames; the framing is a new one where the room was too small."""
-        self._watch(nodes)
+        self._extend_range(nodes)
         grown = None
         if not self._room.contains(self._low, self._high):
-            more = SLACK * (self._high - self._low)
+            more = ROOM_MARGIN * (self._high - self._low)
             grown = self._build(
                 make_bounding_box(self._low - more, self._high + more, self._shortest, self._room.spatial)
             )
@@ -327,8 +327,8 @@ class GantryVisual:
             return None
         return self._build(make_bounding_box(self._low, self._high, self._shortest, self._room.spatial))
 
-    def _watch(self, nodes: Numbers) -> None:
-        """Remember the room that the nodes (F, N+1, 3) take."""
+    def _extend_range(self, nodes: Numbers) -> None:
+        """Extend the range of the motion by the nodes (F, N+1, 3)."""
         self._low, self._high = np.minimum(self._low, nodes.min((0, 1))), np.maximum(self._high, nodes.max((0, 1)))
         self._shortest = min(self._shortest, float(np.linalg.norm(nodes[:, -1] - nodes[:, 0], axis=1).min()))
 

@@ -68,7 +68,7 @@ def soften(color: Color) -> Color:
 
 
 def lighten(color: Color) -> Color:
-    """Return the lighter tone that marks what sensors show beside the truth."""
+    """Return the lighter tone that marks measured values."""
     red, green, blue = ((value + 2 * 255) // 3 for value in color)
     return red, green, blue
 
@@ -185,7 +185,7 @@ def _of_some_runs(layout: Layout, names: tuple[str, ...], rates: tuple[str, ...]
 
 
 def _tensions(layout: Layout, derived: str) -> Channel:
-    """Return the tensions of links or falls, in the darker tone where the colours come again."""
+    """Return the tensions of links or falls, in the darker tone where a colour is used again."""
     names = layout.ropes.tensions
     colors = (*PALETTE, *map(soften, PALETTE)) if len(names) > 1 else (PALETTE[3],)
     return Channel("plots/tension", tuple(f"{name} [N]{derived}" for name in names), colors, lambda b: b.tensions)
@@ -251,7 +251,7 @@ def _split(layout: Layout, plots: list[UnitPlot], values: Callable[[Block], Numb
 
 
 def _energy_changes() -> Channel:
-    """Return the energies without the potential energy of the start, beside which the kinetic one could not be seen."""
+    """Return the energies less the initial potential energy, which would dwarf the kinetic one."""
     names = ("kinetic", "potential since the start", "sum")
     return Channel(
         "shown/energy_J",
@@ -283,7 +283,7 @@ def _with_targets(
 def _measured(
     layout: Layout, entity: str, which: Sequence[int], convert: Callable[[Numbers], Numbers], rate: bool = False
 ) -> Channel:
-    """Return what sensors show of coordinates, or of their rates: thin, in a lighter tone of the same colours."""
+    """Return measured coordinates, or their rates: thin, in a lighter tone of the same colours."""
     first = len(layout.joints) if rate else 0
     sensed = [i for i in which if first + i in layout.sensed]
     names = tuple(f"{label(layout.joints[i])} measured" for i in sensed)
@@ -336,7 +336,7 @@ def _entry_column(values: Numbers | None, index: int) -> Numbers | None:
 
 
 def _half(measured: Numbers | None, part: int) -> Numbers | None:
-    """Return the positions (0) or the rates (1) of what sensors show (K, 2 nq)."""
+    """Return the positions (0) or the rates (1) of measured states (K, 2 nq)."""
     return None if measured is None else np.hsplit(measured, 2)[part]
 
 

@@ -1,6 +1,6 @@
 """Cranes of several recorded runs in one 3D scene: the first run's in its own colours, the others' as ghosts.
 
-A ghost has the colour of its run throughout and is translucent. F is the number of frames, the steps that are drawn.
+A ghost is a translucent crane in the colour of its run. F is the number of frames, the steps that are drawn.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.rerun.curves import Color
     from crane_sim.recording.run import RecordedRun
 
-OPACITY = 0.45  # of a ghost's solids
+GHOST_OPACITY = 0.45
 
 
 def draw_run(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color, ghost: bool) -> None:
@@ -50,7 +50,7 @@ def _colored(urdf: str, color: Color) -> str:
     robot = ElementTree.fromstring(urdf)
     rgb = " ".join(f"{component / 255:.3f}" for component in color)
     for each in robot.iter("color"):
-        each.set("rgba", f"{rgb} {OPACITY}")
+        each.set("rgba", f"{rgb} {GHOST_OPACITY}")
     return ElementTree.tostring(robot, encoding="unicode")
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
-MANY_BLOCKS = 60  # half a minute of real time: with more of them a viewer is slow to open the file
+MAX_BLOCKS = 60  # half a minute of real time: a viewer is slow to open a file with more of them
 MESSAGE_TIMEOUT = 2.0  # s without a message after which missing ones count as lost
 _SETTLING_TIME = 0.3  # s without one after which a run of unknown length counts as complete
 
@@ -75,8 +75,8 @@ class Recorder:
         self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
         self.on_reset: Callable[[], object] = lambda: None
 
-    def state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
-        """Take the joint state (nq,) of a stamp [ns], as sensors show it."""
+    def add_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
+        """Take the joint state (nq,) of a stamp [ns], as measured by sensors."""
         self._last_message = time.monotonic()
         if self._assembler.follows_reset(stamp):
             self._start_over()
@@ -84,29 +84,29 @@ class Recorder:
             self._last_time = self._last_message
         self._assembler.add_state(stamp, q, v)
 
-    def true_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
+    def add_true_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
         """Take the true state (nq,) of a stamp, of a scene with sensors."""
         self._assembler.add_true_state(stamp, q, v)
 
-    def effort(self, stamp: int, effort: Sequence[float]) -> None:
+    def add_effort(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) applied from a stamp on."""
         self._last_message = time.monotonic()
         self._assembler.add_effort(stamp, effort)
         self._write_if_due()
 
-    def command(self, stamp: int, effort: Sequence[float]) -> None:
+    def add_command(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) demanded in answer to the state of a stamp."""
         self._assembler.add_command(stamp, effort)
 
-    def accept_effort(self, stamp: int, effort: Sequence[float] | None) -> None:
+    def add_accepted(self, stamp: int, effort: Sequence[float] | None) -> None:
         """Take the effort (nu,) that the plant has accepted in answer to the state of a stamp; None: there is none."""
         self._assembler.add_accepted(stamp, effort)
 
-    def reference(self, stamp: int, target: Sequence[float]) -> None:
+    def add_reference(self, stamp: int, target: Sequence[float]) -> None:
         """Take the target (nu,) that holds from a stamp on."""
         self._assembler.add_reference(stamp, target)
 
-    def simulation_state(self, name: str) -> None:
+    def add_simulation_state(self, name: str) -> None:
         """Take the state of the simulation: playing, paused, ..."""
         if name != self._simulation_state and not self.write_error:
             self._session.add_timeline_state(SIMULATION, "stopped", self.last_step + self._assembler.waiting + 1, name)
@@ -138,7 +138,7 @@ class Recorder:
         self._write(final=True)
 
     def has_all(self, steps: int | None) -> bool:
-        """Whether `steps` steps (None: an unknown number) have come in, or nothing more is coming."""
+        """Whether `steps` steps (None: an unknown number) have been received, or no more messages arrive."""
         if self.write_error or time.monotonic() - self._last_message > (
             _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
         ):
@@ -154,7 +154,7 @@ class Recorder:
         """
         start = time.monotonic()
         entries = self._complete(summary, time_limit)
-        if self._blocks > MANY_BLOCKS and not {"error", "parts"} & entries.keys():
+        if self._blocks > MAX_BLOCKS and not {"error", "parts"} & entries.keys():
             compact(Path(entries["recording"]), time_limit - (time.monotonic() - start))
         return entries
 
@@ -186,7 +186,7 @@ class Recorder:
             self._write(final=False)
 
     def _write(self, final: bool) -> None:
-        rows = self._assembler.take(final)
+        rows = self._assembler.pop_rows(final)
         if rows and not self.write_error:
             self._attempt(lambda: self._session.write(rows))
         if not rows or self.write_error:
@@ -194,7 +194,7 @@ class Recorder:
         self._blocks += 1
         step, written_at = rows[-1].step, time.monotonic()
         simulated = (step - self.last_step) * self._scene.period
-        self._session.pace(step, simulated / max(written_at - self._last_time, 1e-9))
+        self._session.add_speed(step, simulated / max(written_at - self._last_time, 1e-9))
         self.last_step, self._last_time = step, written_at
 
     def _attempt(self, work: Callable[[], Any]) -> Any:
@@ -232,6 +232,6 @@ def _new_assembler(scene: Scene, after: int = 0) -> StepAssembler:
 
 
 def warm_up(scene: Scene) -> None:
-    """Compile what derives the plots before messages come."""
+    """Compile the functions that derive the plots, before messages arrive."""
     effort = (0.0,) * len(scene.actuated)
     block_of(scene, [Row(1, scene.initial_q, scene.initial_v, effort, effort, scene.reference)])

@@ -32,7 +32,7 @@ def record(rollout: Rollout, path: Path) -> Path:
     writer = RunWriter(path, layout)
     for first in range(0, len(block.step), BLOCK_STEPS):
         writer.write(_part(block, slice(first, first + BLOCK_STEPS)))
-    writer.events(rollout.events)
+    writer.add_events(rollout.events)
     steps = len(block.step)
     entries: dict[str, Any] = {"recording": str(path), "recorded_steps": steps, "lost_steps": 0}
     return writer.close(rollout.summary | entries)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Block, Layout, Numbers
 
-TRAIL, TARGET, PUSH = (255, 132, 74), (64, 214, 132), (88, 176, 255)
-GROUND, GRID = (70, 77, 86), (108, 117, 128)
+TRAIL_COLOR, TARGET_COLOR, EFFORT_COLOR = (255, 132, 74), (64, 214, 132), (88, 176, 255)
+GROUND_COLOR, GRID_COLOR = (70, 77, 86), (108, 117, 128)
 
 
 class Scene3D:
@@ -53,15 +53,15 @@ class Scene3D:
         colors = rope_colors(block.tensions[rows], self._usual)
         self._fit(self._cast.move(time, block.q[rows], to_base(block.nodes[rows], base), colors))
         if base is not None:
-            self._carry(time, base)
+            self._move_stand(time, base)
         if self._vessel:
             self._vessel.move(time, np.float64(1e-9 * self._layout.period_ns) * (block.step[rows] - 1))
-        self._trail(time, block.nodes[rows, -1])
-        self._push(time, block.effort[rows])
+        self._draw_trail(time, block.nodes[rows, -1])
+        self._draw_efforts(time, block.effort[rows])
         if block.target is not None:
-            self._aim(time, block.target[rows])
+            self._draw_target(time, block.target[rows])
 
-    def _carry(self, time: list[rr.TimeColumn], base: Numbers) -> None:
+    def _move_stand(self, time: list[rr.TimeColumn], base: Numbers) -> None:
         """Move the frame that the crane stands in."""
         frames = len(base)
         columns = rr.Transform3D.columns(
@@ -84,12 +84,12 @@ class Scene3D:
             return
         self._framing, rec, size = framing, self._rec, framing.size
         self._cast.set_size(size)
-        rec.log("payload/trail", rr.LineStrips3D.from_fields(colors=TRAIL, radii=0.003 * size), static=True)
-        rec.log("reference/path", rr.LineStrips3D.from_fields(colors=TARGET, radii=0.002 * size), static=True)
+        rec.log("payload/trail", rr.LineStrips3D.from_fields(colors=TRAIL_COLOR, radii=0.003 * size), static=True)
+        rec.log("reference/path", rr.LineStrips3D.from_fields(colors=TARGET_COLOR, radii=0.002 * size), static=True)
         if self._aimed:
             self._log_ball()
         for name in self._layout.actuated:
-            rec.log(f"effort/{name}", rr.Arrows3D.from_fields(colors=PUSH, radii=0.007 * size), static=True)
+            rec.log(f"effort/{name}", rr.Arrows3D.from_fields(colors=EFFORT_COLOR, radii=0.007 * size), static=True)
         if self._vessel:
             self._vessel.fit(framing)
         else:
@@ -98,10 +98,10 @@ class Scene3D:
     def _log_ball(self) -> None:
         """Log how the target looks; a ball without a centre would stand in the world's origin."""
         halves = [[0.03 * self._framing.size] * 3]
-        ball = rr.Ellipsoids3D.from_fields(half_sizes=halves, colors=(*TARGET, 150), fill_mode="solid")
+        ball = rr.Ellipsoids3D.from_fields(half_sizes=halves, colors=(*TARGET_COLOR, 150), fill_mode="solid")
         self._rec.log("reference/target", ball, static=True)
 
-    def _push(self, time: list[rr.TimeColumn], effort: Numbers) -> None:
+    def _draw_efforts(self, time: list[rr.TimeColumn], effort: Numbers) -> None:
         size = self._framing.size
         for name, values, scale in zip(self._layout.actuated, effort.T, self._layout.effort_scales, strict=True):
             _, origin, direction = self._cast.effort_arrow(name)
@@ -109,13 +109,13 @@ class Scene3D:
             origins = np.tile(size * np.array(origin), (len(vectors), 1))
             self._rec.send_columns(f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins))
 
-    def _trail(self, time: list[rr.TimeColumn], payload: Numbers) -> None:
+    def _draw_trail(self, time: list[rr.TimeColumn], payload: Numbers) -> None:
         previous = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
         self._last = payload[-1:]
         strips = np.stack([previous, payload], axis=1).astype(np.float32)
         self._rec.send_columns("payload/trail", time, rr.LineStrips3D.columns(strips=strips))
 
-    def _aim(self, time: list[rr.TimeColumn], target: Numbers) -> None:
+    def _draw_target(self, time: list[rr.TimeColumn], target: Numbers) -> None:
         if not self._aimed:
             self._aimed = True
             self._log_ball()
@@ -127,11 +127,13 @@ def log_ground(rec: rr.RecordingStream, framing: Framing) -> None:
     """Log ground that rests in the world, which replaces what was logged before."""
     (x, y, ground), size, half = framing.ground, framing.size, ceil(framing.ground_size)
     thick = 0.01 * size
-    slab = rr.Boxes3D(centers=(x, y, ground - thick), half_sizes=(half, half, thick), colors=GROUND, fill_mode="solid")
+    slab = rr.Boxes3D(
+        centers=(x, y, ground - thick), half_sizes=(half, half, thick), colors=GROUND_COLOR, fill_mode="solid"
+    )
     rec.log("ground", rr.CoordinateFrame(WORLD), slab, static=True)
     pitch = 10 ** max(0, ceil(log10(half / 40)))  # m
     marks = range(-half, half + 1, pitch)
     lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in marks] + [[(-half, i, 0.0), (half, i, 0.0)] for i in marks]
     grid = (np.array(lines) + (x, y, ground + 0.001 * size)).astype(np.float32)
-    strips = rr.LineStrips3D(grid, colors=GRID, radii=rr.Radius.ui_points(0.6))
+    strips = rr.LineStrips3D(grid, colors=GRID_COLOR, radii=rr.Radius.ui_points(0.6))
     rec.log("ground/grid", rr.CoordinateFrame(WORLD), strips, static=True)

@@ -63,13 +63,13 @@ class Session:
             self._writer.write(block_of(self._scene, rows))
             self.recorded += len(rows)
 
-    def note(self, step: int, text: str) -> None:
+    def add_note(self, step: int, text: str) -> None:
         """Add a line to the recording's log."""
-        self._writer.note(step, text)
+        self._writer.add_note(step, text)
 
-    def pace(self, step: int, real_time_factor: float) -> None:
+    def add_speed(self, step: int, real_time_factor: float) -> None:
         """Add how fast the run was lately: simulated seconds per second."""
-        self._writer.pace(step, real_time_factor)
+        self._writer.add_speed(step, real_time_factor)
 
     def add_timeline_state(self, timeline: str, normal: str, step: int, state: str) -> None:
         """Add that a timeline, which begins in the state `normal`, has another one from the start of a step on."""

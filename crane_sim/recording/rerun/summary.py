@@ -46,9 +46,9 @@ def _plain_number(value: Any) -> Any:
     return value.item()
 
 
-def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table in markdown: columns of numbers behind one of words."""
-    lines = [heads, ["---"] + ["---:"] * (len(heads) - 1), *rows]
+    lines = [header, ["---"] + ["---:"] * (len(header) - 1), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 

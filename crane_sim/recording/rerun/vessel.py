@@ -1,6 +1,6 @@
 """Hull that moves with a crane's base, and the water around it, with the waves of the scene's sea.
 
-The hull is as large as the crane needs it, and says nothing about the vessel. Waves are long-crested, as the scene's
+The size of the hull follows from the crane, not from the vessel. Waves are long-crested, as the scene's
 sea is: they run along x of the world with the wavelength of deep water, and at the origin they are the sea of the base.
 """
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Numbers
     from crane_sim.trajectories.waves import SineSum
 
-HULL, DECK, SEAM, WATER = (52, 60, 70), (84, 92, 100), (112, 120, 128), (30, 66, 96)
+HULL_COLOR, DECK_COLOR, SEAM_COLOR, WATER_COLOR = (52, 60, 70), (84, 92, 100), (112, 120, 128), (30, 66, 96)
 FREEBOARD, DRAUGHT = 0.2, 0.25  # of the crane's size
-REACH = 2.0  # half size of the water, of the ground's
+WATER_RATIO = 2.0  # size of the water by that of the ground
 CREST_POINTS = 64  # of the water, along x
 
 
@@ -45,20 +45,20 @@ class Vessel:
         freeboard, thick = FREEBOARD * size + waves, 0.02 * size
         height = freeboard + DRAUGHT * size
         length, width = half * framing.deck[0], half * framing.deck[1]
-        self._log_box("vessel/deck", (x, y, deck - 0.5 * thick), (length, width, 0.5 * thick), DECK)
+        self._log_box("vessel/deck", (x, y, deck - 0.5 * thick), (length, width, 0.5 * thick), DECK_COLOR)
         self._log_box(
-            "vessel/hull", (x, y, deck - thick - 0.5 * height), (0.97 * length, 0.97 * width, 0.5 * height), HULL
+            "vessel/hull", (x, y, deck - thick - 0.5 * height), (0.97 * length, 0.97 * width, 0.5 * height), HULL_COLOR
         )
         seams = [[(x - length, y + i * width, deck), (x + length, y + i * width, deck)] for i in np.linspace(-1, 1, 9)]
-        lines = rr.LineStrips3D(seams, colors=SEAM, radii=rr.Radius.ui_points(0.6))
+        lines = rr.LineStrips3D(seams, colors=SEAM_COLOR, radii=rr.Radius.ui_points(0.6))
         self._rec.log("vessel/seams", lines, static=True)
-        self._half, self._level = REACH * half, deck - freeboard
+        self._half, self._level = WATER_RATIO * half, deck - freeboard
         self._x = np.linspace(x - self._half, x + self._half, CREST_POINTS)
         self._y = (y - self._half, y + self._half)
         first = 2 * np.arange(CREST_POINTS - 1)[:, None]
         triangles = np.vstack([first + (0, 2, 1), first + (1, 2, 3)])
         still = self._surface(np.zeros((1, CREST_POINTS)))[0]
-        water = rr.Mesh3D(vertex_positions=still, triangle_indices=triangles, albedo_factor=WATER)
+        water = rr.Mesh3D(vertex_positions=still, triangle_indices=triangles, albedo_factor=WATER_COLOR)
         self._rec.log("water", water, static=True)
 
     def move(self, time: list[rr.TimeColumn], t: Numbers) -> None:

@@ -1,4 +1,4 @@
-"""Writes one run to a Rerun file: columns in blocks, checked after each, renamed when complete."""
+"""Writer of one run to a Rerun file: columns in blocks, checked after each, renamed when complete."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 APPLICATION = "crane_sim"
 FLUSH_SECONDS = 5.0
-INDEXED = 120.0  # s of scene time; of a longer run the file has no footer, for which 0.1 MB a block stay in memory
+MAX_INDEXED_DURATION = (
+    120.0  # s of scene time; the file of a longer run has no index, which needs 0.1 MB of memory a block
+)
 
 
 class RunWriter:
@@ -86,17 +88,17 @@ class RunWriter:
         self._stage.draw(block)
         self._check()
 
-    def note(self, step: int, text: str) -> None:
+    def add_note(self, step: int, text: str) -> None:
         """Add a line to the recording's log at the start of a step."""
         self._log(step, "log/recorder", rr.TextLog(text, level="INFO"))
 
-    def event(self, t: float, text: str) -> None:
-        """Add what happened at a time t [s] of the scene."""
+    def add_event(self, t: float, text: str) -> None:
+        """Add an event at a time t [s] of the scene."""
         self._rec.set_time("sim_time", duration=t)
         self._rec.set_time("step", sequence=1 + int(t * 1e9) // self._layout.period_ns)
         self._rec.log("log/events", rr.TextLog(text, level="INFO"))
 
-    def pace(self, step: int, real_time_factor: float) -> None:
+    def add_speed(self, step: int, real_time_factor: float) -> None:
         """Add the simulated seconds per second before the start of a step."""
         self._log(step, "plots/rtf", rr.Scalars(real_time_factor))
 
@@ -105,10 +107,10 @@ class RunWriter:
         for _, steps, states in self._timelines.find_change(timeline, normal, step, state):
             self._log_states(timeline, times(self._layout, steps), states)
 
-    def events(self, events: Sequence[tuple[float, str]]) -> None:
-        """Add all that happened, (s, what), and the states that it led to."""
+    def add_events(self, events: Sequence[tuple[float, str]]) -> None:
+        """Add events (s, text), and the timelines of states that follow from them."""
         for t, what in events:
-            self.event(t, what)
+            self.add_event(t, what)
         self._log_timelines(make_event_timelines(events))
 
     def close(self, summary: Mapping[str, Any]) -> Path:
@@ -180,7 +182,7 @@ def _claim(part: Path) -> BufferedIOBase:
 
 
 def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live: LiveServer | None) -> None:
-    indexed = layout.properties["duration"] <= INDEXED
+    indexed = layout.properties["duration"] <= MAX_INDEXED_DURATION
     sinks: list[rr.FileSink | rr.GrpcSink] = [rr.FileSink(str(part), write_footer=indexed)]
     if live is not None:
         sinks.append(live.sink(APPLICATION, layout.run_id))

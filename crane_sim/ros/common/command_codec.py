@@ -7,7 +7,7 @@ fields that a drive takes, with NaN where a joint's drive takes another one.
 from collections.abc import Sequence
 from math import nan
 
-from crane_sim.ros.common.serialization import STATE, Frame, JointStateCodec
+from crane_sim.ros.common.serialization import STATE, DecodedJointState, JointStateCodec
 from crane_sim.scenes.scene import Scene
 
 
@@ -34,13 +34,13 @@ class CommandCodec:
         vectors = [[value if kind == field else nan for kind, value in named] for field in self._fields]
         return self._codec.encode(stamp, *vectors)
 
-    def decode(self, data: bytes) -> Frame:
+    def decode(self, data: bytes) -> DecodedJointState:
         """Return the content of a message of any layout; raises ValueError for bytes that are none."""
         return self._codec.decode(data)
 
-    def values(self, frame: Frame) -> Sequence[float]:
+    def values(self, decoded: DecodedJointState) -> Sequence[float]:
         """Return the commands in a message, one for each of its names; fewer where fields are not filled."""
         if self.kind:
-            return getattr(frame, self.kind)
-        columns = [getattr(frame, self._kinds.get(name, self._fields[0])) for name in frame.names]
+            return getattr(decoded, self.kind)
+        columns = [getattr(decoded, self._kinds.get(name, self._fields[0])) for name in decoded.names]
         return [column[i] for i, column in enumerate(columns) if i < len(column)]

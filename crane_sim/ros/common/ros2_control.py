@@ -1,8 +1,8 @@
-"""A crane as ros2_control sees it: the `<ros2_control>` tag of its URDF, and a file of controllers.
+"""The description of a crane for ros2_control: the `<ros2_control>` tag of its URDF, and a file of controllers.
 
 The hardware interface is `joint_state_topic_hardware_interface`, which reads `joint_states` and writes
-`joint_commands`. Joints that nothing drives have states only. It writes before any controller is active, too: then
-commands are those of the tag, which hold the joints at the start. Without them they would be NaN, which no crane takes.
+`joint_commands`. Passive joints have states only. The interface also writes before any controller is active: then
+commands are those of the tag, which hold the joints at the start. Without them they would be NaN, which is refused.
 """
 
 from math import ceil, inf, isfinite

@@ -83,8 +83,8 @@ EFFORT = ("effort",)
 """Fields of a command, and of the efforts applied."""
 
 
-class Frame(NamedTuple):
-    """A joint state in plain Python: stamp in ns; the three fields hold one number per name, or nothing."""
+class DecodedJointState(NamedTuple):
+    """A joint state in plain Python: stamp in ns; each of the three fields has one number per name, or is empty."""
 
     stamp: int
     names: list[str]
@@ -125,7 +125,7 @@ class JointStateCodec:
             numbers += (self._n, *next(remaining)) if present else (0,)
         return self._struct.pack(head, *divmod(stamp, NS_PER_S), *rest, *numbers)
 
-    def decode(self, data: bytes) -> Frame:
+    def decode(self, data: bytes) -> DecodedJointState:
         """Return the content of a message of any layout; raises ValueError for bytes that are none."""
         try:
             values = self._struct.unpack_from(data)
@@ -134,7 +134,9 @@ class JointStateCodec:
         if self._constants_of(values) != self._constants:
             return _decode_any(data)
         position, velocity, effort = self._spans
-        return Frame(values[1] * NS_PER_S + values[2], self._names, values[position], values[velocity], values[effort])
+        return DecodedJointState(
+            values[1] * NS_PER_S + values[2], self._names, values[position], values[velocity], values[effort]
+        )
 
 
 class _Layout:
@@ -166,12 +168,12 @@ class _Layout:
         self._size += padding + size
 
 
-def _decode_any(data: bytes) -> Frame:
+def _decode_any(data: bytes) -> DecodedJointState:
     reader = CdrReader(data)
     seconds, rest = reader.integers("iI")
     reader.string()  # frame_id
     names = reader.strings()
-    return Frame(seconds * NS_PER_S + rest, names, reader.doubles(), reader.doubles(), reader.doubles())
+    return DecodedJointState(seconds * NS_PER_S + rest, names, reader.doubles(), reader.doubles(), reader.doubles())
 
 
 def decode_array(data: bytes) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from crane_sim.laws import Law, evaluate_law
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import STATE, Frame, JointStateCodec
+from crane_sim.ros.common.serialization import STATE, DecodedJointState, JointStateCodec
 from crane_sim.ros.common.timing import DurationHistogram
 from crane_sim.scenes.scene import Scene
 
@@ -37,23 +37,23 @@ class StateReader:
     def read(self, data: bytes) -> State | None:
         """Return a decoded state, None where joints are missing or it is no such message."""
         try:
-            frame = self._codec.decode(data)
+            decoded = self._codec.decode(data)
         except ValueError as error:
             self._node.get_logger().warning(f"joint state that cannot be read: {error}", throttle_duration_sec=1.0)
             return None
-        vectors = (frame.position, frame.velocity) if frame.names == self._names else self._sort_by_joint(frame)
+        vectors = (decoded.position, decoded.velocity) if decoded.names == self._names else self._sort_by_joint(decoded)
         if vectors is None:
             return None
-        return State(frame.stamp, (frame.stamp / self._scene.period_ns - 1.0) * self._scene.period, *vectors)
+        return State(decoded.stamp, (decoded.stamp / self._scene.period_ns - 1.0) * self._scene.period, *vectors)
 
-    def _sort_by_joint(self, frame: Frame) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-        same = sorted(frame.names) == sorted(self._names)
-        if not same or not len(frame.position) == len(frame.velocity) == len(self._names):
-            line = f"joint state of {frame.names}, expected position and velocity of {self._names}: ignored"
+    def _sort_by_joint(self, decoded: DecodedJointState) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        same = sorted(decoded.names) == sorted(self._names)
+        if not same or not len(decoded.position) == len(decoded.velocity) == len(self._names):
+            line = f"joint state of {decoded.names}, expected position and velocity of {self._names}: ignored"
             self._node.get_logger().warning(line, throttle_duration_sec=1.0)
             return None
-        order = [frame.names.index(name) for name in self._names]
-        return tuple(frame.position[i] for i in order), tuple(frame.velocity[i] for i in order)
+        order = [decoded.names.index(name) for name in self._names]
+        return tuple(decoded.position[i] for i in order), tuple(decoded.velocity[i] for i in order)
 
 
 class ExecutionTime:

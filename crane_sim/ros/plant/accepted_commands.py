@@ -12,7 +12,7 @@ ACCEPTED = "accepted_command"
 
 
 class AcceptedCommands:
-    """Publisher for recorders, where the stamp of a command does not say which state it answers."""
+    """Publisher for recorders, where the stamp of a command does not identify the state that it answers."""
 
     def __init__(self, node: Node, codec: CommandCodec) -> None:
         """Create the publisher; `codec` encodes commands (nu,)."""

@@ -1,7 +1,7 @@
 """Arbitration of command topics: one publisher owns the crane at a time, under a lease.
 
-While there is one publisher, messages come the quick way, through the executor, and without their sender. As soon as
-there is a second one, subscriptions with senders are opened, and messages from the executor are dropped.
+While there is one publisher, messages arrive through the executor, which is fast but does not identify the sender. As
+soon as there is a second one, subscriptions with senders are opened, and messages from the executor are dropped.
 
 The first publisher of a valid command owns the crane until its lease ends: that long without another valid command.
 """

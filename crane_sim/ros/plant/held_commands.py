@@ -16,7 +16,7 @@ HELD = "held_command"
 class HeldCommands:
     """Publisher of held commands (nu,), each stamped like the state at the start of its period; NaN while brakes act.
 
-    A command that comes late, a time-out and an emergency stop show in it: it is what the drives were given. In
+    Late commands, time-outs and emergency stops are visible in it, since it is the command that the drives followed. In
     lockstep that is the command of the state's stamp, and only periods in which brakes act are published.
     """
 

@@ -1,12 +1,12 @@
 """Lockstep: every step waits for the controller's answer.
 
 Where commands are stamped with ROS time the clock leads: state k is published and acknowledged, then /clock reads the
-time of state k + 1 less a lag, and the command with this time answers state k. Nodes that live by that time run in
+time of state k + 1 less a lag, and the command with this time answers state k. Nodes that use that time run in
 lockstep. A state that is sent again needs a later time: the message of the first one may have been lost.
 
-Before the run the clock stands one period earlier: ros2_control's loop waits for the first time that it is told, then
-for a whole period, and only then begins. For one that is started anew during the run the clock goes on by periods while
-the state stands, until a command comes, and is ahead by as much from then on.
+Before the run the clock stands one period earlier: ros2_control's loop waits for the first clock message, then for a
+whole period, and only then begins. For a loop that is restarted during the run the clock advances by periods while the
+state does not, until a command arrives, and stays ahead of the states by these periods.
 """
 
 import time
@@ -31,7 +31,9 @@ _RESEND = 0.05  # s between two messages of the same state while the run waits, 
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
 _POLL = 0.005  # s between two polls of services while there are several publishers
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
-_STANDING = 0.35  # s for which a clock that is to lead stands, told ten times a second, when all peers have come
+_STANDING = (
+    0.35  # s for which a leading clock stands still, published ten times a second, after all peers are connected
+)
 _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 

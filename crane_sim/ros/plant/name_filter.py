@@ -1,6 +1,6 @@
-"""Filters of names: POSIX extended regular expressions, as simulation_interfaces wants them, by the C library.
+"""Filters of names: POSIX extended regular expressions, as simulation_interfaces requires, by the C library.
 
-Python's `re` has another syntax, and may take exponential time. Intervals {m,n} and references back are refused: with
+Python's `re` has another syntax, and may take exponential time. Intervals {m,n} and back-references are refused: with
 them a short expression can take all memory.
 """
 

@@ -49,7 +49,7 @@ class RunControl:
         return why_not
 
     def take_steps(self, number: int) -> str:
-        """Take that many steps of a paused run; where fewer were taken, the answer says how many."""
+        """Take that many steps of a paused run; where fewer were taken, the answer has their number."""
         if why_not := self.why_not_running() or self._why_not_paused():
             return why_not
         simulation = self._simulation

@@ -25,7 +25,7 @@ class SimulationRun:
     Attributes:
         validator: of the run's commands.
         stamp: of the newest published state, ns; 0 before the run begins.
-        waiting: why nothing moves although the run is not paused: no command comes; one line, or empty.
+        waiting: why no step is taken although the run is not paused: no command arrives; one line, or empty.
         ending: why the run is on its way to its end, one line, or empty.
         failure: why the run cannot go on, one line, or empty.
         deadline_misses: real-time steps that came too late.
@@ -190,9 +190,9 @@ class SimulationRun:
             self._publish_diagnostics(now)
 
     def publish_clock_if_due(self) -> None:
-        """Publish a clock that stands, before the run begins or in a pause, ten times a second for new subscribers.
+        """Publish the unchanged clock ten times a second for new subscribers, before the run begins or in a pause.
 
-        A subscriber of the states that is new in a pause gets the present one.
+        A subscriber of the states that joins during a pause gets the present one.
         """
         now = time.monotonic()
         if now < self._next_progress:

@@ -10,7 +10,7 @@ from crane_sim.simulation.plant import Plant, SimulationError
 def warm_up(plant: Plant, braking: bool) -> None:
     """Take a step, and reset the plant.
 
-    Brakes are code of their own; `braking` says whether they may act while the wall clock goes on.
+    `braking`: the brakes may act in real time, so their code is compiled as well.
     """
     effort = (0.0,) * len(plant.scene.actuated) if plant.scene.sampled else None
     with suppress(SimulationError):  # the run itself will fail in the same way, and report it

@@ -46,7 +46,7 @@ class Watchdog:
         return 0.0 < self.timeout < self._elapsed
 
     def reset(self) -> None:
-        """Begin anew: a command has come, or a run begins."""
+        """Restart the time-out: a command has arrived, or a run begins."""
         self._elapsed, self._last_update = 0.0, time.monotonic()
 
     def update(self) -> None:

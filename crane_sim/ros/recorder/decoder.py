@@ -13,7 +13,7 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.messages import SimulationState
-from crane_sim.ros.common.serialization import EFFORT, STATE, Frame, JointStateCodec
+from crane_sim.ros.common.serialization import EFFORT, STATE, DecodedJointState, JointStateCodec
 
 if TYPE_CHECKING:
     from crane_sim.recording.rerun.recorder import Recorder
@@ -63,43 +63,43 @@ class MessageDecoder:
     def _on_state(self, data: bytes) -> None:
         state = _decode(self._state_codec, data)
         if state is not None:
-            self._recorder.state(state.stamp, state.position, state.velocity)
+            self._recorder.add_state(state.stamp, state.position, state.velocity)
 
     def _on_true_state(self, data: bytes) -> None:
         state = _decode(self._state_codec, data)
         if state is not None:
-            self._recorder.true_state(state.stamp, state.position, state.velocity)
+            self._recorder.add_true_state(state.stamp, state.position, state.velocity)
 
     def _on_effort(self, data: bytes) -> None:
         if self._quitting:
             return  # the zero effort after the last step belongs to no step
         applied = _decode(self._effort_codec, data)
         if applied is not None:
-            self._recorder.effort(applied.stamp, applied.effort)
+            self._recorder.add_effort(applied.stamp, applied.effort)
 
     def _on_command(self, data: bytes) -> None:
         stamp, command = self._read_command(data)
         if command is not None:
-            self._recorder.command(stamp, command)
+            self._recorder.add_command(stamp, command)
 
     def _on_accepted(self, data: bytes) -> None:
         stamp, command = (0, None) if self._holds else self._read_command(data)
         if command is not None:
-            self._recorder.accept_effort(stamp, command)
+            self._recorder.add_accepted(stamp, command)
 
     def _on_held(self, data: bytes) -> None:
         """Take what the drives were given: it counts more than what was accepted; none while the brakes act."""
         stamp, command = self._read_command(data)
         if stamp:
             self._holds = True
-            self._recorder.accept_effort(stamp, command)
+            self._recorder.add_accepted(stamp, command)
 
     def _read_command(self, data: bytes) -> tuple[int, tuple[float, ...] | None]:
         """Return (stamp [ns], the command (nu,) in a message, or None where it is none)."""
-        frame = _decode(self._command_codec, data)
-        if frame is None:
+        decoded = _decode(self._command_codec, data)
+        if decoded is None:
             return 0, None
-        return frame.stamp, self._validator.match_joints(frame.names, self._command_codec.values(frame))
+        return decoded.stamp, self._validator.match_joints(decoded.names, self._command_codec.values(decoded))
 
     def _on_reference(self, data: bytes) -> None:
         try:
@@ -110,17 +110,17 @@ class MessageDecoder:
             point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
             target = self._sort_by_joint(list(message.joint_names), list(point.positions))
             if target is not None:
-                self._recorder.reference(messages.nanoseconds(message.header.stamp), target)
+                self._recorder.add_reference(messages.nanoseconds(message.header.stamp), target)
 
     def _on_simulation_state(self, data: bytes) -> None:
         state = messages.decode_simulation_state(data)
         if state is None:
             return
         self._quitting = state == SimulationState.QUITTING or (self._quitting and state == SimulationState.STOPPED)
-        self._recorder.simulation_state(STATE_NAMES[state] if state < len(STATE_NAMES) else str(state))
+        self._recorder.add_simulation_state(STATE_NAMES[state] if state < len(STATE_NAMES) else str(state))
 
     def _on_diagnostics(self, data: bytes) -> None:
-        """Take what the plant says of its controller, of refused commands since it last said so, and of a stop."""
+        """Add what diagnostics report of the controller, of commands refused since the last message, and of a stop."""
         try:
             message = deserialize_message(data, DiagnosticArray)
         except RuntimeError:
@@ -153,7 +153,7 @@ def source_of(node: Node) -> str:
     return f"{node.get_namespace().strip('/')}/plant"
 
 
-def _decode(codec: JointStateCodec | CommandCodec, data: bytes) -> Frame | None:
+def _decode(codec: JointStateCodec | CommandCodec, data: bytes) -> DecodedJointState | None:
     """Return a decoded message, None for data of another type: a topic may carry anything."""
     try:
         return codec.decode(data)
