@@ -34,11 +34,11 @@ class Adaptation(NamedTuple):
     """Adaptive estimation of the disturbance."""
 
     features: Number = 100  # -, number of random features
-    width: Positive = 1.5  # -, of their kernel, in the units of what it is of
-    rate: NonNegative = 9.0  # -, γ of learning
+    width: Positive = 1.5  # -, of their Gaussian kernel, in the units of its arguments
+    rate: NonNegative = 9.0  # -, γ, learning rate
     c: Positive = 0.5  # 1/s, weight of the error beside its rate; below kd
-    of: FeatureArguments = "y"  # what the disturbance is a function of: the payload's position, position and velocity,
-    # or error
+    of: FeatureArguments = "y"  # arguments of the disturbance and of the kernel: the payload's position, its position
+    # and velocity, or its errors of both
     time: bool = False  # whether it is a function of time, too
     dead_zone: DeadZone | None = None  # errors too small to learn from; left out: none
     seed: Seed = 0  # -, of the features
@@ -52,7 +52,7 @@ class Weights(NamedTuple):
 
     weights: Any  # (2 d, 2), α of both axes
     values: Any  # (2 d,), ψ
-    entries: Any  # (9,): y, y', e, e', t
+    inputs: Any  # (9,): y, y', e, e', t
     last_time: Any  # (1,) s, of the last update
 
 
@@ -88,20 +88,20 @@ def _(zone, q):
 
 
 @kernel
-def error_size(learner, entries):
+def error_size(learner, inputs):
     """Return Q [m²/s²], eq. 85 and 86."""
-    ex, ey, vx, vy = entries[4], entries[5], entries[6], entries[7]
+    ex, ey, vx, vy = inputs[4], inputs[5], inputs[6], inputs[7]
     cross = learner.c * (ex * vx + ey * vy)
     return 0.5 * learner.stiffness * (ex * ex + ey * ey) + cross + 0.5 * (vx * vx + vy * vy)
 
 
 @routine
 def adaptation_step(learner, elapsed):
-    """Learn for `elapsed` seconds from the entries, eq. 99, and return u (2,) [m/s²], eq. 81."""
-    weights, values, entries, _ = learner.state
-    write_features(learner.features, entries, values)
-    gain = elapsed * learner.rate * learning_factor(learner.zone, error_size(learner, entries))
-    sx, sy = learner.c * entries[4] + entries[6], learner.c * entries[5] + entries[7]
+    """Learn for `elapsed` seconds from the inputs, eq. 99, and return u (2,) [m/s²], eq. 81."""
+    weights, values, inputs, _ = learner.state
+    write_features(learner.features, inputs, values)
+    gain = elapsed * learner.rate * learning_factor(learner.zone, error_size(learner, inputs))
+    sx, sy = learner.c * inputs[4] + inputs[6], learner.c * inputs[5] + inputs[7]
     ux, uy = 0.0, 0.0
     for j in range(len(values)):
         weights[j, 0] -= gain * values[j] * sx
@@ -113,14 +113,14 @@ def adaptation_step(learner, elapsed):
 
 @estimate.register(Learner)
 def _(learner, pendulum, sample, measurement):
-    entries, last_time = learner.state.entries, learner.state.last_time
+    inputs, last_time = learner.state.inputs, learner.state.last_time
     for i in range(2):
-        entries[i], entries[2 + i] = measurement.position[i], measurement.velocity[i]
-        entries[4 + i], entries[6 + i] = (
+        inputs[i], inputs[2 + i] = measurement.position[i], measurement.velocity[i]
+        inputs[4 + i], inputs[6 + i] = (
             measurement.position[i] - sample.goal[0][i],
             measurement.velocity[i] - sample.goal[1][i],
         )
-    entries[8] = sample.t
+    inputs[8] = sample.t
     elapsed = sample.t - last_time[0]
     last_time[0] = sample.t
     return Estimate(

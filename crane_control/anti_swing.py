@@ -29,7 +29,7 @@ class Settings(NamedTuple):
     """Speeds of all actuated joints, for drives with `drive: velocity` and winches by rate."""
 
     speeds: dict[str, Table] | None = None  # by joint: the operator's, in the joint's unit/s; left out: to
-    # `reference.q`; joints that are not named stand
+    # `reference.q`; joints that are not named stand still
     shaping: Shaping | None = None  # of the operator's speeds, against the swing of the nominal rope; left out: none
     damping: Annotated[NonNegative, Field(le=1.0)] = 0.2  # -, ratio z that the feedback gives the swing; 0: none
     position_gain: Positive = 0.3  # 1/s, h: speed for a deviation from `reference.q`
@@ -96,7 +96,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
 def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
     """Return (l [m], angles of the swing ahead of each actuated joint by joint positions (nu, nq) in small motions).
 
-    A joint that turns counts by its tip's way: its angle is divided by the radius.
+    The angle of a joint that turns is counted as the distance that it moves the tip: it is divided by the radius.
 
     Raises:
         SceneError: the payload hangs on nothing that swings.
@@ -114,9 +114,10 @@ class SwingGeometry(NamedTuple):
     """The swing below a suspension point, horizontally."""
 
     length: float  # m, from the suspension point to the payload
-    ahead: npt.NDArray[np.float64]  # (nu, 2) of a place of the payload: how far it is ahead of each joint's way, in the
-    # joint's unit
-    moved: npt.NDArray[np.float64]  # (nq, 2) of the passive joints: how far they move the payload below the point
+    ahead: npt.NDArray[np.float64]  # (nu, 2) joint's unit/m: times a horizontal offset (2,) of the payload from the
+    # point, how far each actuated joint has to move for the point to follow
+    moved: npt.NDArray[np.float64]  # (nq, 2) m/joint's unit, horizontal motion of the payload relative to the point by
+    # each passive joint
 
 
 def swing_geometry(scene: Scene) -> SwingGeometry:
@@ -130,10 +131,10 @@ def swing_geometry(scene: Scene) -> SwingGeometry:
     derived = derive(scene, np.zeros(2 * n + 1), q, np.zeros_like(q), np.zeros((2 * n + 1, nu)))
     offset = derived.payload - derived.tip
     moved = (offset[:n] - offset[n : 2 * n])[:, :2] / (2.0 * STEP)
-    ways = (derived.tip[:n] - derived.tip[n : 2 * n])[actuated, :2] / (2.0 * STEP)
+    directions = (derived.tip[:n] - derived.tip[n : 2 * n])[actuated, :2] / (2.0 * STEP)
     moved[actuated] = 0.0
-    sizes = np.sum(ways**2, axis=1, keepdims=True)
-    ahead = np.divide(ways, sizes, out=np.zeros((nu, 2)), where=sizes > STEP)
+    sizes = np.sum(directions**2, axis=1, keepdims=True)
+    ahead = np.divide(directions, sizes, out=np.zeros((nu, 2)), where=sizes > STEP)
     return SwingGeometry(float(np.linalg.norm(offset[-1])), ahead, moved)
 
 

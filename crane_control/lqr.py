@@ -44,7 +44,7 @@ from crane_sim.simulation.linearisation import (
 from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
 DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}
-"""Deviation and velocity that weigh 1, by unit of the joint."""
+"""Deviation and velocity whose weighted squares are 1, by unit of the joint."""
 
 
 class GainRow(NamedTuple):
@@ -132,9 +132,9 @@ class Settings(NamedTuple):
     """
 
     q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # -, weights of positions, then of
-    # velocities, one of each joint; left out: Bryson's rule, 0.2 m or 0.05 rad, 0.2 m/s or 0.1 rad/s weigh 1
-    r: tuple[Positive, ...] | None = None  # -, weights of the efforts, one of each actuated joint; left out: what
-    # accelerates the joint by 1 m/s² or 1 rad/s² weighs 1
+    # velocities, one of each joint; left out: Bryson's rule, which counts 0.2 m or 0.05 rad, 0.2 m/s or 0.1 rad/s as 1
+    r: tuple[Positive, ...] | None = None  # -, weights of the efforts, one of each actuated joint; left out: the effort
+    # that accelerates the joint by 1 m/s² or 1 rad/s² counts as 1
 
 
 SETTINGS = {"control": Settings}

@@ -172,7 +172,8 @@ class Settings(NamedTuple):
     kd: Gains | None = None  # N s/m, likewise; left out: m ω and 2 (m + J) ω
     apparent_mass: Positive | None = None  # kg, mass that the trolley seems to have; left out: a quarter of the
     # payload's; the trolley's own: no kinetic shaping
-    reach: Positive = inf  # m, the trolley is pulled by less than kp reach; left out: a linear spring
+    reach: Positive = inf  # m, r at which the trolley's position error saturates: its proportional force tends to kp r
+    # for large errors; left out: it is linear in the error
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:

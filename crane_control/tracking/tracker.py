@@ -16,7 +16,7 @@ from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.trajectories.base_motion import Base, MountedBase, SplineBase
 from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
 
-INITIAL_DAMPING = 0.2  # of critical damping, of the gains at the start of a ramp
+INITIAL_DAMPING = 0.2  # -, damping ratio that the gains give at the start of a ramp
 MIN_HEIGHT_RATIO = 0.1  # of Lz / L, its lower bound: for a horizontal cable the setpoint of the tip would be infinite
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.trajectories.base_motion import AnyBase
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 WORLD = "world"  # the frame of everything that is not part of the crane
 
@@ -26,19 +26,19 @@ def base_of(scene: Scene) -> AnyBase | None:
     return getattr(scene.model, "base", None)
 
 
-def base_rotations(base: Numbers) -> Rotation:
+def base_rotations(base: Array) -> Rotation:
     """Return the rotations (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
     return Rotation.from_euler("ZYX", base[:, :2:-1])
 
 
-def to_base(points: Numbers, base: Numbers | None) -> Numbers:
+def to_base(points: Array, base: Array | None) -> Array:
     """Return points (K, N, 3) of the world in the axes of the base (K, 6); None is a fixed base."""
     if base is None:
         return points
     return np.einsum("kji,knj->kni", base_rotations(base).as_matrix(), points - base[:, None, :3])
 
 
-def to_world(points: Numbers, base: Numbers | None) -> Numbers:
+def to_world(points: Array, base: Array | None) -> Array:
     """Return points (K, N, 3) of the base (K, 6) in the world; None is a fixed base."""
     if base is None:
         return points

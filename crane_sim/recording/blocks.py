@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
@@ -29,11 +29,11 @@ class Motion(NamedTuple):
     """K control steps as they were sent or computed: fields as those of `Block`."""
 
     step: NDArray[np.int64]
-    q: Numbers
-    v: Numbers
-    effort: Numbers
-    demanded: Numbers
-    reference: Numbers | None
+    q: Array
+    v: Array
+    effort: Array
+    demanded: Array
+    reference: Array | None
     braked: NDArray[np.bool_]
 
 
@@ -93,7 +93,7 @@ def _potential_at_start(scene: Scene) -> float:
     return float(derive_instant(scene, 0.0, scene.initial_q, scene.initial_v).potential[0])
 
 
-def _contact(scene: Scene, t: Numbers, q: Numbers, v: Numbers) -> Numbers | None:
+def _contact(scene: Scene, t: Array, q: Array, v: Array) -> Array | None:
     """Return the normal force (K,) [N] on a load that may touch a surface; None for another one."""
     if getattr(scene.model, "contact", None) is None:
         return None
@@ -102,26 +102,26 @@ def _contact(scene: Scene, t: Numbers, q: Numbers, v: Numbers) -> Numbers | None
     return forces
 
 
-def _array(vectors: Any) -> Numbers:
+def _array(vectors: Any) -> Array:
     return np.array(list(vectors), dtype=np.float64)
 
 
-def _demands(rows: Sequence[Row], nu: int) -> Numbers:
+def _demands(rows: Sequence[Row], nu: int) -> Array:
     return _array((np.nan,) * nu if row.demanded is None else row.demanded for row in rows)
 
 
-def _measured_array(rows: Sequence[Row]) -> Numbers | None:
+def _measured_array(rows: Sequence[Row]) -> Array | None:
     shown = [row.measured for row in rows if row.measured is not None]
     return _array((*q, *v) for q, v in shown) if len(shown) == len(rows) else None
 
 
-def _base(scene: Scene, t: Numbers) -> Numbers | None:
+def _base(scene: Scene, t: Array) -> Array | None:
     """Return where the base is at times t (K,), (K, 6); None where it rests."""
     moves = base_of(scene)
     return base_positions(moves, t) if moves is not None else None
 
 
-def _write_reference(rows: Sequence[Row]) -> Numbers | None:
+def _write_reference(rows: Sequence[Row]) -> Array | None:
     references = [row.reference for row in rows]
     return _array(references) if all(reference is not None for reference in references) else None
 
@@ -130,7 +130,7 @@ NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}
 """Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
 
 
-def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Numbers, base: Numbers | None) -> Numbers:
+def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, base: Array | None) -> Array:
     """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
 
     `nodes` are in the frame of the base (K, 6), what is returned is in the world.
@@ -149,7 +149,7 @@ def _targets(scene: Scene, t: Numbers, reference: Numbers, q: Numbers, nodes: Nu
     return derive(scene, t, neutral_q, *still).nodes
 
 
-def _lyapunov(scene: Scene, t: Numbers, q: Numbers, v: Numbers) -> Numbers | None:
+def _lyapunov(scene: Scene, t: Array, q: Array, v: Array) -> Array | None:
     function = getattr(scene.law, "lyapunov", None)  # not every law has one
     if function is None:
         return None

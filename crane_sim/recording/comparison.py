@@ -16,7 +16,7 @@ from crane_sim.recording.run import RecordedRun
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.simulation.rollout import Rollout
 
 COMPUTATION_METRICS = ("wall_time", "steps_per_second", "real_time_factor", "rhs_evaluations", "recorded_steps")
@@ -42,7 +42,7 @@ class Comparison:
 
     runs: tuple[RecordedRun, ...]  # n
     names: tuple[str, ...]  # (n,)
-    t: Numbers  # (K,) s, steps of the first run within the time that all runs have; others are interpolated linearly
+    t: Array  # (K,) s, steps of the first run within the time that all runs have; others are interpolated linearly
     metrics: dict[str, tuple[float | None, ...]]  # (n,) values by name, None where a run has no such metric
     differences: tuple[dict[str, Difference], ...]  # (n - 1,) by quantity, see RecordedRun.columns, and of `payload`
     not_compared: tuple[tuple[str, ...], ...]  # (n - 1,) quantities that only one of two runs has as finite numbers
@@ -114,7 +114,7 @@ def _check_same_crane(first: RecordedRun, first_name: str, run: RecordedRun, nam
             raise SceneError(f"{name} is of {what[0]}, {first_name} of {what[1]}: only runs of one crane are compared")
 
 
-def _common_time(runs: Sequence[RecordedRun]) -> Numbers:
+def _common_time(runs: Sequence[RecordedRun]) -> Array:
     """Return the steps (K,) [s] of the first run within the time that all runs have."""
     if not all(len(run.t) for run in runs):
         raise SceneError("compare: a run without steps; there is nothing to compare")
@@ -125,7 +125,7 @@ def _common_time(runs: Sequence[RecordedRun]) -> Numbers:
     return t
 
 
-def _compare_columns(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[str, Difference]:
+def _compare_columns(first: RecordedRun, run: RecordedRun, t: Array) -> dict[str, Difference]:
     """Return the differences of all quantities that both runs have as finite numbers, `payload` being a distance."""
     reference, other = first.columns(), run.columns()
     columns = {}
@@ -138,7 +138,7 @@ def _compare_columns(first: RecordedRun, run: RecordedRun, t: Numbers) -> dict[s
     return {name: _difference(unit, t, values) for name, (unit, values) in columns.items() if np.isfinite(values).all()}
 
 
-def _difference(unit: str, t: Numbers, values: Numbers) -> Difference:
+def _difference(unit: str, t: Array, values: Array) -> Difference:
     k = int(np.argmax(np.abs(values)))
     return Difference(unit, float(abs(values[k])), float(t[k]), float(np.sqrt(np.mean(values * values))))
 
@@ -148,7 +148,7 @@ def _not_compared(first: RecordedRun, run: RecordedRun, differences: Mapping[str
     return tuple(name for name in first.columns() | run.columns() if name not in differences)
 
 
-def _hold(t: Numbers, steps: Numbers, values: Numbers) -> Numbers:
+def _hold(t: Array, steps: Array, values: Array) -> Array:
     """Return the values at times t (K,), each held from its step on; rounding of the times is tolerated."""
     return values[np.searchsorted(steps, t + TIME_TOLERANCE, side="right") - 1]
 

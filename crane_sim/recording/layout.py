@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from crane_sim.simulation.rollout import Rollout
     from crane_sim.trajectories.waves import SineSum
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 
 FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
@@ -61,7 +61,7 @@ def source_note(scene: Scene, truth: bool) -> str:
 MAX_TENSIONS = 12  # in a recording; with more links or falls it has only that of the first
 
 
-def select_tensions(tensions: Numbers) -> Numbers:
+def select_tensions(tensions: Array) -> Array:
     """Return those of the tensions (K, L) of all links or falls that are recorded."""
     return tensions if tensions.shape[1] <= MAX_TENSIONS else tensions[:, :1]
 
@@ -185,25 +185,25 @@ class Block(NamedTuple):
     """K consecutive control steps: the state at the start of each and the effort held over it (SI, radians)."""
 
     step: NDArray[np.int64]  # (K,) 1 for the first step
-    q: Numbers  # (K, nq)
-    v: Numbers  # (K, nq)
-    effort: Numbers  # (K, nu) applied, after limits
-    demanded: Numbers  # (K, nu) commanded; NaN without a command
+    q: Array  # (K, nq)
+    v: Array  # (K, nq)
+    effort: Array  # (K, nu) applied, after limits
+    demanded: Array  # (K, nu) commanded; NaN without a command
     braked: NDArray[np.bool_]  # (K,) the brakes of all actuated joints act
-    reference: Numbers | None  # (K, nu) target of the actuated joints
-    nodes: Numbers  # (K, N, 3) base .. tip .. payload; the cable is what follows the tip
-    base: Numbers | None  # (K, 6) m and rad, of a base that moves
-    target: Numbers | None  # (K, N, 3) the nodes at rest in the reference pose
-    kinetic: Numbers  # (K,) J
-    potential: Numbers  # (K,) J
-    energy: Numbers  # (K,) J, their sum
-    raised: Numbers  # (K,) J, potential energy since the start of the run
-    tensions: Numbers  # (K, T) N, those of `select_tensions`
-    reeved: Numbers | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
-    swing: Numbers  # (K,) angle from the vertical of the line from the tip to the payload
-    measured: Numbers | None  # (K, 2 nq) measured q and v, where q and v are the true ones
-    contact: Numbers | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
-    lyapunov: Numbers | None  # (K, 2) V [J] and its rate [W]
+    reference: Array | None  # (K, nu) target of the actuated joints
+    nodes: Array  # (K, N, 3) base .. tip .. payload; the cable is what follows the tip
+    base: Array | None  # (K, 6) m and rad, of a base that moves
+    target: Array | None  # (K, N, 3) the nodes at rest in the reference pose
+    kinetic: Array  # (K,) J
+    potential: Array  # (K,) J
+    energy: Array  # (K,) J, their sum
+    raised: Array  # (K,) J, potential energy since the start of the run
+    tensions: Array  # (K, T) N, those of `select_tensions`
+    reeved: Array | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
+    swing: Array  # (K,) angle from the vertical of the line from the tip to the payload
+    measured: Array | None  # (K, 2 nq) measured q and v, where q and v are the true ones
+    contact: Array | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
+    lyapunov: Array | None  # (K, 2) V [J] and its rate [W]
 
 
 def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:

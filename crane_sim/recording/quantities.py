@@ -12,7 +12,7 @@ from crane_sim.recording.suspension import COORDINATES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.run import RecordedRun
 
 MAX_SWINGS = 4  # swing coordinates of a cable that are drawn
@@ -33,29 +33,29 @@ def shown_joints(run: RecordedRun) -> list[str]:
     return [name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"] + swings[:MAX_SWINGS]
 
 
-def quantities_of(run: RecordedRun) -> dict[Quantity, Numbers]:
+def quantities_of(run: RecordedRun) -> dict[Quantity, Array]:
     """Return the values (K,) of all quantities of a run; angles in degrees."""
     return dict(_quantities(run))
 
 
-def common_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbers, ...]]:
+def common_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Array, ...]]:
     """Return the quantities that all runs have, with the values (K,) of each run, in the order of the first run."""
     by_run = [quantities_of(run) for run in runs]
     shared = [key for key in by_run[0] if all(key in each for each in by_run)]
     return {key: tuple(each[key] for each in by_run) for key in shared}
 
 
-def moving_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Numbers, ...]]:
+def moving_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Array, ...]]:
     """Return the common quantities without those that are constant and equal in all runs."""
     return {key: each for key, each in common_quantities(runs).items() if _moves(np.concatenate(each))}
 
 
-def _moves(values: Numbers) -> bool:
+def _moves(values: Array) -> bool:
     finite = values[np.isfinite(values)]
     return bool(finite.size and np.ptp(finite) > MIN_SPAN)
 
 
-def _quantities(run: RecordedRun) -> Iterator[tuple[Quantity, Numbers]]:
+def _quantities(run: RecordedRun) -> Iterator[tuple[Quantity, Array]]:
     crane = run.crane
     for name in shown_joints(run):
         i = crane.joint_names.index(name)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
@@ -53,10 +53,10 @@ class Crane(NamedTuple):
 class AnimationFrames(NamedTuple):
     """Positions that only pictures need, at F instants, about 30 per second."""
 
-    t: Numbers  # (F,) s
-    nodes: Numbers  # (F, N, 3) m, polyline base .. tip .. payload in the world
-    target: Numbers | None  # (F, 3) m, where the payload hangs still at the reference, in the world
-    falls: Numbers | None  # (F, n, 2, 3) m, upper and lower ends of n falls in the frame of the base
+    t: Array  # (F,) s
+    nodes: Array  # (F, N, 3) m, polyline base .. tip .. payload in the world
+    target: Array | None  # (F, 3) m, where the payload hangs still at the reference, in the world
+    falls: Array | None  # (F, n, 2, 3) m, upper and lower ends of n falls in the frame of the base
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,26 +70,24 @@ class RecordedRun:
     path: Path | None  # the recording, None for a run that has none
     crane: Crane
     properties: dict[str, Any]  # scene, law, seed, period [s], duration [s], derived, scene_file, provenance, drawn
-    t: Numbers  # (K,) s
-    q: Numbers  # (K, nq) m or rad
-    v: Numbers  # (K, nq) m/s or rad/s
-    q_measured: Numbers | None  # (K, nq) measured by sensors, where q is the true one; None without sensors
-    v_measured: Numbers | None  # (K, nq) likewise
-    u: Numbers  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
-    commands: Numbers  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
-    reference: Numbers | None  # (K, nu) m or rad, targets of the actuated joints; None without
-    tip: Numbers  # (K, 3) m
-    payload: Numbers  # (K, 3) m
-    base: Numbers | None  # (K, 6) surge, sway, heave [m], roll, pitch, yaw [rad] of a base that moves
-    tensions: (
-        Numbers  # (K, L) N, of the links from the top to the payload, or of the falls; only the first of more than 12
-    )
-    reeved: Numbers | None  # (K, 1 + n) N, of lead line and n falls of a rope that is reeved over sheaves
-    swing: Numbers  # (K,) rad, angle of the line from tip to payload from the vertical
-    kinetic: Numbers  # (K,) J
-    potential: Numbers  # (K,) J, from height 0 of the world
-    lyapunov: Numbers | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
-    contact: Numbers | None  # (K,) N, normal force of a surface on a load that may touch one
+    t: Array  # (K,) s
+    q: Array  # (K, nq) m or rad
+    v: Array  # (K, nq) m/s or rad/s
+    q_measured: Array | None  # (K, nq) measured by sensors, where q is the true one; None without sensors
+    v_measured: Array | None  # (K, nq) likewise
+    u: Array  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
+    commands: Array  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
+    reference: Array | None  # (K, nu) m or rad, targets of the actuated joints; None without
+    tip: Array  # (K, 3) m
+    payload: Array  # (K, 3) m
+    base: Array | None  # (K, 6) surge, sway, heave [m], roll, pitch, yaw [rad] of a base that moves
+    tensions: Array  # (K, L) N, of the links from the top to the payload, or of the falls; the first 12 at most
+    reeved: Array | None  # (K, 1 + n) N, of lead line and n falls of a rope that is reeved over sheaves
+    swing: Array  # (K,) rad, angle of the line from tip to payload from the vertical
+    kinetic: Array  # (K,) J
+    potential: Array  # (K,) J, from height 0 of the world
+    lyapunov: Array | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
+    contact: Array | None  # (K,) N, normal force of a surface on a load that may touch one
     frames: AnimationFrames
     states: dict[str, Changes]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
     events: list[tuple[float, str]]  # (s, what happened)
@@ -136,12 +134,12 @@ class RecordedRun:
         return self.tensions[:, 0]
 
     @property
-    def falls(self) -> Numbers:
+    def falls(self) -> Array:
         """Tensions (K, n) [N] of the falls of a rope that is reeved over sheaves, from the drum on; (K, 0) without."""
         return np.empty((len(self.t), 0)) if self.reeved is None else self.reeved[:, 1:]
 
     @property
-    def lead_line(self) -> Numbers:
+    def lead_line(self) -> Array:
         """Tension (K,) [N] of the lead line of a rope that is reeved over sheaves; (0,) without."""
         return np.empty(0) if self.reeved is None else self.reeved[:, 0]
 
@@ -212,7 +210,7 @@ class RecordedRun:
         frame.attrs |= {"scene": self.name, "law": self.law, "seed": self.seed}
         return frame
 
-    def columns(self) -> dict[str, tuple[Numbers, str]]:
+    def columns(self) -> dict[str, tuple[Array, str]]:
         """Return all quantities of the steps by name: (values (K,), unit)."""
         crane, driven = self.crane, self.crane.driven
         rates = [f"{unit}/s" for unit in crane.joint_units]
@@ -237,7 +235,7 @@ class RecordedRun:
             columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}
         return columns
 
-    def _further_forces(self) -> dict[str, tuple[Numbers, str]]:
+    def _further_forces(self) -> dict[str, tuple[Array, str]]:
         """Return the columns of forces that only some cranes have."""
         columns = _numbered("tension", self.tensions) if self.tensions.shape[1] > 1 else {}
         if self.reeved is not None:
@@ -264,12 +262,12 @@ def crane_of(properties: Mapping[str, Any]) -> Crane:
     return Crane(**facts, urdf=properties["urdf"])
 
 
-def _numbered(kind: str, tensions: Numbers) -> dict[str, tuple[Numbers, str]]:
+def _numbered(kind: str, tensions: Array) -> dict[str, tuple[Array, str]]:
     """Return the columns [N] of tensions (K, n) by name and number, from 1."""
     return {f"{kind}.{k + 1}": (column, "N") for k, column in enumerate(tensions.T)}
 
 
-def _split(kind: str, names: Sequence[str], units: Sequence[str], table: Any) -> dict[str, tuple[Numbers, str]]:
+def _split(kind: str, names: Sequence[str], units: Sequence[str], table: Any) -> dict[str, tuple[Array, str]]:
     """Return the columns of a table (K, n), which may be None, by name."""
     if table is None:
         return {}

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 Changes = list[tuple[float, str]]  # (s, state from then on), in the order of time
 
@@ -78,8 +78,8 @@ EVENTS = (
 class LimitSwitches(NamedTuple):
     """Positions of the limit switches of the actuated joints."""
 
-    low: Numbers  # (nu,) m or rad, infinite without one
-    high: Numbers
+    low: Array  # (nu,) m or rad, infinite without one
+    high: Array
 
 
 class TimelineInputs(NamedTuple):

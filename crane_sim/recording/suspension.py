@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from crane_sim.scenes.scene import Scene
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 MAX_PLOTTED_LINKS = 4
 
@@ -77,7 +77,7 @@ def effort_scales(scene: Scene, hang: SuspendedCable) -> tuple[float, ...]:
     return tuple(scales[name] for name in scene.actuated)
 
 
-def hanging_still(actuated: Sequence[str], reference: Numbers, nodes: Numbers) -> Numbers:
+def hanging_still(actuated: Sequence[str], reference: Array, nodes: Array) -> Array:
     """Return the nodes (K, N+1, 3) at rest where the references (K, nu) are, each link as long as in `nodes`."""
     target = dict(zip(actuated, reference.T, strict=True))
     lengths = np.linalg.norm(np.diff(nodes, axis=1), axis=2)

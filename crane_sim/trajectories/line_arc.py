@@ -27,14 +27,14 @@ SHORT = pi / 32.0  # rad, of a sine's argument in one piece: the series ends at 
 class Line(NamedTuple):
     """A straight line."""
 
-    begin: Coordinates  # coordinate's unit, of each
-    end: Coordinates  # coordinate's unit, of each
+    begin: Coordinates  # coordinate's unit, position where the path begins
+    end: Coordinates  # coordinate's unit, position where the path ends
     duration: Duration  # s, of the motion
     start: Real = 0.0  # s, time at which the motion begins
     profile: Profile = "sine"  # of the path parameter over time: a sine's acceleration, or the quintic of minimum jerk
 
     def find_error(self) -> str:
-        """Return what is wrong as a whole, in one line; empty when nothing is."""
+        """Return one line on values that do not fit together, empty when all do."""
         return describe_size_mismatch({"from": self.begin, "to": self.end})
 
     def to_polynomials(self) -> PiecewisePolynomial:
@@ -59,7 +59,7 @@ class Arc(NamedTuple):
     profile: Profile = "sine"  # as for a line
 
     def find_error(self) -> str:
-        """Return what is wrong as a whole, in one line; empty when nothing is."""
+        """Return one line on values that do not fit together, empty when all do."""
         turn = abs(self.end - self.begin)
         return f"turns by {turn:g} rad, at most {MAX_TURNED:g} are possible" if turn > MAX_TURNED else ""
 

@@ -40,7 +40,7 @@ class MinimumJerk(NamedTuple):
     start: Real = 0.0  # s, of the first point where no times are given
 
     def find_error(self) -> str:
-        """Return what is wrong as a whole, in one line; empty when nothing is."""
+        """Return one line on values that do not fit together, empty when all do."""
         limits = {name: getattr(self, name) for name in LIMITED if getattr(self, name) is not None}
         if self.times is None and not limits:
             return "needs times, or limits: velocity, acceleration, jerk"

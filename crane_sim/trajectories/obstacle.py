@@ -39,7 +39,7 @@ class ObstacleDetour(NamedTuple):
     side: Side = "shorter"  # on which side the path passes the obstacle
 
     def find_error(self) -> str:
-        """Return what is wrong as a whole, in one line; empty when nothing is."""
+        """Return one line on values that do not fit together, empty when all do."""
         limits = {name: getattr(self, name) for name in LIMITED if getattr(self, name) is not None}
         if bool(limits) == (self.duration is not None):
             return "needs one of both: duration, or limits velocity, acceleration, jerk"

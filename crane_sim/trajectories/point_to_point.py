@@ -23,15 +23,15 @@ Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
 class PointToPoint(NamedTuple):
     """A straight line within limits of velocity, acceleration and, if given, jerk."""
 
-    begin: Coordinates  # coordinate's unit, of each
-    end: Coordinates  # coordinate's unit, of each
+    begin: Coordinates  # coordinate's unit, position where the path begins
+    end: Coordinates  # coordinate's unit, position where the path ends
     velocity: Limits  # coordinate's unit/s, limit of all, or of each
     acceleration: Limits  # coordinate's unit/s², likewise
     jerk: Limits | None = None  # coordinate's unit/s³, likewise; left out: none
     start: Real = 0.0  # s, time at which the motion begins
 
     def find_error(self) -> str:
-        """Return what is wrong as a whole, in one line; empty when nothing is."""
+        """Return one line on values that do not fit together, empty when all do."""
         limits = {name: getattr(self, name) for name in ("velocity", "acceleration", "jerk")}
         return describe_size_mismatch({"from": self.begin, "to": self.end} | limits)
 

@@ -74,7 +74,7 @@ class SplineMotion(NamedTuple):
     values: Annotated[tuple[Real, ...], Field(min_length=2)]  # m, as many as times
 
     def find_error(self) -> str:
-        """Return what is wrong with the table as a whole, in one line; empty when nothing is."""
+        """Return one line on what is wrong with the table, empty when nothing is."""
         return find_table_error(self.times, self.values, MIN_INTERVAL)
 
     def motion(self) -> Motion:

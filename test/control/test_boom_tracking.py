@@ -155,7 +155,7 @@ def test_a_trajectory_outside_the_workspace_is_clamped() -> None:
     run = simulate(scene, with_trajectory(scene.law, compile_trajectory(trajectory)))
     max_length_sq = BOOM**2 + JIB**2 + 2.0 * BOOM * JIB * np.sqrt(1.0 - 0.3**2)
     edge, radius = np.sqrt(max_length_sq - HEIGHT**2), np.hypot(run.tip[:, 0], run.tip[:, 1])
-    # a servo of 0.7 of critical damping that is stopped at 0.3 m/s overshoots by 0.3 / 26 e^-0.8 m at most
+    # a servo with damping ratio 0.7 that is stopped at 0.3 m/s overshoots by 0.3 / 26 e^-0.8 m at most
     assert np.max(radius) < edge + 0.006
     at_edge = radius[(run.t > 5.0) & (run.t < 11.0)]
     assert np.max(np.abs(at_edge - edge)) < 1e-3

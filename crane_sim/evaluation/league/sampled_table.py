@@ -15,22 +15,22 @@ HEAD = """# The league over samples
 
 Written by {commands}, with [league_samples.json](league_samples.json).
 
-The trials of [the league](league.md), each with samples in place of a single run: every sample has another mass (by
-10 % at most, and so has a body's inertia), rope or sling (2 %), size of the disturbance (20 %) and sea, noise or
-turbulence, evenly spread over their ranges (Latin hypercube), and the laws know of none of them. All laws see the same
-samples.
+The trials of [the league](league.md), each with many samples in place of a single run. The samples differ in the mass
+(by 10 % at most, and a body's inertia likewise), the rope or sling (2 %), the size of the disturbance (20 %), and the
+random sea, camera noise or turbulence. They are evenly spread over these ranges (Latin hypercube). The laws are
+designed for the nominal values, and all have the same samples. [The league](league.md) explains the names of laws.
 
-- **Controlled**: the share of samples in which the run reached its end, the rope never swung to the horizontal, and the
-  payload stayed within 2 % of the way in the end; with Wilson's 95 % interval.
-- **Metrics** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). A run that
-  failed, whose scene is not possible, or that did not settle, counts as worse than any that has the metric; `-`: half
-  of the samples or more do not. They are defined as in [the league](league.md).
-- **From the best**: the error (MAE) less that of the law with the least median, mean of the pairs in which both have
-  one, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law; and the number of these
-  pairs where it is not that of the samples: of less than six the interval is too narrow.
-- **Better than**: the laws whose errors (MAE) on the same samples are larger by their ranks, significantly: Wilcoxon's
-  signed-rank test at 5 % for all pairs of laws in the trial together (Holm). Ranks can differ from medians and means
-  where two laws are nearly equal.
+- **Controlled**: success rate, the share of samples in which the run reached its end, the rope never swung to the
+  horizontal, and the final error stayed within 2 % of the travel; with Wilson's 95 % interval.
+- **Metrics** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). Runs that
+  fail, are infeasible or do not settle rank below all others; `-`: at least half of the samples have no value. The
+  metrics are defined in [the league](league.md).
+- **From the best**: the error (MAE) minus that of the law with the smallest median, as the mean over the samples in
+  which both have a value, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law. The
+  number of these pairs is given where some samples are missing; with less than six the interval is too narrow.
+- **Better than**: the laws whose errors (MAE) on the same samples are significantly larger by Wilcoxon's signed-rank
+  test at 5 %, adjusted for all pairs of laws in the trial (Holm). Its ranks can disagree with medians and means where
+  two laws are nearly equal.
 """
 
 
@@ -102,9 +102,9 @@ def describe_samples(samples: int, laws: int) -> str:
     text = f"{samples} samples of each trial."
     pairs = laws * (laws - 1) // 2
     if pairs and pairs * 2.0 ** (1 - samples) >= SIGNIFICANCE:
-        text += f" They are too few to show a difference between its {laws} laws, whatever it is."
+        text += f" With so few no difference among {laws} laws can be significant."
     if 2.0 ** (1 - samples) > 1.0 - CONFIDENCE:
-        text += " No interval of so few holds a median with 95 %: those below are too narrow."
+        text += " The 95 % intervals of medians are too narrow with so few."
     return text
 
 

@@ -21,9 +21,9 @@ Numbers in the picture are as in the tables; colours compare the laws of one cra
 them, the darkest thirty times as much or more. Grey: does not apply. Red: not controlled, the reason is below.
 """
 HOW = """
-Laws believe in the catalogue's scene on a base at rest, without wind; what a trial adds to it is not known to them.
-Each takes the gains that the catalogue gives it, or its own where the catalogue gives none; none was tuned for this
-table. Those named **tuned** take the gains of a search by `crane tune`, over the distances, masses and ropes that its
+Laws are designed for the catalogue's scene on a base at rest, without wind, and not for what a trial adds to it.
+Each has the gains that the catalogue gives it, or its defaults where the catalogue gives none; none was tuned for this
+table. Those named **tuned** have the gains of a search by `crane tune`, over the distances, masses and ropes that its
 study in `config/tuning` names, none of them a trial of this table: the best compromise of settling or tracking error,
 residual swing and peak effort ([below](#tuned-gains)). Seas and the camera's noise are medians over ten
 seeds that nothing in the catalogue uses.
@@ -39,8 +39,13 @@ seeds that nothing in the catalogue uses.
   demand was limited.
 - **30 Hz vision** is the catalogue's `offshore_vision`: its base sways at the payload's own frequency as well, a
   little more than in the column of the resonant base.
-- **Open loop**: the suspension point follows the path, with its acceleration, without feedback of the payload. The
-  mass of a payload below an ideally driven point changes nothing.
+- **Angular** damps the swing angles, and tracks the path with the suspension point. **Cartesian** tracks it with the
+  payload, **adaptive** learns the disturbance of the payload as well, and **harmonic** estimates one of unknown
+  frequency. **Energy** shapes the crane's energy, **lqr** is a linear-quadratic regulator, and **energy, weighing**
+  is the energy law with estimation of the payload's mass from the tension of the rope.
+- **Open loop** is the law angular without damping: its gains kp and kd act on the suspension point, which follows the
+  path with its acceleration, without feedback of the payload. **ZV** and **ZVD** are paths shaped against the swing.
+  The mass of a payload below an ideally driven point changes nothing.
 - The knuckle boom appears three times: as a small crane that carries the suspension point of the tracking laws, as
   the knuckle paper's that is brought to a target, and as a ship's. Its paper's laws know no path, and these no
   target.

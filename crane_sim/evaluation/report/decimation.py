@@ -10,13 +10,13 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
 
 MAX_LEVEL = 2**31 - 1  # of a quantised number; the least is its negative
 MIN_SPAN = 1e-12  # m or rad: a smaller span is rounding
 
 
-def rows_with_peaks(values: Numbers, count: int) -> NDArray[np.int64]:
+def rows_with_peaks(values: Array, count: int) -> NDArray[np.int64]:
     """Return the rows (M,), M <= `count` + 2, that keep a curve's shape: its ends, and the peaks of equal stretches.
 
     Args:
@@ -35,12 +35,12 @@ def rows_with_peaks(values: Numbers, count: int) -> NDArray[np.int64]:
     return np.unique(rows)
 
 
-def encode_floats(values: Numbers) -> str:
+def encode_floats(values: Array) -> str:
     """Return numbers (M,) as base64 of little-endian float32: enough for a curve on a screen."""
     return b64encode(values.astype("<f4").tobytes()).decode()
 
 
-def encode_columns(columns: Numbers) -> dict[str, Any]:
+def encode_columns(columns: Array) -> dict[str, Any]:
     """Return a matrix (F, C) as base64 of little-endian int32, column after column.
 
     A number is `offset + scale * integer`: it is off by less than its column's range / 2^32. Constant columns have

@@ -18,7 +18,7 @@ from crane_sim.recording.states import get_color, make_spans
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.run import RecordedRun
 
 MAX_FRAME_VALUES = 140_000  # of all frames of a page: 0.75 MB
@@ -95,7 +95,7 @@ def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str
     ]
 
 
-def curve_points(t: Numbers, values: Numbers, count: int) -> dict[str, str]:
+def curve_points(t: Array, values: Array, count: int) -> dict[str, str]:
     """Return a curve over the times t (K,), thinned out to about `count` points."""
     rows = rows_with_peaks(values, count)
     return {"t": encode_floats(t[rows]), "values": encode_floats(values[rows])}
@@ -122,12 +122,12 @@ def frames_of(run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_V
     return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
 
 
-def rope_loads(run: RecordedRun) -> Numbers:
+def rope_loads(run: RecordedRun) -> Array:
     """Return the ratios (K, L) of tensions to the usual ones, at most `MAX_LOAD_RATIO`, for the colours of ropes."""
     return np.minimum(run.tensions / usual_tensions(run.tensions[:USUAL_ROWS]), MAX_LOAD_RATIO)
 
 
-def _select_frames(t: Numbers, columns: Numbers, max_values: int) -> NDArray[np.bool_]:
+def _select_frames(t: Array, columns: Array, max_values: int) -> NDArray[np.bool_]:
     """Return a mask (F,) of the frames that are kept: of a long run every n-th, but all at its end."""
     varying = max(1, int(np.count_nonzero(np.ptp(columns, axis=0) > 0.0)))
     stride = max(1, -(-len(t) * varying // max_values))
@@ -137,7 +137,7 @@ def _select_frames(t: Numbers, columns: Numbers, max_values: int) -> NDArray[np.
     return (np.arange(len(t)) % stride == 0) | dense
 
 
-def _flat(values: Numbers) -> Numbers:
+def _flat(values: Array) -> Array:
     return values.reshape(len(values), -1)
 
 

@@ -11,7 +11,7 @@ from crane_sim.recording.layout import label
 from crane_sim.recording.quantities import shown_joints
 
 if TYPE_CHECKING:
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.run import RecordedRun
 
 PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8a6d3b", "#c2418c")
@@ -30,7 +30,7 @@ class Curve(NamedTuple):
 
     name: str
     color: str
-    values: Numbers  # (K,)
+    values: Array  # (K,)
     dashed: bool = False  # a target, a command, or a curve whose colour another one has already
     dotted: bool = False  # what a sensor measures, in a lighter tone
 
@@ -85,7 +85,7 @@ def _speeds(run: RecordedRun) -> list[Panel]:
     return [panel for unit, each in curves.items() for panel in _group_by_axis("Joint speeds", unit, each)]
 
 
-def _measured(name: str, color: str, factor: float, true: Numbers, measured: Numbers | None, i: int) -> list[Curve]:
+def _measured(name: str, color: str, factor: float, true: Array, measured: Array | None, i: int) -> list[Curve]:
     """Return the curve of what a sensor measures of coordinate i, or of its velocity, where it differs from `true`."""
     if measured is None or np.array_equal(true[:, i], measured[:, i]):
         return []
@@ -227,6 +227,6 @@ def _degrees(unit: str) -> tuple[str, float]:
     return ("°", 180.0 / np.pi) if unit == "rad" else (unit, 1.0)
 
 
-def _differs(command: Numbers, effort: Numbers) -> bool:
+def _differs(command: Array, effort: Array) -> bool:
     known = np.isfinite(command)
     return bool(np.any(np.abs(command - effort)[known] > 1e-6 * np.abs(effort).max(initial=1e-12)))

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from crane_sim.recording.comparison import Comparison
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.run import RecordedRun
 
-    Curves = dict[Quantity, tuple[Numbers, ...]]
+    Curves = dict[Quantity, tuple[Array, ...]]
 
 FIRST_TAB_PLOTS = 8
 TITLE = "comparison"
@@ -89,7 +89,7 @@ def _blueprint(framing: Framing, quantities: Curves, runs: int) -> rrb.Blueprint
     return arrange(crane_view(framing, trails), *tabs)
 
 
-def _plot(quantity: Quantity, values: tuple[Numbers, ...], legend: bool) -> rrb.TimeSeriesView:
+def _plot(quantity: Quantity, values: tuple[Array, ...], legend: bool) -> rrb.TimeSeriesView:
     """Return the plot of a quantity; one legend on a tab suffices, since a run has the same colour in all plots."""
     finite = np.concatenate([each[np.isfinite(each)] for each in values])
     return rrb.TimeSeriesView(

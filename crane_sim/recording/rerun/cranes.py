@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
     from crane_sim.models.falls.crane import Falls
     from crane_sim.recording.camera import Framing
-    from crane_sim.recording.layout import Layout, Numbers
+    from crane_sim.recording.layout import Array, Layout
     from crane_sim.recording.suspension import Suspension
 
 
@@ -68,7 +68,7 @@ class CraneVisual(Protocol):
     def set_size(self, size: float) -> None:
         """Log what depends on the crane's size [m] and does not move."""
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Colors) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
         """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
 
         The colours (F, L, 3) are those of links or falls; one alone is that of all.
@@ -82,7 +82,7 @@ class CraneVisual(Protocol):
         ...
 
 
-def turn_from_z(direction: Numbers) -> NDArray[np.float64]:
+def turn_from_z(direction: Array) -> NDArray[np.float64]:
     """Return unit quaternions (xyzw) that turn the z axis into the directions (n, 3); zero vectors give no turn."""
     x, y, z = direction.T
     length = np.linalg.norm(direction, axis=1)
@@ -172,7 +172,7 @@ class RobotVisual:
         rods = rr.Cylinders3D.from_fields(radii=CABLE_RADIUS_RATIO * size, fill_mode="solid")
         self._rec.log("rope", rods, static=True)
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Colors) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
         """Add frames; the framing stays."""
         values = dict(zip(self._layout.joints, q.T, strict=True))
         for name, columns in joint_transforms(self._joints.values(), values):
@@ -187,7 +187,7 @@ class RobotVisual:
     def fit_to_motion(self) -> Framing | None:
         """Return None: a boom's reach is known from the start."""
 
-    def _draw_lines(self, time: list[rr.TimeColumn], tops: Numbers, bottoms: Numbers, colors: Colors) -> None:
+    def _draw_lines(self, time: list[rr.TimeColumn], tops: Array, bottoms: Array, colors: Colors) -> None:
         """Add rods between points (F, n, 3), in colours (F, n, 3), or (F, 1, 3) that are those of all."""
         frames, count = tops.shape[:2]
         start, end = tops.reshape(-1, 3), bottoms.reshape(-1, 3)
@@ -204,7 +204,7 @@ class RobotVisual:
 
 
 def joint_transforms(
-    joints: Iterable[rr.urdf.UrdfJoint], values: Mapping[str, Numbers]
+    joints: Iterable[rr.urdf.UrdfJoint], values: Mapping[str, Array]
 ) -> Iterator[tuple[str, rr.ComponentColumnList]]:
     """Yield the names and the transforms of all joints that move, from joint coordinates (F,) by name."""
     for joint in joints:
@@ -216,7 +216,7 @@ def joint_transforms(
             yield joint.name, joint.compute_transform_columns(value.tolist(), clamp=False)
 
 
-def _turns(joint: rr.urdf.UrdfJoint, attitude: Numbers) -> rr.ComponentColumnList:
+def _turns(joint: rr.urdf.UrdfJoint, attitude: Array) -> rr.ComponentColumnList:
     """Return the turns of a payload by quaternions (F, 4), w first, from its axes to those of the base."""
     frames = len(attitude)
     return rr.Transform3D.columns(
@@ -226,7 +226,7 @@ def _turns(joint: rr.urdf.UrdfJoint, attitude: Numbers) -> rr.ComponentColumnLis
     )
 
 
-def fall_ends(falls: Falls, values: Mapping[str, Numbers], tip: Numbers) -> tuple[Numbers, Numbers]:
+def fall_ends(falls: Falls, values: Mapping[str, Array], tip: Array) -> tuple[Array, Array]:
     """Return both ends (F, n, 3) of falls, relative to the base.
 
     Args:
@@ -244,7 +244,7 @@ def fall_ends(falls: Falls, values: Mapping[str, Numbers], tip: Numbers) -> tupl
     )
 
 
-def _as_vector(values: Numbers) -> tuple[float, float, float]:
+def _as_vector(values: Array) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
     return x, y, z
 
@@ -257,7 +257,7 @@ def load_robot(robot: str, entity: str | None = None, frames: str | None = None)
         return rr.urdf.UrdfTree.from_file_path(path, entity, frame_prefix=frames)
 
 
-def _cable_columns(nodes: Numbers, colors: Colors) -> rr.ComponentColumnList:
+def _cable_columns(nodes: Array, colors: Colors) -> rr.ComponentColumnList:
     """Return one strip a link with colours (F, N, 3) for nodes (F, N+1, 3), or a single strip with one (F, 1, 3)."""
     frames, links = len(nodes), colors.shape[1]
     if links != nodes.shape[1] - 1:
@@ -302,7 +302,7 @@ class GantryVisual:
         if self._beads:
             self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE_COLOR, radii=radii), static=True)
 
-    def move(self, time: list[rr.TimeColumn], q: Numbers, nodes: Numbers, colors: Colors) -> Framing | None:
+    def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
         """Add frames; the framing is a new one where the room was too small."""
         self._extend_range(nodes)
         grown = None
@@ -327,7 +327,7 @@ class GantryVisual:
             return None
         return self._build(make_bounding_box(self._low, self._high, self._shortest, self._room.spatial))
 
-    def _extend_range(self, nodes: Numbers) -> None:
+    def _extend_range(self, nodes: Array) -> None:
         """Extend the range of the motion by the nodes (F, N+1, 3)."""
         self._low, self._high = np.minimum(self._low, nodes.min((0, 1))), np.maximum(self._high, nodes.max((0, 1)))
         self._shortest = min(self._shortest, float(np.linalg.norm(nodes[:, -1] - nodes[:, 0], axis=1).min()))
@@ -348,7 +348,7 @@ class GantryVisual:
         pairs = list(zip(hang.masses, hang.lengths, strict=True))
         return [overhead_visuals.node_radius(mass, length, room) for mass, length in pairs[:-1]]
 
-    def _place(self, time: list[rr.TimeColumn], frame: str, at: Numbers, turn: Numbers | None = None) -> None:
+    def _place(self, time: list[rr.TimeColumn], frame: str, at: Array, turn: Array | None = None) -> None:
         frames = len(at)
         columns = rr.Transform3D.columns(
             translation=at, quaternion=turn, parent_frame=[self._stand] * frames, child_frame=[frame] * frames

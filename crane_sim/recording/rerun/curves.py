@@ -22,7 +22,7 @@ from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, er
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.suspension import Suspension
 
 
@@ -51,7 +51,7 @@ class Channel(NamedTuple):
     entity: str
     names: tuple[str, ...]
     colors: tuple[Color, ...]
-    values: Callable[[Block], Numbers | None]
+    values: Callable[[Block], Array | None]
     width: float = 1.6
     stride: int = 1  # steps from one row to the next
 
@@ -112,26 +112,26 @@ def _spatial() -> list[Channel]:
     ]
 
 
-def _link_vectors(nodes: Numbers) -> Numbers:
+def _link_vectors(nodes: Array) -> Array:
     """Return the vectors (K, N, 3) from node to node."""
     return np.diff(nodes, axis=1)
 
 
-def _whole(nodes: Numbers) -> Numbers:
+def _whole(nodes: Array) -> Array:
     """Return the vector (K, 3) from the trolley to the payload."""
     return nodes[:, -1] - nodes[:, 0]
 
 
-def _angle_from_vertical(line: Numbers, axis: int) -> Numbers:
+def _angle_from_vertical(line: Array, axis: int) -> Array:
     """Return the angles [°] from the downward vertical of vectors (..., 3), seen across a horizontal axis."""
     return np.degrees(np.arctan2(line[..., axis], -line[..., 2]))
 
 
-def _leans(line: Numbers) -> Numbers:
+def _leans(line: Array) -> Array:
     return np.column_stack([_angle_from_vertical(line, 0), _angle_from_vertical(line, 1)])
 
 
-def _length(nodes: Numbers) -> Numbers:
+def _length(nodes: Array) -> Array:
     return np.linalg.norm(_link_vectors(nodes), axis=2).sum(axis=1)
 
 
@@ -237,11 +237,11 @@ def _swings(layout: Layout) -> list[Channel]:
     return [joints, measured, total]
 
 
-def _split(layout: Layout, plots: list[UnitPlot], values: Callable[[Block], Numbers | None]) -> list[Channel]:
+def _split(layout: Layout, plots: list[UnitPlot], values: Callable[[Block], Array | None]) -> list[Channel]:
     """Return the curves of a quantity (K, components) in plots of one unit each."""
 
     def channel(plot: UnitPlot) -> Channel:
-        def shown(block: Block) -> Numbers | None:
+        def shown(block: Block) -> Array | None:
             rows = values(block)
             return None if rows is None else plot.convert(rows[:, plot.columns])
 
@@ -261,9 +261,7 @@ def _energy_changes() -> Channel:
     )
 
 
-def _with_targets(
-    layout: Layout, entity: str, which: list[int], convert: Callable[[Numbers], Numbers]
-) -> list[Channel]:
+def _with_targets(layout: Layout, entity: str, which: list[int], convert: Callable[[Array], Array]) -> list[Channel]:
     """Return the curves of coordinates and, for those that are actuated, of their targets."""
     curves = _of(layout, entity, which, lambda b: convert(b.q[:, which]))
     driven = [i for i in which if i in layout.driven]
@@ -281,7 +279,7 @@ def _with_targets(
 
 
 def _measured(
-    layout: Layout, entity: str, which: Sequence[int], convert: Callable[[Numbers], Numbers], rate: bool = False
+    layout: Layout, entity: str, which: Sequence[int], convert: Callable[[Array], Array], rate: bool = False
 ) -> Channel:
     """Return measured coordinates, or their rates: thin, in a lighter tone of the same colours."""
     first = len(layout.joints) if rate else 0
@@ -302,7 +300,7 @@ def _measured_rates(layout: Layout, plot: UnitPlot) -> Channel:
     return _measured(layout, plot.entity, plot.coordinates, plot.convert, rate=True)
 
 
-def _of(layout: Layout, entity: str, which: Sequence[int], values: Callable[[Block], Numbers]) -> Channel:
+def _of(layout: Layout, entity: str, which: Sequence[int], values: Callable[[Block], Array]) -> Channel:
     return Channel(entity, tuple(label(layout.joints[i]) for i in which), _colors(layout, which), values)
 
 
@@ -311,15 +309,15 @@ def _colors(layout: Layout, which: Sequence[int]) -> tuple[tuple[int, int, int],
     return colors_of([layout.moving.index(i) for i in which])
 
 
-def _energy_parts(block: Block) -> Numbers:
+def _energy_parts(block: Block) -> Array:
     return np.column_stack([block.kinetic, block.potential])
 
 
-def _target(block: Block) -> Numbers | None:
+def _target(block: Block) -> Array | None:
     return None if block.target is None else block.target[:, -1]
 
 
-def _fall_ends(layout: Layout, block: Block) -> Numbers:
+def _fall_ends(layout: Layout, block: Block) -> Array:
     """Return (K, 6 n): upper and lower ends of n falls."""
     assert layout.ropes.falls is not None
     tip = to_base(block.nodes, block.base)[:, layout.ropes.tip]
@@ -327,18 +325,18 @@ def _fall_ends(layout: Layout, block: Block) -> Numbers:
     return _flat(np.concatenate(ends, axis=2))
 
 
-def _flat(nodes: Numbers) -> Numbers:
+def _flat(nodes: Array) -> Array:
     return nodes.reshape(len(nodes), -1)
 
 
-def _entry_column(values: Numbers | None, index: int) -> Numbers | None:
+def _entry_column(values: Array | None, index: int) -> Array | None:
     return None if values is None else values[:, index]
 
 
-def _half(measured: Numbers | None, part: int) -> Numbers | None:
+def _half(measured: Array | None, part: int) -> Array | None:
     """Return the positions (0) or the rates (1) of measured states (K, 2 nq)."""
     return None if measured is None else np.hsplit(measured, 2)[part]
 
 
-def _minus(left: Numbers | None, right: Numbers) -> Numbers | None:
+def _minus(left: Array | None, right: Array) -> Array | None:
     return None if left is None else left - right

@@ -17,7 +17,7 @@ from crane_sim.recording.rerun.cranes import CABLE_RADIUS_RATIO, joint_transform
 from crane_sim.recording.rerun.timelines import time_columns
 
 if TYPE_CHECKING:
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.rerun.curves import Color
     from crane_sim.recording.run import RecordedRun
 
@@ -54,7 +54,7 @@ def _colored(urdf: str, color: Color) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeColumn], base: Numbers | None) -> None:
+def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeColumn], base: Array | None) -> None:
     """Place the root of a crane in the world: at rest, or with its base (F, 6), positions [m] and angles [rad]."""
     if base is None:
         rec.log(entity, rr.Transform3D(parent_frame=WORLD, child_frame=root), static=True)

@@ -16,7 +16,7 @@ from crane_sim.recording.rope_colors import rope_colors, usual_tensions
 
 if TYPE_CHECKING:
     from crane_sim.recording.camera import Framing
-    from crane_sim.recording.layout import Block, Layout, Numbers
+    from crane_sim.recording.layout import Array, Block, Layout
 
 TRAIL_COLOR, TARGET_COLOR, EFFORT_COLOR = (255, 132, 74), (64, 214, 132), (88, 176, 255)
 GROUND_COLOR, GRID_COLOR = (70, 77, 86), (108, 117, 128)
@@ -29,8 +29,8 @@ class Scene3D:
         """Log the crane's solids and everything else that does not move."""
         self._rec, self._layout, self._framing = rec, layout, layout.framing
         self._stride = layout.frame_stride
-        self._last: Numbers | None = None
-        self._usual: Numbers | None = None
+        self._last: Array | None = None
+        self._usual: Array | None = None
         self._aimed = False
         self._cast = (
             GantryVisual(rec, layout.suspension, layout.stand.frame) if layout.suspension else RobotVisual(rec, layout)
@@ -61,7 +61,7 @@ class Scene3D:
         if block.target is not None:
             self._draw_target(time, block.target[rows])
 
-    def _move_stand(self, time: list[rr.TimeColumn], base: Numbers) -> None:
+    def _move_stand(self, time: list[rr.TimeColumn], base: Array) -> None:
         """Move the frame that the crane stands in."""
         frames = len(base)
         columns = rr.Transform3D.columns(
@@ -101,7 +101,7 @@ class Scene3D:
         ball = rr.Ellipsoids3D.from_fields(half_sizes=halves, colors=(*TARGET_COLOR, 150), fill_mode="solid")
         self._rec.log("reference/target", ball, static=True)
 
-    def _draw_efforts(self, time: list[rr.TimeColumn], effort: Numbers) -> None:
+    def _draw_efforts(self, time: list[rr.TimeColumn], effort: Array) -> None:
         size = self._framing.size
         for name, values, scale in zip(self._layout.actuated, effort.T, self._layout.effort_scales, strict=True):
             _, origin, direction = self._cast.effort_arrow(name)
@@ -109,13 +109,13 @@ class Scene3D:
             origins = np.tile(size * np.array(origin), (len(vectors), 1))
             self._rec.send_columns(f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins))
 
-    def _draw_trail(self, time: list[rr.TimeColumn], payload: Numbers) -> None:
+    def _draw_trail(self, time: list[rr.TimeColumn], payload: Array) -> None:
         previous = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
         self._last = payload[-1:]
         strips = np.stack([previous, payload], axis=1).astype(np.float32)
         self._rec.send_columns("payload/trail", time, rr.LineStrips3D.columns(strips=strips))
 
-    def _draw_target(self, time: list[rr.TimeColumn], target: Numbers) -> None:
+    def _draw_target(self, time: list[rr.TimeColumn], target: Array) -> None:
         if not self._aimed:
             self._aimed = True
             self._log_ball()

@@ -11,7 +11,7 @@ from crane_sim.recording.layout import label
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from crane_sim.recording.layout import Layout, Numbers
+    from crane_sim.recording.layout import Array, Layout
 
 EFFORTS = {
     "N m": "Joint torques",
@@ -38,7 +38,7 @@ class UnitPlot(NamedTuple):
     names: tuple[str, ...]  # of the joints
     coordinates: tuple[int, ...]  # of the joints, in the order of q: they have the joint's colour
     columns: list[int]  # among the components of the quantity
-    convert: Callable[[Numbers], Numbers]  # from SI to the unit that is shown
+    convert: Callable[[Array], Array]  # from SI to the unit that is shown
 
 
 class Quantity(NamedTuple):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from crane_sim.recording.camera import Framing
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.trajectories.waves import SineSum
 
 HULL_COLOR, DECK_COLOR, SEAM_COLOR, WATER_COLOR = (52, 60, 70), (84, 92, 100), (112, 120, 128), (30, 66, 96)
@@ -61,7 +61,7 @@ class Vessel:
         water = rr.Mesh3D(vertex_positions=still, triangle_indices=triangles, albedo_factor=WATER_COLOR)
         self._rec.log("water", water, static=True)
 
-    def move(self, time: list[rr.TimeColumn], t: Numbers) -> None:
+    def move(self, time: list[rr.TimeColumn], t: Array) -> None:
         """Add the water at scene times t (F,) [s]."""
         if self._waves is None:
             return
@@ -76,7 +76,7 @@ class Vessel:
         )
         self._rec.send_columns("water", time, columns.partition([2 * CREST_POINTS] * len(t)))
 
-    def _surface(self, elevation: Numbers) -> NDArray[np.float32]:
+    def _surface(self, elevation: Array) -> NDArray[np.float32]:
         """Return the points (F, 2 n, 3) of the water with elevations (F, n), two for each x."""
         points = np.empty((*elevation.shape, 2, 3))
         points[..., 0] = self._x[:, None]

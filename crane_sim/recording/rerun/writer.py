@@ -25,7 +25,7 @@ from crane_sim.recording.states import COLORS, OTHER_COLOR, make_event_timelines
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from crane_sim.recording.layout import Numbers
+    from crane_sim.recording.layout import Array
     from crane_sim.recording.rerun.live import LiveServer
     from crane_sim.recording.states import Changes
 
@@ -131,7 +131,7 @@ class RunWriter:
         self._lock.close()
         return self.path
 
-    def _widen_span(self, entity: str, values: Numbers) -> None:
+    def _widen_span(self, entity: str, values: Array) -> None:
         if values.size:
             known = self._spans.get(entity, Span(np.inf, -np.inf))
             self._spans[entity] = Span(min(known.low, values.min()), max(known.high, values.max()))

@@ -1,4 +1,4 @@
-"""An action server whose goals end when their owner says so.
+"""An action server whose goals are ended by the node that follows them.
 
 rclpy's own runs a callback to the end of a goal; one that waits would keep its executor busy.
 """
@@ -21,7 +21,7 @@ class DeferredServer(ActionServer):
         on_goal: Callable[[Any], GoalResponse],
         on_accepted: Callable[[ServerGoalHandle], None],
     ) -> None:
-        """Offer an action; `on_goal` says whether a goal is accepted, `on_accepted` takes it over."""
+        """Offer an action; `on_goal` decides whether a goal is accepted, `on_accepted` receives those that are."""
         super().__init__(
             node,
             action,
