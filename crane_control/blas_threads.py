@@ -1,4 +1,4 @@
-"""Linear algebra of small matrices in one thread: OpenBLAS wakes others for 5 x 5, and waits a hundred times longer."""
+"""Linear algebra of small matrices in one thread: OpenBLAS starts more even for 5 x 5, and waits 100 times longer."""
 
 import ctypes
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ def _library() -> Any:
 
 @contextmanager
 def in_one_thread() -> Iterator[None]:
-    """Let SciPy compute in one thread within the block; no bit of small matrices depends on it."""
+    """Let SciPy compute in one thread within the block; results for small matrices are bitwise identical."""
     library = _library()
     if library is None:
         yield

@@ -52,7 +52,7 @@ class CartesianLaw(NamedTuple):
 @system.command.register(CartesianLaw)
 def _(law, t, q, v):
     cable = compute_cable_state(law.servo, law.tracker.pendulum.length, q, v)
-    setpoint = tip_setpoint(law.tracker, t, cable.tip, cable.y, cable.dy)
+    setpoint = tip_setpoint(law.tracker, t, cable.tip, cable.payload, cable.dpayload)
     return compute_suspension_efforts(law.servo, t, setpoint, cable)
 
 

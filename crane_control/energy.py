@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from crane_control import knuckle_energy, knuckle_load_estimation, overhead_energy
-from crane_control.tracking.one_rope import check_one_rope
+from crane_control.tracking.one_rope import check_has_one_rope
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import Law
 from crane_sim.scenes.scene import Scene
@@ -32,5 +32,5 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
         raise SceneError(
             "reference.path: control.law = 'energy' follows no path, it goes to reference.q; leave the path out"
         )
-    check_one_rope("energy", nominal)
+    check_has_one_rope("energy", nominal)
     return BUILDERS[nominal.crane](settings, nominal)

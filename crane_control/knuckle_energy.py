@@ -1,6 +1,6 @@
 """Energy-based law for the knuckle crane (Ambrosino et al., eq. 15-18, with the signs corrected).
 
-Proportional-derivative action on the actuated joints, plus the efforts that carry the crane and its hanging payload.
+Proportional-derivative action on the actuated joints, plus gravity compensation of the crane and its hanging payload.
 It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e² + energy of the springs, where e is the
 error of an actuated joint. V's derivative is -Σ kd q'² less what friction and drag dissipate.
 
@@ -27,13 +27,13 @@ from crane_sim.scenes.scene import Scene
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=3, max_length=4)]
 
 
-class Winch(NamedTuple):
-    """Control of a force-driven rope."""
+class RopeControl(NamedTuple):
+    """Gains, target and gravity compensation of the law for a force-driven rope."""
 
     kp: float  # N/m
     kd: float  # N s/m
     target: float  # m
-    weight: float  # N, of the payload
+    weight: float  # N, of the payload, which the winch compensates
 
 
 class ControlParameters(NamedTuple):
@@ -42,9 +42,9 @@ class ControlParameters(NamedTuple):
     kp: tuple[float, float, float]  # N m/rad
     kd: tuple[float, float, float]  # N m s/rad
     target: tuple[float, float, float]  # rad
-    moments: tuple[float, float]  # N m, of the weight on boom and jib when they are horizontal
-    winch: Winch | None
-    error_saturation: float | None  # rad, r; None: linear
+    gravity_moments: tuple[float, float]  # N m, of all weights on boom and jib when they are horizontal
+    rope: RopeControl | None  # None: no force drives the rope
+    error_saturation: float | None  # rad, r of the slew's position error; None: it does not saturate
 
 
 class EnergyLaw(NamedTuple):
@@ -64,7 +64,7 @@ class EnergyLaw(NamedTuple):
 
 @generic
 def saturated_spring(error_saturation, error):
-    """Return (force, energy), each divided by the stiffness, of a spring whose force saturates; None: a linear one."""
+    """Return (force, energy) of a spring, each divided by its stiffness; linear where error_saturation is None."""
     return error, 0.5 * error**2
 
 
@@ -80,7 +80,7 @@ def append_winch_effort(winch, tau, q, v):
     return tau
 
 
-@append_winch_effort.register(Winch)
+@append_winch_effort.register(RopeControl)
 def _(winch, tau, q, v):
     return (*tau, winch.kp * (winch.target - q[3]) - winch.kd * v[3] - winch.weight)
 
@@ -91,7 +91,7 @@ def winch_lyapunov_terms(winch, q, v):
     return 0.0, 0.0
 
 
-@winch_lyapunov_terms.register(Winch)
+@winch_lyapunov_terms.register(RopeControl)
 def _(winch, q, v):
     return 0.5 * winch.kp * (winch.target - q[3]) ** 2, -winch.kd * v[3] * v[3]
 
@@ -101,9 +101,9 @@ def control_action(parameters, q, v):
     """Return the efforts (nu,) of the law."""
     kp, kd, target = parameters.kp, parameters.kd, parameters.target
     slew = kp[0] * saturated_spring(parameters.error_saturation, target[0] - q[0])[0] - kd[0] * v[0]
-    boom = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + parameters.moments[0] * cos(q[1])
-    jib = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + parameters.moments[1] * cos(q[2])
-    return append_winch_effort(parameters.winch, (slew, boom, jib), q, v)
+    boom = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + parameters.gravity_moments[0] * cos(q[1])
+    jib = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + parameters.gravity_moments[1] * cos(q[2])
+    return append_winch_effort(parameters.rope, (slew, boom, jib), q, v)
 
 
 @system.command.register(EnergyLaw)
@@ -130,13 +130,14 @@ def compute_lyapunov(law, t, q, v):
     x = system.state(p, t, q, v)
     pose = forward_kinematics(p.support, x[0])
     rope_state = rope_kinematics(pose, x[1])
-    value, value_rate = winch_lyapunov_terms(parameters.winch, q, v)
+    value, value_rate = winch_lyapunov_terms(parameters.rope, q, v)
     value = (
         value
         + system.kinetic(p, x)
         + p.load.mass * p.gravity * (rope_state.length + rope_state.n[2] * rope_state.length)
     )
-    value = add_rope_energy(p.cable, value + support_potential(p.support, pose, 0.0), rope_state.length)
+    springs = support_potential(p.support, pose, 0.0)  # no gravity: its moments are compensated
+    value = add_rope_energy(p.cable, value + springs, rope_state.length)
     value = value + parameters.kp[0] * saturated_spring(parameters.error_saturation, parameters.target[0] - q[0])[1]
     for i in range(1, 3):
         value = value + 0.5 * parameters.kp[i] * (parameters.target[i] - q[i]) ** 2
@@ -145,10 +146,10 @@ def compute_lyapunov(law, t, q, v):
     return value, value_rate + system.power(p, t, x, (0.0, 0.0, 0.0, 0.0))
 
 
-class Adaptation(NamedTuple):
+class MassEstimation(NamedTuple):
     """Estimation of the payload's mass during motion."""
 
-    rate: Positive = 2.0  # 1/s, at which the estimate of the mass follows
+    rate: Positive = 2.0  # 1/s, λ of the low-pass filters: the mass estimate settles at this rate
 
 
 class Settings(NamedTuple):
@@ -156,10 +157,10 @@ class Settings(NamedTuple):
 
     kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
     kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
-    reach: Positive | None = None  # rad, r: the slew's proportional torque tends to kp r for large errors; left out:
-    # it is linear in the error
-    adaptation: Adaptation | None = None  # the law estimates an unknown mass of the payload
-    # (`knuckle_unknown_load`); left out: the nominal `payload.mass`
+    reach: Positive | None = None  # rad, r at which the slew's position error saturates: its proportional torque tends
+    # to kp r for large errors; left out: it is linear in the error
+    adaptation: MassEstimation | None = None  # mass estimation: the law compensates the weight of the mass that it
+    # estimates for the payload (`knuckle_unknown_load`); left out: that of the nominal `payload.mass`
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
@@ -183,9 +184,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
 
 def _parameters_of(options: Settings, target: tuple[float, ...], model: Crane, nu: int) -> ControlParameters:
     boom, jib, g, m = model.support.boom, model.support.jib, model.gravity, model.load.mass
-    moments = (
+    gravity_moments = (
         g * boom.length * (m + 0.5 * boom.mass + jib.mass),
         g * jib.length * (m + 0.5 * jib.mass),
     )
-    winch = Winch(options.kp[3], options.kd[3], target[3], m * g) if nu == 4 else None
-    return ControlParameters(options.kp[:3], options.kd[:3], target[:3], moments, winch, options.reach)  # pyright: ignore[reportArgumentType]
+    winch = RopeControl(options.kp[3], options.kd[3], target[3], m * g) if nu == 4 else None
+    return ControlParameters(options.kp[:3], options.kd[:3], target[:3], gravity_moments, winch, options.reach)  # pyright: ignore[reportArgumentType]

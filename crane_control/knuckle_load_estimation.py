@@ -1,22 +1,23 @@
 """The energy law for the knuckle crane with a payload of unknown mass, which it estimates from the rope's tension.
 
-Vertical motion of the payload: m (z'' + g) = -T n_z, n the unit vector from tip to payload, z its height, T the
-tension, computed from the winch's effort. Two equal low-pass filters of rate λ, a of z'' + g and f of -T n_z, begin at
-their steady state for the nominal mass m0 at rest; the law compensates the weight of m̂ = f / a in place of that of m0:
+Vertical motion of the payload: m (z'' + g) = -T n_z, with n the unit vector from tip to payload, z its height, and T
+the tension, computed from the winch's effort. Two low-pass filters with the same rate λ, a of z'' + g and f of -T n_z,
+begin at their steady state for the nominal mass m0 at rest. The law compensates the weight of the estimated mass
+m̂ = f / a in place of that of m0:
 
     a' = λ (z'' + g - a),  f' = λ (-T n_z - f),  a(0) = g,  f(0) = m0 g,  m̂ = f / a.
 
 No acceleration is measured: over a period, the mean of z'' is the change of z' divided by the time.
 
-Symbols: β, γ elevations of boom and jib, lB, lJ their lengths, d length of the rope; kdβ, kdγ, kdd the law's gains on
-their rates; V the energy that the plain law shapes (`knuckle_energy`), here for the true mass m.
+Symbols: β, γ elevations of boom and jib, l_B, l_J their lengths, d length of the rope; kd_β, kd_γ, kd_d the law's gains
+on their rates; V the energy that the plain law shapes (`knuckle_energy`), here for the true mass m.
 
 Proof that W does not increase (force-driven rope, no friction on the payload, base at rest, all but m nominal,
-continuous), with B = lB²/kdβ + lJ²/kdγ + 1/kdd and W = V + ½ (B/λ) (f - m a)²:
+continuous), with B = l_B²/kd_β + l_J²/kd_γ + 1/kd_d and W = V + ½ (B/λ) (f - m a)²:
 1. (f - m a)' = -λ (f - m a): equal filters of equal inputs, so their difference decays for any motion of the crane.
    It is (m0 - m) g at the start and always (m̂ - m) a, hence m̂ tends to m.
-2. The law overcompensates the weight by (m̂ - m) g: V' = -Σ kd q'² + (m̂ - m) g b·q', b = (lB cos β, lJ cos γ, -1) for
-   boom, jib and rope. By Young's inequality, joint by joint, V' ≤ ¼ B g² (m̂ - m)².
+2. The law overcompensates the weight by (m̂ - m) g: V' = -Σ kd q'² + (m̂ - m) g b·q', b = (l_B cos β, l_J cos γ, -1)
+   for boom, jib and rope. By Young's inequality, joint by joint, V' ≤ ¼ B g² (m̂ - m)².
 3. W' ≤ B (m̂ - m)² (¼ g² - a²), which is not positive while a > ½ g. Where it stays zero, m̂ = m and q' = 0, and the
    crane is at rest at its target, as under the plain law.
 While a ≤ ½ g, as in free fall, the tension is too small for an estimate, which stays as it is. A rope transmits tension
@@ -31,7 +32,14 @@ import numpy as np
 
 from crane_control import knuckle_energy
 from crane_control.command import compute_efforts
-from crane_control.knuckle_energy import ControlParameters, EnergyLaw, Settings, Winch, compute_lyapunov, control_action
+from crane_control.knuckle_energy import (
+    ControlParameters,
+    EnergyLaw,
+    RopeControl,
+    Settings,
+    compute_lyapunov,
+    control_action,
+)
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import read_settings
@@ -54,7 +62,7 @@ class MassEstimatorState(NamedTuple):
     mass: Any  # (1,) kg, m̂
 
 
-class AdaptiveEnergyLaw(NamedTuple):
+class MassEstimatingEnergyLaw(NamedTuple):
     """The law, its nominal crane, and the estimator of the payload's mass."""
 
     parameters: ControlParameters  # for the nominal mass
@@ -66,23 +74,23 @@ class AdaptiveEnergyLaw(NamedTuple):
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
         return compute_efforts(self, t, q, v)
 
-    def with_initial_state(self) -> "AdaptiveEnergyLaw":
+    def with_initial_state(self) -> "MassEstimatingEnergyLaw":
         """Return the law with an estimator at its initial state."""
         return self._replace(estimator=make_estimator_state(self.nominal))
 
     def compute_lyapunov_for_mass(self, mass: float, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> float:
         """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
-        nominal, winch = self.nominal, self.parameters.winch
+        nominal, winch = self.nominal, self.parameters.rope
         boom, jib = nominal.support.boom, nominal.support.jib
         assert winch is not None  # `build` rejects a rope without a force-driven winch
         value, _ = compute_lyapunov(
             EnergyLaw(self.parameters, nominal._replace(load=nominal.load._replace(mass=mass))), t, q, v
         )
-        compensation_bound = (
+        bound = (  # B
             boom.length**2 / self.parameters.kd[1] + jib.length**2 / self.parameters.kd[2] + 1.0 / winch.kd
         )
-        weight_error = (nominal.load.mass - mass) * nominal.gravity * exp(-self.filter_rate * t)
-        return value + 0.5 * compensation_bound / self.filter_rate * weight_error**2
+        filter_error = (nominal.load.mass - mass) * nominal.gravity * exp(-self.filter_rate * t)  # f - m a
+        return value + 0.5 * bound / self.filter_rate * filter_error**2
 
 
 def make_estimator_state(nominal: Crane) -> MassEstimatorState:
@@ -93,7 +101,7 @@ def make_estimator_state(nominal: Crane) -> MassEstimatorState:
 
 @routine
 def update_estimate(law, t, q, v):
-    """Filter acceleration and tension since the last command, and return the estimated mass [kg]."""
+    """Filter acceleration and tension since the previous command, and return the estimated mass [kg]."""
     p, (filters, previous, winch_effort, mass) = law.nominal, law.estimator
     x = system.state(p, t, q, v)
     rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
@@ -110,27 +118,28 @@ def update_estimate(law, t, q, v):
 
 
 @kernel
-def retune_for_payload_mass(parameters, p, mass):
+def with_gravity_compensation_for_mass(parameters, p, mass):
     """Return the parameters with the gravity compensation for a payload of another mass [kg]."""
-    extra_weight, winch = (mass - p.load.mass) * p.gravity, parameters.winch
-    moments = (
-        parameters.moments[0] + extra_weight * p.support.boom.length,
-        parameters.moments[1] + extra_weight * p.support.jib.length,
+    extra_weight, winch = (mass - p.load.mass) * p.gravity, parameters.rope
+    gravity_moments = (
+        parameters.gravity_moments[0] + extra_weight * p.support.boom.length,
+        parameters.gravity_moments[1] + extra_weight * p.support.jib.length,
     )
-    rope = Winch(winch.kp, winch.kd, winch.target, winch.weight + extra_weight)
+    rope = RopeControl(winch.kp, winch.kd, winch.target, winch.weight + extra_weight)
     return ControlParameters(
-        parameters.kp, parameters.kd, parameters.target, moments, rope, parameters.error_saturation
+        parameters.kp, parameters.kd, parameters.target, gravity_moments, rope, parameters.error_saturation
     )
 
 
-@system.command.register(AdaptiveEnergyLaw)
+@system.command.register(MassEstimatingEnergyLaw)
 def _(law, t, q, v):
-    efforts = control_action(retune_for_payload_mass(law.parameters, law.nominal, update_estimate(law, t, q, v)), q, v)
+    mass = update_estimate(law, t, q, v)
+    efforts = control_action(with_gravity_compensation_for_mass(law.parameters, law.nominal, mass), q, v)
     law.estimator.winch_effort[0] = min(efforts[3], 0.0)  # a rope transmits tension only
     return efforts
 
 
-def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | AdaptiveEnergyLaw:
+def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | MassEstimatingEnergyLaw:
     """Return the energy law for its nominal scene, one that estimates the payload's mass if `adaptation` is given.
 
     Raises:
@@ -139,7 +148,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | AdaptiveEn
     law, options = knuckle_energy.build(settings, nominal), read_settings(Settings, settings).adaptation
     if options is None:
         return law
-    if law.parameters.winch is None:
+    if law.parameters.rope is None:
         raise SceneError(
             "control.adaptation: the mass is estimated from the winch's force; possible: rope.drive = 'force'"
         )
@@ -147,4 +156,4 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | AdaptiveEn
         raise SceneError("gravity = 0.0: without weight the mass cannot be estimated, leave out control.adaptation")
     if not nominal.sampled:
         raise SceneError("control.period = 'continuous': a law that estimates the mass has memory; give a period")
-    return AdaptiveEnergyLaw(law.parameters, law.nominal, options.rate, make_estimator_state(law.nominal))
+    return MassEstimatingEnergyLaw(law.parameters, law.nominal, options.rate, make_estimator_state(law.nominal))

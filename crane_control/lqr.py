@@ -24,7 +24,7 @@ from pydantic import Field
 
 from crane_control.blas_threads import in_one_thread
 from crane_control.reduced_state import nominal_coordinate
-from crane_control.regulator import Array, regulators, solve_regulators
+from crane_control.regulator import Array, solve_regulators, solve_regulators_or_errors
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
@@ -198,7 +198,7 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, covered: npt.NDAr
             found = solve_regulators(*plants, periods)
     except np.linalg.LinAlgError as error:  # one scene's numbers are not finite
         raise NotVectorisable(str(error)) from None
-    covered &= ~found.undamped
+    covered &= found.valid
     gains, rows = np.zeros((n, nu, 2 * nq)), None
     gains[:, :, moving] = found.gains
     for k in reversed(range(nu)):
@@ -281,7 +281,7 @@ def _make_plants(
 def _make_laws(plants: _Plants) -> list[LqrLaw | SceneError]:
     """Return the laws of plants, or the error of one that has no regulator."""
     periods = [scene.period if scene.sampled else None for scene in plants.scenes]
-    found = regulators(plants.a, plants.b, plants.q, plants.r, periods)
+    found = solve_regulators_or_errors(plants.a, plants.b, plants.q, plants.r, periods)
     return [
         each if isinstance(each, SceneError) else _make_law(*each, scene, rest, to_joints)
         for each, scene, rest, to_joints in zip(found, plants.scenes, plants.rests, plants.to_joints, strict=True)

@@ -226,7 +226,7 @@ def fall_tensions(p, t, x, u, rows, i):
 
 
 @generic
-def contact_pressure(p, t, x):
+def contact_force(p, t, x):
     """Return the normal force [N] of a surface on the load: 0 for a model without contact."""
     return 0.0
 

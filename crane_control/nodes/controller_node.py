@@ -54,18 +54,18 @@ class ControllerNode(LawNode):
         outer, lockstep = outer_loop_of(self._law), settings.mode == RunMode.LOCKSTEP
         self._setpoints = Setpoints(node, outer.names, lockstep, self._answer) if outer else None
 
-    def activate(self, active: bool) -> None:
+    def set_active(self, active: bool) -> None:
         """See `LawNode`."""
-        self._goals.activate(active)
-        super().activate(active)
+        self._goals.set_active(active)
+        super().set_active(active)
 
     def missing(self) -> str:
         """See `LawNode`."""
         return super().missing() or (self._setpoints.missing() if self._setpoints else "")
 
-    def heartbeat(self) -> None:
+    def on_spin(self) -> None:
         """See `LawNode`."""
-        super().heartbeat()
+        super().on_spin()
         self._goals.serve_cancellations()
 
     def finish(self) -> dict[str, Any]:

@@ -95,15 +95,15 @@ class OperatorNode:
             JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS, raw=True
         )
 
-    def activate(self, active: bool) -> None:
+    def set_active(self, active: bool) -> None:
         """See `Responder`."""
-        self._activation.activate(active)
+        self._activation.set_active(active)
 
     def missing(self) -> str:
         """See `Responder`; the device may come later."""
         return missing_peers(self._states, self._commands, self._settings.expected_recorders)
 
-    def heartbeat(self) -> None:
+    def on_spin(self) -> None:
         """Report the panel to the terminal when it is due."""
         now = time.monotonic()
         if now >= self._next_panel and self._last:

@@ -57,12 +57,12 @@ def _(servo, length, q, v):
     rope_state, (s, c), w = rope_kinematics(pose, xc), sincos(xs[0]), pose.yaw_rate
     tip, payload = to_turned_axes(pose.tip, -s, c), to_turned_axes(xc[:3], -s, c)
     dtip = to_turned_axes(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
-    dy = to_turned_axes(inertial_velocity(xc[:3], xc[3:], w), -s, c)
+    dpayload = to_turned_axes(inertial_velocity(xc[:3], xc[3:], w), -s, c)
     nx, ny, nz = to_turned_axes(rope_state.n, -s, c)
     length, rate = rope_state.length, rope_state.rate
-    x, y, z = dy[0] - dtip[0] - rate * nx, dy[1] - dtip[1] - rate * ny, dy[2] - dtip[2] - rate * nz
+    x, y, z = dpayload[0] - dtip[0] - rate * nx, dpayload[1] - dtip[1] - rate * ny, dpayload[2] - dtip[2] - rate * nz
     dn = (x / length, y / length, z / length)
-    return CableState(tip[:2], dtip[:2], payload[:2], dy[:2], (nx, ny, nz), dn, (xs, xc))
+    return CableState(tip[:2], dtip[:2], payload[:2], dpayload[:2], (nx, ny, nz), dn, (xs, xc))
 
 
 @kernel
@@ -146,7 +146,7 @@ def _(time_constant, rope_state, acceleration):
 @routine
 def tip_efforts(servo, t, cable, a):
     """Return the efforts (nu,) that give the tip the horizontal acceleration a (2,) [m/s²] and hold height and rope."""
-    crane, (xs, xc) = servo.crane, cable.state
+    crane, (xs, xc) = servo.crane, cable.crane_state
     pose, (s, c) = forward_kinematics(crane.support, xs), sincos(xs[0])
     rope_state = rope_kinematics(pose, xc)
     vertical_acceleration = -servo.kd * pose.tip_velocity[2] - servo.kp * (pose.tip[2] - servo.height)
@@ -154,7 +154,7 @@ def tip_efforts(servo, t, cable, a):
     accelerations = joint_accelerations(crane.support, pose, tip_acc, servo.kd)
     rope_acc = rope_acceleration(servo.rope, servo, rope_state)
     efforts, tension = joint_efforts(
-        crane, solve_motion(crane, t, cable.state, (0.0, 0.0, 0.0, rope_acc)), accelerations
+        crane, solve_motion(crane, t, cable.crane_state, (0.0, 0.0, 0.0, rope_acc)), accelerations
     )
     return append_winch_effort(servo.rope, efforts, rope_state, rope_acc, tension)
 

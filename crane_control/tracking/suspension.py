@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from crane_control.tracking.knuckle_boom import BoomServo
-from crane_control.tracking.one_rope import check_one_rope
+from crane_control.tracking.one_rope import check_has_one_rope
 from crane_control.tracking.tip_servo import Servo, compute_suspension_efforts
 from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum
@@ -37,7 +37,7 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
     law = f"control.law = {name!r}"
     if nominal.crane not in ("pendulum", "knuckle"):
         raise SceneError(f"{law}: is a law for the pendulum and the knuckle boom, not for crane = {nominal.crane!r}")
-    check_one_rope(name, nominal)
+    check_has_one_rope(name, nominal)
     if nominal.crane == "pendulum" and len(nominal.actuated) != 2:
         raise SceneError(
             f"{law}: moves the suspension point in the horizontal plane only; take suspension.height: fixed"

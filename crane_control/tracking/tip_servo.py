@@ -14,10 +14,10 @@ from crane_sim.numerics.jit import generic, kernel
 
 
 class Servo(NamedTuple):
-    """Servo of the suspension point, whose acceleration the law commands: 26 rad/s, 0.7 of critical damping."""
+    """Servo of the suspension point, which the law accelerates: natural frequency 26 rad/s, damping ratio 0.7."""
 
-    kp: Positive = 676.0  # 1/s², of the suspension point
-    kd: NonNegative = 36.4  # 1/s, of the suspension point
+    kp: Positive = 676.0  # 1/s², gain on the position error of the suspension point
+    kd: NonNegative = 36.4  # 1/s, gain on its velocity error
 
 
 class CableState(NamedTuple):
@@ -25,11 +25,12 @@ class CableState(NamedTuple):
 
     tip: tuple[float, float]  # m, the suspension point's horizontal position
     dtip: tuple[float, float]  # m/s
-    y: tuple[float, float]  # m, the payload's horizontal position
-    dy: tuple[float, float]  # m/s
+    payload: tuple[float, float]  # m, the payload's horizontal position, y in the paper
+    dpayload: tuple[float, float]  # m/s
     n: tuple[float, float, float]  # unit vector from the suspension point to the payload
-    dn: tuple[float, float, float]  # 1/s, its rate
-    state: Any  # (support state, payload state) of the nominal crane at the suspension point; None: that is driven
+    dn: tuple[float, float, float]  # 1/s, derivative of n
+    crane_state: tuple[Any, Any] | None  # (support state, payload state) of the nominal crane that carries the
+    # suspension point; None where the point itself is driven
 
 
 @generic
@@ -39,22 +40,22 @@ def compute_cable_state(servo, length, q, v):
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.
     """
     n, dn = (q[3], q[4], q[5]), (v[3], v[4], v[5])
-    y = (q[0] + length * n[0], q[1] + length * n[1])
-    return CableState((q[0], q[1]), (v[0], v[1]), y, (v[0] + length * dn[0], v[1] + length * dn[1]), n, dn, None)
+    payload = (q[0] + length * n[0], q[1] + length * n[1])
+    return CableState((q[0], q[1]), (v[0], v[1]), payload, (v[0] + length * dn[0], v[1] + length * dn[1]), n, dn, None)
 
 
 @generic
 def compute_efforts_for_acceleration(servo, t, cable, a):
     """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at time t [s].
 
-    `cable` is the CableState at that time. Where efforts are accelerations, as of the crane `pendulum`, they are a.
+    `cable` is the CableState at t. By default the efforts are a itself, for cranes whose commands are accelerations.
     """
     return a
 
 
 @generic
 def compute_suspension_efforts(servo, t, setpoint, cable):
-    """Return the efforts (nu,) that bring the suspension point of a CableState to a TipSetpoint at t [s] (eq. 64)."""
+    """Return the efforts (nu,) that move the suspension point of a CableState to a TipSetpoint at t [s] (eq. 64)."""
     raise NotImplementedError
 
 

@@ -286,7 +286,13 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
     help="Runs of each law in each trial, on the same samples; less than 11 cannot tell 8 laws apart.",
 )
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Rows of samples (default: runs/league_SAMPLES).")
-@click.option("--crane", "cranes", multiple=True, metavar="CRANE", help="With --samples: only this crane; repeatable.")
+@click.option(
+    "--crane",
+    "cranes",
+    multiple=True,
+    metavar="CRANE",
+    help="With --samples: only this crane, which --save adds to those of the page; repeatable.",
+)
 @as_json_option
 def league(
     folder: str | None, samples: int | None, output: Path | None, cranes: tuple[str, ...], as_json: bool

@@ -15,6 +15,7 @@ from crane_sim.evaluation.league.cases import GROUPS, Group
 from crane_sim.evaluation.league.cells import Cell, evaluate_all
 from crane_sim.evaluation.league.figure import draw_league
 from crane_sim.evaluation.league.sampled_cells import SampledCell, evaluate_samples
+from crane_sim.evaluation.league.sampled_data import FILE, cells_in, join_cells, read_cells
 from crane_sim.evaluation.league.sampled_table import format_samples, list_reasons, sampled_tables
 from crane_sim.evaluation.league.table import format_comparison, tables_by_crane
 from crane_sim.evaluation.plotting import save_figure
@@ -47,8 +48,10 @@ def sampled_league(
     """Evaluate these groups over samples, whose rows are in `output`; print and write as `league`.
 
     Raises:
-        SceneError: a folder cannot be written, or `output` holds another league.
+        SceneError: a folder cannot be written, or `output` or the data in `folder` are another league's.
     """
+    if folder is not None:
+        read_cells(Path(folder))  # an error comes before minutes of runs
     with show_progress("runs", quiet=as_json or not sys.stderr.isatty()) as on_progress:
         cells = list(evaluate_samples(samples, output, groups, on_progress=on_progress))
     if as_json:
@@ -75,16 +78,16 @@ def _nested(value: Any) -> Any:
 
 
 def save_samples(cells: Sequence[SampledCell], folder: Path) -> None:
-    """Write league_samples.md and league_samples.json into the folder.
+    """Write league_samples.md and league_samples.json into the folder; cells of other cranes there are kept.
 
     Raises:
-        SceneError: the folder cannot be written.
+        SceneError: the folder cannot be written, or its data is not this league's.
     """
+    data = sampled_document(join_cells(read_cells(folder), cells))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        data = json.dumps(sampled_document(cells), indent=1, ensure_ascii=False)
-        (folder / "league_samples.json").write_text(data + "\n")
-        (folder / "league_samples.md").write_text(format_samples(cells))
+        (folder / FILE).write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+        (folder / "league_samples.md").write_text(format_samples(cells_in(data)))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 

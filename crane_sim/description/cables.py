@@ -2,8 +2,9 @@
 
 - Angles are absolute in the model, while a URDF joint is relative to its parent: the frame of every node is kept
   level by a joint `level_k` that mimics the link's angle with the multiplier -1.
-- Components of a link's unit vector are three prismatic joints; three more, `reach_k_*`, mimic them and scale the
-  unit vector to the link's length. There is no angle, hence no singular posture.
+- Components of the unit vector of link k are three prismatic joints `link_k_x, _y, _z`, to the frames `unit_k_*`; three
+  more, `reach_k_*`, to the frames `scaled_k_*`, mimic them and scale the vector to the link's length. There are no
+  angles, hence no singular posture.
 - Positions of the nodes are prismatic joints from the base.
 """
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
     from crane_sim.scenes.scene import Scene
 
-ALONG = {"x": FORWARD, "y": LEFT, "z": UP}
+AXES = {"x": FORWARD, "y": LEFT, "z": UP}
 
 
 class SuspendedCable(NamedTuple):
@@ -38,7 +39,7 @@ class SuspendedCable(NamedTuple):
     inertias: tuple[float, ...] = ()  # (N,) kg m², about the swing axis, of links that rotate as rods; else empty
 
     @classmethod
-    def of(cls, scene: Scene) -> SuspendedCable:
+    def from_scene(cls, scene: Scene) -> SuspendedCable:
         """Return the suspended cable of a scene."""
         nodes, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
         lengths = np.linalg.norm(np.diff(nodes[tip_index:], axis=0), axis=1)
@@ -60,7 +61,7 @@ def add_cable(robot: ElementTree.Element, joints: Sequence[str], cable: Suspende
         if hoisted:  # the unstretched length of the first link; a frame without children
             _add_prismatic_joint(robot, "hoist", ("trolley_link", "hoist_link"), DOWN)
     elif "link_1_x" in joints:
-        add_directed(robot, cable, hoisted)
+        add_vector_links(robot, cable, hoisted)
     elif "swing_2" in joints:
         _add_revolute_chain(robot, cable, hoisted, box)
     else:
@@ -71,12 +72,12 @@ def _add_revolute_chain(robot: ElementTree.Element, cable: SuspendedCable, hoist
     parent = "trolley_link"
     for k, (end, length) in enumerate(zip(cable.end_link_names, cable.lengths, strict=True), start=1):
         link, at = f"link_{k}", (0.0, 0.0, -length)
-        winch = hoisted and k == 1
+        is_hoisted = hoisted and k == 1
         inertia = cable.inertias[k - 1] if cable.inertias else 0.0
         rod = Body(0.0, ORIGIN, (inertia, inertia, 0.0)) if inertia else None
-        add_link(robot, link, [] if winch else _cable_visual(length, box), rod)
+        add_link(robot, link, [] if is_hoisted else _cable_visual(length, box), rod)
         add_joint(robot, "revolute", f"swing_{k}", (parent, link), axis=RIGHT)
-        if winch:
+        if is_hoisted:
             _add_prismatic_joint(robot, "hoist", (link, "hoist_link"), DOWN)
             link, at = "hoist_link", ORIGIN
         if end == "payload_link":  # it rotates with its link
@@ -98,7 +99,7 @@ def _add_straight_cable(robot: ElementTree.Element, cable: SuspendedCable, hoist
         add_joint(robot, "fixed", f"end_{k}", (parent, end), (0.0, 0.0, -float(depth)))
 
 
-def add_directed(
+def add_vector_links(
     robot: ElementTree.Element,
     cable: SuspendedCable,
     hoisted: bool,
@@ -106,38 +107,38 @@ def add_directed(
     first: int = 1,
     last: str = "payload_link",
 ) -> None:
-    """Add links along unit vectors, number `first` below the link `parent`, down to the link `last`.
+    """Add the cable's links by the components of their unit vectors, as number `first` and on, from `parent` to `last`.
 
-    With a hoist the first link's vector is a product of two coordinates, which no joint of a URDF can be. The hoist
-    then moves the cable's lower end straight down, which is exact where the first link is vertical.
+    With a hoist the vector of the first link is a product of coordinates, its length and its unit vector, which a URDF
+    cannot express. The hoist then moves the link's lower end straight down, exact where the first link is vertical.
     """
     ends = [*(f"node_{k}" for k in range(first, first + len(cable.lengths) - 1)), last]
     for k, (end, length) in enumerate(zip(ends, cable.lengths, strict=True), start=first):
-        winch = hoisted and k == 1
-        for axis in ALONG:
-            _add_prismatic_joint(robot, f"link_{k}_{axis}", (parent, f"unit_{k}_{axis}"), ALONG[axis], (-1.0, 1.0))
+        is_hoisted = hoisted and k == 1
+        for axis in AXES:
+            _add_prismatic_joint(robot, f"link_{k}_{axis}", (parent, f"unit_{k}_{axis}"), AXES[axis], (-1.0, 1.0))
             parent = f"unit_{k}_{axis}"
-        for axis in ALONG:
-            child = end if axis == "z" and not winch else f"scaled_{k}_{axis}"
+        for axis in AXES:
+            child = end if axis == "z" and not is_hoisted else f"scaled_{k}_{axis}"
             limits = (-length, length)
             mimic = (f"link_{k}_{axis}", length - 1.0)
             _add_prismatic_joint(
-                robot, f"reach_{k}_{axis}", (parent, child), ALONG[axis], limits, mimic, create_child=child != end
+                robot, f"reach_{k}_{axis}", (parent, child), AXES[axis], limits, mimic, create_child=child != end
             )
             parent = child
-        if winch:
+        if is_hoisted:
             add_joint(robot, "prismatic", "hoist", (parent, end), (0.0, 0.0, length), DOWN)
             parent = end
 
 
 def _add_free_nodes(robot: ElementTree.Element, joints: Sequence[str], cable: SuspendedCable) -> None:
     """Add nodes with prismatic joints from the base."""
-    axes = [axis for axis in ALONG if f"node_1_{axis}" in joints]
+    axes = [axis for axis in AXES if f"node_1_{axis}" in joints]
     for k, end in enumerate(cable.end_link_names, start=1):
         parent = "base_link"
         for axis in axes:
             child = end if axis == axes[-1] else f"place_{k}_{axis}"
-            _add_prismatic_joint(robot, f"node_{k}_{axis}", (parent, child), ALONG[axis], create_child=child != end)
+            _add_prismatic_joint(robot, f"node_{k}_{axis}", (parent, child), AXES[axis], create_child=child != end)
             parent = child
 
 
@@ -150,7 +151,7 @@ def _add_prismatic_joint(
     mimic: tuple[str, float] | None = None,
     create_child: bool = True,
 ) -> None:
-    """Add a prismatic joint, which may mimic another one (name, multiplier), and its empty child link."""
+    """Add a prismatic joint, which may mimic another one (its name, multiplier), and its child link, which is empty."""
     if create_child:
         ElementTree.SubElement(robot, "link", name=links[1])
     joint, multiplier = mimic or (None, -1.0)

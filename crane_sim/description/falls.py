@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from crane_sim.models.loads import RigidLoad
     from crane_sim.scenes.scene import Scene
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 CONCRETE = 2400.0  # kg/m³
 FLAT = 0.15  # of a slab's shorter edge: its largest thickness
@@ -120,7 +120,7 @@ def slung_visual(slab: Shape, falls: Falls) -> list[Shape]:
     return [slab, hook, *(_sling(np.array(corner), top - (0.0, 0.0, 0.5)) for corner in corners)]
 
 
-def _sling(start: Numbers, end: Numbers) -> Shape:
+def _sling(start: Array, end: Array) -> Shape:
     """Return a rope between two points (3,)."""
     along = end - start
     length = float(np.linalg.norm(along))
@@ -155,7 +155,7 @@ def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
     return [*shapes, Shape((float(a), float(b), 0.3 * beam), (0.0, 0.0, top - 0.1), STEEL)]
 
 
-def in_line(points: Numbers) -> bool:
+def in_line(points: Array) -> bool:
     """Return whether points (n, 2) [m] are in a line."""
     return bool(np.linalg.matrix_rank(points - points[0], tol=LINE) < 2)
 

@@ -1,8 +1,10 @@
 """Motions of a crane's frames in the world: pose, velocity and angular velocity, along the tree of its URDF.
 
-A child at d with the turn R_c in its parent, which has the turn R and the velocities v, w, has
+A child frame at the offset d in a parent frame with rotation matrix R, velocity v and angular velocity w has
 
-    v_c = v + w × R d + R d',    w_c = w + R w_rel.
+    v_c = v + w × R d + R d',    w_c = w + R w_rel,
+
+where w_rel is its angular velocity relative to the parent, in the parent's axes.
 """
 
 from __future__ import annotations
@@ -21,51 +23,56 @@ if TYPE_CHECKING:
 
     from crane_sim.scenes.scene import Scene
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
-DIFFERENCE_STEP = 1e-4  # s: rounding leaves 1e-11 of an acceleration, and the square of the step is 1e-8
+DIFFERENCE_STEP = 1e-4  # s, of central differences: truncation errors are of its square, 1e-8, and rounding is 1e-11
 
 
 class FrameMotion(NamedTuple):
     """Motion of a frame in the axes of the world."""
 
-    position: Numbers  # (3,) m
-    rotation: Numbers  # (3, 3), takes vectors of the frame to the world
-    velocity: Numbers  # (3,) m/s
-    angular_velocity: Numbers  # (3,) rad/s
+    position: Array  # (3,) m
+    rotation: Array  # (3, 3), takes vectors of the frame to the world
+    velocity: Array  # (3,) m/s
+    angular_velocity: Array  # (3,) rad/s
 
 
 class FrameAcceleration(NamedTuple):
     """Acceleration of a frame in the axes of the world."""
 
-    linear: Numbers  # (3,) m/s²
-    angular: Numbers  # (3,) rad/s²
+    linear: Array  # (3,) m/s²
+    angular: Array  # (3,) rad/s²
 
 
 def frame_motions(
     scene: Scene, tree: TransformTree, t: float, q: Sequence[float], v: Sequence[float]
 ) -> dict[str, FrameMotion]:
-    """Return the motions of all frames but `world` at time t [s] and joint positions and rates (nq,)."""
+    """Return the motions of all frames except `world` at time t [s], joint positions q and velocities v (nq,)."""
     relative = tree.motions(q, v)
     if getattr(scene.model, "base", None) is not None:
         base = base_state(scene, t)
-        turn = base.rotation
-        relative.append(RelativeMotion(base_transform(base), turn @ base.velocity, turn @ base.angular_velocity))
+        rotation = base.rotation
+        relative.append(
+            RelativeMotion(base_transform(base), rotation @ base.velocity, rotation @ base.angular_velocity)
+        )
     return _chain_motions(relative, WORLD)
 
 
 def frame_accelerations(
     scene: Scene, tree: TransformTree, t: float, q: Sequence[float], v: Sequence[float], a: Sequence[float]
 ) -> dict[str, FrameAcceleration]:
-    """Return the accelerations of all frames but `world` at time t [s]; q, v, a (nq,): joints, rates and their rates.
+    """Return the accelerations of all frames except `world`, by central differences of velocities along the motion.
 
-    Central differences of the velocities along the motion.
+    Args:
+        scene, tree: crane, and its URDF's tree of frames.
+        t: s.
+        q, v, a: joint positions, velocities and accelerations (nq,).
     """
-    position, rate, change, s = np.array(q), np.array(v), np.array(a), DIFFERENCE_STEP
+    position, velocity, acceleration, s = np.array(q), np.array(v), np.array(a), DIFFERENCE_STEP
 
     def motions_after(h: float) -> dict[str, FrameMotion]:
-        moved = position + h * (rate + 0.5 * h * change)
-        return frame_motions(scene, tree, t + h, moved.tolist(), (rate + h * change).tolist())
+        moved = position + h * (velocity + 0.5 * h * acceleration)
+        return frame_motions(scene, tree, t + h, moved.tolist(), (velocity + h * acceleration).tolist())
 
     before, after = motions_after(-s), motions_after(s)
     return {
@@ -78,12 +85,12 @@ def frame_accelerations(
 
 
 def frame_motions_in_base(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
-    """Return the motions of all frames relative to the base, in its axes, at joint positions and rates (nq,)."""
+    """Return the motions of all frames relative to the base in its axes, at joint positions q, velocities v (nq,)."""
     return _chain_motions(tree.motions(q, v), BASE)
 
 
 def _chain_motions(relative: Sequence[RelativeMotion], root: str) -> dict[str, FrameMotion]:
-    """Return the motions in a frame of all that are below it."""
+    """Return the motions, relative to the frame `root` and in its axes, of all frames below it in the tree."""
     above = {motion.transform.child: motion for motion in relative if motion.transform.child != root}
     found = {root: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
 
@@ -99,16 +106,16 @@ def _chain_motions(relative: Sequence[RelativeMotion], root: str) -> dict[str, F
 
 
 def _compose(parent: FrameMotion, child: RelativeMotion) -> FrameMotion:
-    turn, lever = parent.rotation, parent.rotation @ np.array(child.transform.translation)
+    rotation, offset = parent.rotation, parent.rotation @ np.array(child.transform.translation)
     return FrameMotion(
-        parent.position + lever,
-        turn @ _rotation(child.transform),
-        parent.velocity + np.cross(parent.angular_velocity, lever) + turn @ child.velocity,
-        parent.angular_velocity + turn @ child.angular_velocity,
+        parent.position + offset,
+        rotation @ _rotation(child.transform),
+        parent.velocity + np.cross(parent.angular_velocity, offset) + rotation @ child.velocity,
+        parent.angular_velocity + rotation @ child.angular_velocity,
     )
 
 
-def _rotation(transform: Transform) -> Numbers:
+def _rotation(transform: Transform) -> Array:
     """Return the matrix (3, 3) of a transform's unit quaternion."""
     x, y, z, w = transform.rotation
     return np.array(

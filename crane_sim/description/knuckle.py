@@ -1,12 +1,12 @@
 """The URDF of a knuckle-boom crane.
 
-`base_link` has its origin at the boom pivot. Boom and jib angles are absolute elevations in the model, while a URDF
-joint is relative to its parent. The level frames bridge the two: each mimics an elevation with the multiplier -1, so
-that the zero of the next joint is horizontal.
+`base_link` has its origin at the boom pivot. Boom and jib angles are elevations from the horizontal in the model, while
+a URDF joint is relative to its parent. The frames `boom_level_link` and `jib_level_link` cancel the rotation of boom
+and jib: each mimics the elevation with the multiplier -1, so that the zero of the next joint is horizontal.
 
-Masses and inertias are the simulated ones. Without `axial_inertia` the model omits a rod from the slew inertia. No URDF
-body can do that: the rod gets half of its luffing inertia about its other two axes, and the tower is given that much
-less, so the mass matrix is unchanged.
+Masses and inertias are the simulated ones. Without `axial_inertia` the model has no slew inertia of a rod's own about
+its centre. No rigid body in a URDF is like that: the rod gets half of its luffing inertia about its two other axes and
+the tower that much less, so that the mass matrix is unchanged.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from crane_sim.description.solids import (
     YELLOW,
     Body,
     Shape,
-    crate,
     hydraulic_cylinder,
+    payload_box,
     point_mass,
 )
 
@@ -43,25 +43,25 @@ def add_knuckle_crane(robot: ElementTree.Element, crane: Crane, joints: Sequence
     rope, tangential, radial = joints[3:]
     for name in ("swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
-    add_link(robot, "payload_link", crate(0.55 * _unit(crane.support)), point_mass(crane.load.mass))
+    add_link(robot, "payload_link", payload_box(0.55 * _visual_scale(crane.support)), point_mass(crane.load.mass))
     add_joint(robot, "revolute", tangential, (tip, "swing_link"), axis=FORWARD)
     add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RIGHT)
     add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
 
 
 def add_knuckle_boom(robot: ElementTree.Element, support: Knuckle, joints: Sequence[str]) -> str:
-    """Add pedestal, tower, boom and jib; return the link at the jib's end, whose axes are level."""
-    unit = _unit(support)
+    """Add pedestal, tower, boom and jib; return the link at the jib's end, whose x and y axes stay horizontal."""
+    scale = _visual_scale(support)
     for name in ("boom_level_link", "jib_level_link"):
         ElementTree.SubElement(robot, "link", name=name)
-    add_link(robot, "base_link", _pedestal(pedestal_height(support), unit))
-    tower_inertia, slew_fraction = split_rod_inertia(support)
+    add_link(robot, "base_link", _pedestal(pedestal_height(support), scale))
+    tower_inertia, rod_fraction = split_rod_inertia(support)
     add_link(
-        robot, "tower_link", _tower(unit), Body(0.0, ORIGIN, (0.5 * tower_inertia, 0.5 * tower_inertia, tower_inertia))
+        robot, "tower_link", _tower(scale), Body(0.0, ORIGIN, (0.5 * tower_inertia, 0.5 * tower_inertia, tower_inertia))
     )
-    boom = [*_beam(support.boom.length, 0.34 * unit), *_cylinders(support.boom.length, unit)]
-    add_link(robot, "boom_link", boom, _rod_body(support.boom, slew_fraction))
-    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * unit), _rod_body(support.jib, slew_fraction))
+    boom = [*_beam(support.boom.length, 0.34 * scale), *_cylinders(support.boom.length, scale)]
+    add_link(robot, "boom_link", boom, _rod_body(support.boom, rod_fraction))
+    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * scale), _rod_body(support.jib, rod_fraction))
     add_comment(robot, _tower_comment(support, tower_inertia))
     _add_joints(robot, support, joints)
     return "jib_level_link"
@@ -72,19 +72,19 @@ def pedestal_height(support: Knuckle) -> float:
     return 0.6 * support.boom.length
 
 
-def _unit(support: Knuckle) -> float:
-    """Return the length [m] that the proportions of what is drawn refer to: they are those of a 5 m boom."""
+def _visual_scale(support: Knuckle) -> float:
+    """Return the scale of the visuals [m]: 1 for a boom of 5 m."""
     return support.boom.length / 5.0
 
 
 def split_rod_inertia(support: Knuckle) -> tuple[float, float]:
-    """Return (remaining slew inertia of the tower [kg m²], fraction of a rod's inertia taken from the tower).
+    """Return (remaining slew inertia of the tower [kg m²], fraction of a rod's inertia that the tower gives to it).
 
-    The fraction is a half, the least that a body can have, or less where the tower's inertia does not suffice.
+    The fraction is a half, the least that a rigid body can have, or less where the tower's inertia does not suffice.
     """
-    simple = sum(rod.inertia for rod in (support.boom, support.jib) if rod.axial_inertia is None)
-    slew_fraction = min(0.5, support.tower.inertia / simple) if simple else 0.5
-    return max(support.tower.inertia - slew_fraction * simple, 0.0), slew_fraction
+    without_axial = sum(rod.inertia for rod in (support.boom, support.jib) if rod.axial_inertia is None)
+    fraction = min(0.5, support.tower.inertia / without_axial) if without_axial else 0.5
+    return max(support.tower.inertia - fraction * without_axial, 0.0), fraction
 
 
 def _tower_comment(support: Knuckle, tower_inertia: float) -> str:
@@ -107,40 +107,40 @@ def _add_joints(robot: ElementTree.Element, support: Knuckle, joints: Sequence[s
     add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), jib_end, RIGHT, mimic=jib)
 
 
-def _rod_body(rod: Rod, slew_fraction: float) -> Body:
-    """Return the body of a rod; without axial inertia it has this fraction of its inertia about the other axes."""
+def _rod_body(rod: Rod, rod_fraction: float) -> Body:
+    """Return the body of a rod; without axial inertia, `rod_fraction` of its inertia about both other axes."""
     axial, across = (
-        (rod.axial_inertia, rod.inertia) if rod.axial_inertia is not None else (slew_fraction * rod.inertia,) * 2
+        (rod.axial_inertia, rod.inertia) if rod.axial_inertia is not None else (rod_fraction * rod.inertia,) * 2
     )
     return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), (axial, rod.inertia, across))
 
 
-def _pedestal(height: float, unit: float) -> list[Shape]:
-    top = 0.55 * unit
+def _pedestal(height: float, scale: float) -> list[Shape]:
+    top = 0.55 * scale
     column = height - top
     return [
-        Shape((0.42 * unit, column), (0.0, 0.0, -top - 0.5 * column), GREY),
-        Shape((0.62 * unit, 0.16 * unit), (0.0, 0.0, -top - 0.08 * unit), DARK),
-        Shape((0.95 * unit, 0.2 * unit), (0.0, 0.0, 0.1 * unit - height), DARK),
+        Shape((0.42 * scale, column), (0.0, 0.0, -top - 0.5 * column), GREY),
+        Shape((0.62 * scale, 0.16 * scale), (0.0, 0.0, -top - 0.08 * scale), DARK),
+        Shape((0.95 * scale, 0.2 * scale), (0.0, 0.0, 0.1 * scale - height), DARK),
     ]
 
 
-def _tower(unit: float) -> list[Shape]:
-    cheek = (0.55 * unit, 0.08 * unit, 0.8 * unit)
+def _tower(scale: float) -> list[Shape]:
+    side_plate = (0.55 * scale, 0.08 * scale, 0.8 * scale)
     return [
-        Shape((0.6 * unit, 0.14 * unit), (0.0, 0.0, -0.47 * unit), YELLOW),
-        Shape(cheek, (0.0, 0.27 * unit, -0.12 * unit), YELLOW),
-        Shape(cheek, (0.0, -0.27 * unit, -0.12 * unit), YELLOW),
-        Shape((0.11 * unit, 0.74 * unit), ORIGIN, STEEL, RPY_ALONG_Y),
-        Shape((0.75 * unit, 1.0 * unit, 0.55 * unit), (-0.68 * unit, 0.0, -0.13 * unit), DARK),
-        Shape((0.5 * unit, 0.4 * unit, 0.62 * unit), (0.12 * unit, 0.56 * unit, -0.09 * unit), GLASS),
+        Shape((0.6 * scale, 0.14 * scale), (0.0, 0.0, -0.47 * scale), YELLOW),
+        Shape(side_plate, (0.0, 0.27 * scale, -0.12 * scale), YELLOW),
+        Shape(side_plate, (0.0, -0.27 * scale, -0.12 * scale), YELLOW),
+        Shape((0.11 * scale, 0.74 * scale), ORIGIN, STEEL, RPY_ALONG_Y),
+        Shape((0.75 * scale, 1.0 * scale, 0.55 * scale), (-0.68 * scale, 0.0, -0.13 * scale), DARK),
+        Shape((0.5 * scale, 0.4 * scale, 0.62 * scale), (0.12 * scale, 0.56 * scale, -0.09 * scale), GLASS),
     ]
 
 
-def _cylinders(length: float, unit: float) -> list[Shape]:
+def _cylinders(length: float, scale: float) -> list[Shape]:
     """Return the cylinders of boom and jib, fixed to the boom as they are at about 40 degrees of elevation."""
-    luffing = hydraulic_cylinder((-0.12 * unit, -0.61 * unit), (0.36 * length, -0.28 * unit), 0.1 * unit)
-    return luffing + hydraulic_cylinder((0.5 * length, -0.22 * unit), (0.97 * length, -0.3 * unit), 0.07 * unit)
+    luffing = hydraulic_cylinder((-0.12 * scale, -0.61 * scale), (0.36 * length, -0.28 * scale), 0.1 * scale)
+    return luffing + hydraulic_cylinder((0.5 * length, -0.22 * scale), (0.97 * length, -0.3 * scale), 0.07 * scale)
 
 
 def _beam(length: float, width: float) -> list[Shape]:

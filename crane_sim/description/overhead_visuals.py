@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import atan2, cbrt, hypot
 from typing import TYPE_CHECKING
 
-from crane_sim.description.solids import DARK, GREY, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, crate
+from crane_sim.description.solids import DARK, GREY, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, payload_box
 
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
@@ -45,13 +45,13 @@ def trolley(box: BoundingBox) -> list[Shape]:
 
 
 def payload_edge(mass: float, box: BoundingBox) -> float:
-    """Return the edge [m] of the payload's crate: that of a concrete cube, clamped to 4.5 to 13 % of the depth."""
+    """Return the edge [m] of the payload: that of a concrete cube, clamped to 4.5 to 13 % of the depth."""
     return min(max(cbrt(mass / LOAD_DENSITY), 0.045 * box.depth), 0.13 * box.depth)
 
 
 def payload(mass: float, box: BoundingBox) -> list[Shape]:
     """Return the payload."""
-    return crate(payload_edge(mass, box))
+    return payload_box(payload_edge(mass, box))
 
 
 def node_radius(mass: float, link: float, box: BoundingBox) -> float:

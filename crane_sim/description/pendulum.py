@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from crane_sim.description.cables import ALONG, SuspendedCable, add_directed
+from crane_sim.description.cables import AXES, SuspendedCable, add_vector_links
 from crane_sim.description.falls import add_head, add_load
 from crane_sim.description.robot import add_joint, add_link
-from crane_sim.description.solids import DARK, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, crate, point_mass
+from crane_sim.description.solids import DARK, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, payload_box, point_mass
 from crane_sim.description.suspended import add_payload, hook_block, hung_length
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
@@ -27,7 +27,7 @@ def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
     crane, length = scene.model, cable_length(scene)
     ElementTree.SubElement(robot, "link", name="base_link")
     above = "base_link"
-    for axis, way in ALONG.items():
+    for axis, way in AXES.items():
         below = "tip_link" if axis == "z" else f"tip_{axis}_link"
         add_link(robot, below, _head(length) if axis == "z" else [])
         add_joint(robot, "prismatic", f"tip_{axis}", (above, below), ORIGIN, way)
@@ -39,8 +39,8 @@ def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
         _add_links(robot, crane, above, length)
     else:
         mass = float(crane.load.mass)
-        add_directed(robot, SuspendedCable((length,), (mass,)), False, above)
-        add_link(robot, "payload_link", crate(0.12 * length), point_mass(mass))
+        add_vector_links(robot, SuspendedCable((length,), (mass,)), False, above)
+        add_link(robot, "payload_link", payload_box(0.12 * length), point_mass(mass))
 
 
 def cable_length(scene: Scene) -> float:
@@ -56,7 +56,7 @@ def _add_links(robot: ElementTree.Element, crane: SuspendedCrane, above: str, si
     last = "attachment_link" if isinstance(crane.load, RigidLoad) else "payload_link"
     for k in range(1, len(masses)):
         add_link(robot, f"node_{k}", hook_block(0.03 * size), point_mass(masses[k - 1]))
-    add_directed(robot, SuspendedCable(tuple(lengths), tuple(masses)), False, above, 1, last)
+    add_vector_links(robot, SuspendedCable(tuple(lengths), tuple(masses)), False, above, 1, last)
     add_payload(robot, crane, last, size)
 
 

@@ -54,7 +54,7 @@ def hydraulic_cylinder(foot: Sequence[float], rod_end: Sequence[float], radius: 
     return [tube(foot, barrel_end, radius, DARK), tube(barrel_end, rod_end, 0.55 * radius, STEEL)]
 
 
-def crate(edge: float) -> list[Shape]:
+def payload_box(edge: float) -> list[Shape]:
     """Return a payload: a box with two bands and a lifting eye on its lid, its centre in the origin."""
     band = (1.02 * edge, 1.02 * edge, 0.12 * edge)
     return [

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from crane_sim.description.cables import SuspendedCable, add_directed
+from crane_sim.description.cables import SuspendedCable, add_vector_links
 from crane_sim.description.knuckle import add_knuckle_boom, pedestal_height
 from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_comment, add_joint, add_link
 from crane_sim.description.solids import (
@@ -29,8 +29,8 @@ from crane_sim.description.solids import (
     YELLOW,
     Body,
     Shape,
-    crate,
     hydraulic_cylinder,
+    payload_box,
     point_mass,
     tube,
 )
@@ -147,7 +147,7 @@ def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene
         add_joint(robot, "fixed", "hook", (end, last))
     else:
         add_joint(robot, "fixed", "hook", (end, "node_1"))
-        add_directed(robot, SuspendedCable(tuple(lengths[1:]), tuple(masses[1:])), False, "node_1", 2, last)
+        add_vector_links(robot, SuspendedCable(tuple(lengths[1:]), tuple(masses[1:])), False, "node_1", 2, last)
     add_payload(robot, crane, last, size)
 
 
@@ -174,7 +174,7 @@ def payload_visual(load: Any, size: float) -> tuple[list[Shape], Body]:
     """Return (solids, body) of a payload in the frame of its attachment."""
     edge = min(max((load.mass / 2400.0) ** (1.0 / 3.0), 0.02 * size), 0.1 * size)
     if not isinstance(load, RigidLoad):
-        return crate(edge), point_mass(load.mass)
+        return payload_box(edge), point_mass(load.mass)
     moments = np.diag(np.array(load.inertia))
     centre = tuple(-float(x) for x in load.attachment)
     x, y, z = box_edges(load)

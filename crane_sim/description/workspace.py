@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from crane_sim.scenes.scene import Scene
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 SAMPLES = 200  # of a prescribed motion
 RAIL_OVERHANG = 0.25  # of the depth: overhang of the rail beyond the last node
@@ -59,13 +59,13 @@ class BoundingBox(NamedTuple):
         overhang = RAIL_OVERHANG * self.depth
         return self.low[axis] - overhang, self.high[axis] + overhang
 
-    def contains(self, low: Numbers, high: Numbers) -> bool:
+    def contains(self, low: Array, high: Array) -> bool:
         """Return whether another box lies within this one, extended by the overhang of its rails."""
         overhang = RAIL_OVERHANG * self.depth
         return bool(np.all(low > np.array(self.low) - overhang) and np.all(high < np.array(self.high) + overhang))
 
 
-def make_bounding_box(low: Numbers, high: Numbers, shortest: float, spatial: bool) -> BoundingBox:
+def make_bounding_box(low: Array, high: Array, shortest: float, spatial: bool) -> BoundingBox:
     """Return the bounding box with corners (3,)."""
     return BoundingBox(_vector(low), _vector(high), shortest, spatial)
 
@@ -122,6 +122,6 @@ def _motion_positions(scene: Scene, motion: Motion | None) -> list[float]:
     return [float(x) for x in positions(motion, np.linspace(0.0, scene.duration, SAMPLES))]
 
 
-def _vector(values: Numbers) -> tuple[float, float, float]:
+def _vector(values: Array) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
     return x, y, z

@@ -3,9 +3,10 @@
 import hashlib
 from collections.abc import Callable
 from importlib import import_module, reload
+from importlib.machinery import SourceFileLoader
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
 
 from crane_sim.files.errors import SceneError
@@ -52,18 +53,36 @@ def hash_source(name: str) -> str | None:
         return None
 
 
+def _reload(module: ModuleType) -> None:
+    """Execute a module anew: from its source where it has one, whatever byte code there is."""
+    spec = module.__spec__
+    if spec is None or not isinstance(spec.loader, SourceFileLoader):
+        reload(module)
+    else:
+        _SourceLoader(spec.loader.name, spec.loader.path).exec_module(module)
+
+
 def _import_module(name: str, place: str) -> ModuleType:
     """Return a module, executed anew where its source has been edited since the last call."""
     module, digest = import_module(place), hash_source(name)
     if vars(module).setdefault(_DIGEST, digest) != digest:
-        module = reload(module)
+        _reload(module)
         setattr(module, _DIGEST, digest)
     return module
 
 
+class _SourceLoader(SourceFileLoader):
+    """Loads a file from its source: Python's byte code is taken for that of any file of this second and size."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Return the code of the file as it is now."""
+        path = self.get_filename(fullname)
+        return self.source_to_code(self.get_data(path), path)
+
+
 def _execute_file(key: str, path: Path) -> ModuleType:
     """Return the module of a file, executed anew."""
-    spec = spec_from_file_location(path.stem, path)
+    spec = spec_from_file_location(path.stem, path, loader=_SourceLoader(path.stem, str(path)))
     if spec is None or spec.loader is None or not path.is_file():
         raise SceneError(f"{key}: there is no file {path}")
     module = module_from_spec(spec)

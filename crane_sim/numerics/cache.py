@@ -14,7 +14,7 @@ from pathlib import Path
 
 _NUMBA = version("numba")
 _PACKAGES = tuple(Path(__file__).resolve().parents[2] / name for name in ("crane_sim", "crane_control"))
-PLAIN = (
+UNDIGESTED = (
     "gym",
     "operator",
     "ros",
@@ -28,11 +28,11 @@ PLAIN = (
     "cli",
     "nodes",
 )
-"""Folders of a package without kernels, and whose files no kernel imports: what changes there changes none."""
+"""Folders of a package with no compiled code and not imported by any: a change there does not invalidate the cache."""
 
 
 def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
-    """Return a digest of the Python sources below `folders`, PLAIN ones apart, and of what compiles them."""
+    """Return a digest of the Python sources below `folders`, except UNDIGESTED ones, and of what compiles them."""
     sha = hashlib.sha256(f"{sys.version} {_NUMBA}".encode())
     for folder in map(str, folders):
         for file in sorted(_sources(folder)):
@@ -42,57 +42,57 @@ def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
 
 
 class SourceState:
-    """The state of the sources, to be compared with a later one: before every kernel that is loaded.
+    """Snapshot of the sources, checked before each compiled function is loaded.
 
     Attributes:
         digest: of the sources.
     """
 
     def __init__(self, folders: tuple[Path, ...] = _PACKAGES) -> None:
-        """Take the state of the sources below `folders`, as `digest` does."""
+        """Take a snapshot of the sources below `folders`, those of `digest`."""
         self._folders = folders
-        self._stamps = self._read_stamps()  # first: a file that changes meanwhile is seen later
+        self._stamps = self._read_stamps()  # stamps first, so that a change during hashing is noticed later
         self.digest = digest(folders)
 
     def is_current(self) -> bool:
-        """Return whether the sources are as they were: their contents are read only where a file's stamp differs."""
+        """Return whether the sources are unchanged; their contents are read only where a file's stamp differs."""
         stamps = self._read_stamps()
         if stamps != self._stamps and digest(self._folders) == self.digest:
             self._stamps = stamps
         return stamps == self._stamps
 
     def _read_stamps(self) -> dict[str, tuple[int, ...]]:
-        """Return what a write to a file changes, by path."""
+        """Return the file attributes that change on a write, by path."""
         files = (file for folder in map(str, self._folders) for file in _sources(folder))
         stats = ((file, os.stat(file)) for file in files)
         return {file: (stat.st_ino, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns) for file, stat in stats}
 
 
 def _sources(package: str) -> Iterator[str]:
-    """Yield the Python sources below a package's folder, PLAIN ones apart; as strings, which are quick."""
-    return _sources_below(package, {os.path.join(package, plain) for plain in PLAIN})
+    """Yield the Python sources below a package's folder, except UNDIGESTED ones; as strings, which are quick."""
+    return _sources_below(package, {os.path.join(package, undigested) for undigested in UNDIGESTED})
 
 
-def _sources_below(folder: str, plain: set[str]) -> Iterator[str]:
+def _sources_below(folder: str, undigested: set[str]) -> Iterator[str]:
     for entry in os.scandir(folder):
         if entry.is_dir():
-            if entry.path not in plain:
-                yield from _sources_below(entry.path, plain)
+            if entry.path not in undigested:
+                yield from _sources_below(entry.path, undigested)
         elif entry.name.endswith(".py"):
             yield entry.path
 
 
-def _is_plain(file: Path, folder: Path) -> bool:
-    return any(file.relative_to(folder).is_relative_to(plain) for plain in PLAIN)
+def _is_undigested(file: Path, folder: Path) -> bool:
+    return any(file.relative_to(folder).is_relative_to(undigested) for undigested in UNDIGESTED)
 
 
-def covers(file: Path) -> bool:
-    """Return whether the digest is also of this file."""
-    return any(file.is_relative_to(package) and not _is_plain(file, package) for package in _PACKAGES)
+def is_digested(file: Path) -> bool:
+    """Return whether the digest includes this file."""
+    return any(file.is_relative_to(package) and not _is_undigested(file, package) for package in _PACKAGES)
 
 
 class FileLock:
-    """A lock among processes: a file that one of them at a time has locked; the kernel releases it where one dies."""
+    """A lock among processes: a file that one at a time has locked; the operating system frees it if that one dies."""
 
     def __init__(self, path: Path, timeout: float) -> None:
         """Acquire it, or go on without it after `timeout` seconds or where the file cannot be written."""
@@ -124,14 +124,14 @@ class FileLock:
 
 
 _LOCK_POLL = 0.01  # s
-AT_IMPORT = SourceState()
-_KEPT = 8  # folders of compiled code, one for each state of the sources
+SOURCES_AT_IMPORT = SourceState()
+MAX_CACHES = 8  # folders of compiled code that are kept, one for each state of the sources
 
 
 def cache_folder() -> Path:
     """Return the folder for compiled code of these sources: $CRANE_SIM_CACHE, else the user's cache folder."""
     root = os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    folder = Path(root) / "crane_sim" / AT_IMPORT.digest
+    folder = Path(root) / "crane_sim" / SOURCES_AT_IMPORT.digest
     try:
         if not folder.is_dir():
             folder.mkdir(parents=True, exist_ok=True)
@@ -140,12 +140,12 @@ def cache_folder() -> Path:
             return folder
     except OSError:
         pass  # a read-only home: compile anew in every process rather than not at all
-    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / AT_IMPORT.digest
+    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / SOURCES_AT_IMPORT.digest
 
 
 def _prune(root: Path) -> None:
     """Remove all but the newest folders of compiled code."""
     with suppress(FileNotFoundError):  # another process is removing them
         folders = sorted(root.iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
-        for old in folders[_KEPT:]:
+        for old in folders[MAX_CACHES:]:
             shutil.rmtree(old, ignore_errors=True)

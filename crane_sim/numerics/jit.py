@@ -41,7 +41,7 @@ from numba.core.typing.templates import infer, infer_global, make_intrinsic_temp
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
-from crane_sim.numerics.cache import AT_IMPORT, FileLock, cache_folder, covers
+from crane_sim.numerics.cache import SOURCES_AT_IMPORT, FileLock, cache_folder, is_digested
 
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
@@ -197,7 +197,7 @@ _outside: list[str] = []  # files of compiled functions in other packages, which
 
 
 def _is_trusted() -> bool:
-    return not _outside and AT_IMPORT.is_current()
+    return not _outside and SOURCES_AT_IMPORT.is_current()
 
 
 def _note_origin(f: Function) -> None:
@@ -207,7 +207,7 @@ def _note_origin(f: Function) -> None:
 @functools.cache
 def _note_file(name: str) -> None:
     file = Path(name).resolve()
-    if not covers(file):
+    if not is_digested(file):
         _outside.append(str(file))
 
 

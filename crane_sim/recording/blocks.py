@@ -11,7 +11,7 @@ from crane_sim.recording.base_frame import base_of, to_base, to_world
 from crane_sim.recording.layout import Block, select_tensions
 from crane_sim.recording.suspension import hanging_still
 from crane_sim.simulation.hardware import is_sensed, measure
-from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_pressures
+from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_contact_forces
 from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def _contact(scene: Scene, t: Numbers, q: Numbers, v: Numbers) -> Numbers | None
     if getattr(scene.model, "contact", None) is None:
         return None
     forces = np.empty(len(t))
-    fill_pressures(scene.model, *map(np.ascontiguousarray, (t, q, v)), forces)
+    fill_contact_forces(scene.model, *map(np.ascontiguousarray, (t, q, v)), forces)
     return forces
 
 

@@ -56,7 +56,7 @@ def suspension(scene: Scene) -> Suspension | None:
     if scene.crane != "overhead":
         return None
     room, lifts = estimate_bounding_box(scene), "hoist" in scene.actuated
-    return Suspension(SuspendedCable.of(scene), room, lifts, _shape(scene.joint_names))
+    return Suspension(SuspendedCable.from_scene(scene), room, lifts, _shape(scene.joint_names))
 
 
 def _shape(joints: Sequence[str]) -> str:

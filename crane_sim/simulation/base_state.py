@@ -14,18 +14,18 @@ if TYPE_CHECKING:
 
     from crane_sim.scenes.scene import Scene
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 
 class BaseState(NamedTuple):
     """Motion of the base's origin; vectors but the position are in the axes of the base."""
 
-    rotation: Numbers  # (3, 3), takes vectors of the base to the world
-    position: Numbers  # (3,) m, in the world
-    velocity: Numbers  # (3,) m/s
-    angular_velocity: Numbers  # (3,) rad/s
-    specific_force: Numbers  # (3,) m/s², acceleration less gravity: what an accelerometer shows
-    angular_acceleration: Numbers  # (3,) rad/s²
+    rotation: Array  # (3, 3), takes vectors of the base to the world
+    position: Array  # (3,) m, in the world
+    velocity: Array  # (3,) m/s
+    angular_velocity: Array  # (3,) rad/s
+    specific_force: Array  # (3,) m/s², acceleration less gravity: what an accelerometer shows
+    angular_acceleration: Array  # (3,) rad/s²
 
 
 @entry_point

@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
     from crane_sim.scenes.scene import Scene
 
-    Numbers = NDArray[np.float64]
+    Array = NDArray[np.float64]
 
 
 class ImuSample(NamedTuple):
     """A sample of an inertial measurement unit, in its axes, which are those of the base."""
 
-    specific_force: Numbers  # (3,) m/s², acceleration less gravity
-    angular_velocity: Numbers  # (3,) rad/s
-    rotation: Numbers | None  # (3, 3), takes vectors of the base to the world; None where it is not measured
+    specific_force: Array  # (3,) m/s², acceleration less gravity
+    angular_velocity: Array  # (3,) rad/s
+    rotation: Array | None  # (3, 3), takes vectors of the base to the world; None where it is not measured
 
 
 def measure_imu(scene: Scene, imu: Imu, k: int) -> ImuSample:
@@ -47,7 +47,7 @@ def measure_imu(scene: Scene, imu: Imu, k: int) -> ImuSample:
     return ImuSample(measured[0], measured[1], rotation)
 
 
-def measure_payload(scene: Scene, camera: Camera, k: int, payload: Sequence[float]) -> Numbers:
+def measure_payload(scene: Scene, camera: Camera, k: int, payload: Sequence[float]) -> Array:
     """Return the payload's position (3,) [m] in the axes of the base as a camera sees it at the beginning of period k.
 
     Args:
@@ -59,7 +59,7 @@ def measure_payload(scene: Scene, camera: Camera, k: int, payload: Sequence[floa
     return true + camera.bias + camera.noise * standard_normals(scene.seed, CAMERA_STREAM, k, 3)
 
 
-def rotation_matrix(vector: Numbers) -> Numbers:
+def rotation_matrix(vector: Array) -> Array:
     """Return the matrix (3, 3) of the rotation about the direction of a vector (3,) by its length [rad] (Rodrigues)."""
     angle = float(np.linalg.norm(vector))
     x, y, z = vector

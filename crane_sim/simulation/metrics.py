@@ -196,10 +196,10 @@ def world_points(p, t, q, v):
 
 
 @entry_point
-def fill_pressures(p, t, q, v, out):
+def fill_contact_forces(p, t, q, v, out):
     """Fill out (K,) with the normal force [N] of a surface on the load at times t (K,) and joints q, v."""
     for i in range(len(q)):
-        out[i] = system.contact_pressure(p, t[i], system.state(p, t[i], q[i], v[i]))
+        out[i] = system.contact_force(p, t[i], system.state(p, t[i], q[i], v[i]))
 
 
 def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
@@ -236,7 +236,7 @@ class Metrics:
         self._sha = hashlib.sha256()
         self._peaks = no_peaks(self._nu)
         self._extremes = Extremes(scene)
-        self._pressure = 0.0 if getattr(model, "contact", None) is not None else None
+        self._contact_force = 0.0 if getattr(model, "contact", None) is not None else None
         self._tracking = TrackingError(scene) if scene.trajectory is not None else None
         self._falls = FallPeaks()
 
@@ -258,10 +258,10 @@ class Metrics:
     def _watch_groups(self, t: Array, q: Array, v: Array, u: Array, payload: Array) -> None:
         """Note metrics of groups that only some scenes have."""
         self._falls.extend(fall_tensions(self._scene.model, t, q, v, u))
-        if self._pressure is not None:
-            pressures = np.empty(len(t))
-            fill_pressures(self._scene.model, t, q, v, pressures)
-            self._pressure = max(self._pressure, float(pressures.max()))
+        if self._contact_force is not None:
+            normal_forces = np.empty(len(t))
+            fill_contact_forces(self._scene.model, t, q, v, normal_forces)
+            self._contact_force = max(self._contact_force, float(normal_forces.max()))
         if self._tracking is not None:
             self._tracking.extend(t, q, v, u, payload)
 
@@ -313,7 +313,7 @@ class Metrics:
         """Return what only some scenes have: notes, extremes of joints, and how well a path was followed."""
         end = np.array([t]), np.array([q]), payload
         tracking = self._tracking.summary(*end) if self._tracking is not None else {}
-        pressed = {} if self._pressure is None else {"peak_contact_force": self._pressure}
+        pressed = {} if self._contact_force is None else {"peak_contact_force": self._contact_force}
         further = dict(self._scene.notes) | pressed | self._falls.summary() | self._extremes.summary(np.array(q))
         return further | tracking
 

@@ -3,7 +3,7 @@
 import itertools
 import json
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import AbstractContextManager, nullcontext
 from functools import lru_cache
@@ -153,18 +153,21 @@ def _results(
 ) -> Iterator[tuple[int, Table]]:
     """Yield (block, rows) as workers finish them; call `on_wait` where they finish none for a known reason."""
     task = study.model_dump_json(), *block_needs(store.identity)
-    pending, waiting = dict[Future[Table], int](), iter(blocks)
+    pending, waiting = dict[Future[list[Table]], list[int]](), list(reversed(blocks))
+    ahead = AHEAD * workers.parallel
     while True:
-        while len(pending) < AHEAD * workers.parallel and (block := next(waiting, None)) is not None:
-            numbers = store.cases_of(block)
-            pending[workers.executor.submit(run_block, *task, numbers.start, numbers.stop)] = block
+        while len(pending) < ahead and waiting:
+            count = max(1, min(workers.blocks, len(waiting) // ahead))  # fewer at the end, so that workers end together
+            together = [waiting.pop() for _ in range(count)]
+            ranges = [(numbers.start, numbers.stop) for numbers in map(store.cases_of, together)]
+            pending[workers.executor.submit(run_blocks, *task, ranges)] = together
         if not pending:
             return
         done = wait(pending, PATIENCE, FIRST_COMPLETED).done
         if not done and (reason := workers.unavailable_reason()) is not None:
             on_wait(reason)
         for future in done:
-            yield pending.pop(future), future.result()
+            yield from zip(pending.pop(future), future.result(), strict=True)
 
 
 @lru_cache(maxsize=1)
@@ -174,10 +177,14 @@ def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
     return cases(load_study(json.loads(study) | {"scene": document})), document
 
 
-def run_block(
-    study: str, scene: str, versions: dict[str, str], functions: dict[str, str], first: int, end: int
-) -> Table:
-    """Return the rows of the cases `first` to `end` (excluded).
+def run_blocks(
+    study: str,
+    scene: str,
+    versions: dict[str, str],
+    functions: dict[str, str],
+    ranges: Sequence[tuple[int, int]],
+) -> list[Table]:
+    """Return the rows of blocks of cases, each from a first to an end (excluded).
 
     Raises:
         SceneError: this process would compute with other versions, or with other functions of one's own.
@@ -190,4 +197,4 @@ def run_block(
         raise SceneError(f"{absent}: is not there for a worker; workers need it under the same name")
     if changed := differing_keys(mine, functions):
         raise SceneError(f"{changed}: not as when the study began; undo that, or begin it in another folder")
-    return rows_of(listed, first, end, document)
+    return [rows_of(listed, first, end, document) for first, end in ranges]

@@ -26,7 +26,7 @@ from crane_sim.files.document import get_value, set_value
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import CaseList, cases
-from crane_sim.study.execution import check_cases, check_metrics, run, run_block
+from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
@@ -223,11 +223,13 @@ def evaluate_gains(
     task = trial.model_dump_json(), *block_needs(identity_of(trial))
     count, table = len(cases(trial)), list[list[float]]()
     starts = iter(range(0, count, SAMPLES_AT_ONCE))
-    pending = deque[Future[Table]]()
+    pending = deque[Future[list[Table]]]()
     while len(table) < count:
         for start in islice(starts, pool.parallel + 1 - len(pending)):
-            pending.append(pool.executor.submit(run_block, *task, start, min(start + SAMPLES_AT_ONCE, count)))
-        for row in each_row(pending.popleft().result()):
+            block = start, min(start + SAMPLES_AT_ONCE, count)
+            pending.append(pool.executor.submit(run_blocks, *task, [block]))
+        (rows,) = pending.popleft().result()
+        for row in each_row(rows):
             values = _objectives_of(row, objectives)
             if values is None:
                 return (math.inf,) * len(objectives), 1.0 - len(table) / count

@@ -19,6 +19,7 @@ LOCAL = "local"
 """The scheduler of a Dask cluster on this machine, which lives as long as the study."""
 _THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _CONNECT_TIMEOUT = 10.0  # s, for an answer of the scheduler
+_BLOCKS_OF_DASK = 4  # in a task, of which each costs the scheduler and its connections some milliseconds
 _FIRST_WORKER_TIMEOUT = 60.0  # s, for a worker of a scheduler that has none yet
 
 
@@ -33,10 +34,11 @@ _QUIET: dict[str, Any] = {
 
 
 class Workers(NamedTuple):
-    """An executor, and how many tasks it runs at a time (`parallel`)."""
+    """An executor, how many tasks it runs at a time (`parallel`), and how many blocks of a study a task may have."""
 
     executor: Executor
     parallel: int
+    blocks: int = 1
     unavailable_reason: Callable[[], str | None] = lambda: None  # returns why no task can be finished now, one line
 
 
@@ -139,4 +141,5 @@ def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
                 None if client.nthreads() else f"scheduler = {scheduler!r}: has lost all its workers; waiting for one"
             )
 
-        yield Workers(client.get_executor(pure=False), sum(client.nthreads().values()), unavailable_reason)
+        executor, parallel = client.get_executor(pure=False), sum(client.nthreads().values())
+        yield Workers(executor, parallel, _BLOCKS_OF_DASK, unavailable_reason)

@@ -30,7 +30,7 @@ class Line(NamedTuple):
     begin: Coordinates  # coordinate's unit, of each
     end: Coordinates  # coordinate's unit, of each
     duration: Duration  # s, of the motion
-    start: Real = 0.0  # s, when it begins
+    start: Real = 0.0  # s, time at which the motion begins
     profile: Profile = "sine"  # of the path parameter over time: a sine's acceleration, or the quintic of minimum jerk
 
     def find_error(self) -> str:
@@ -55,7 +55,7 @@ class Arc(NamedTuple):
     # `720 deg`
     end: Angle  # rad, likewise
     duration: Duration  # s, of the motion
-    start: Real = 0.0  # s, when it begins
+    start: Real = 0.0  # s, time at which the motion begins
     profile: Profile = "sine"  # as for a line
 
     def find_error(self) -> str:

@@ -1,7 +1,7 @@
-"""Around a round obstacle: the shortest path at a clearance, smoothed to minimum jerk.
+"""The shortest path around a circular obstacle at a clearance, smoothed to minimum jerk.
 
-The path goes straight to the circle of the obstacle and its clearance, along it, and straight on. The spline through
-its corners cuts them a little, so the circle is widened until the whole motion keeps the clearance.
+The path goes straight to the circle of radius + clearance, along it, and straight on to the end. The spline through the
+waypoints cuts the corners a little, so the circle is enlarged until the whole motion keeps the clearance.
 """
 
 from math import acos, atan2, ceil, hypot, inf, pi, tau
@@ -23,20 +23,20 @@ TRIES = 40
 PIECE_SAMPLES = 50  # instants in every piece at which the distance is measured
 
 
-class Obstacle(NamedTuple):
-    """From one position to another in the plane, around a circle."""
+class ObstacleDetour(NamedTuple):
+    """A path in the plane from one position to another, around a circular obstacle."""
 
-    begin: Position  # m, x and y
-    end: Position  # m, x and y
+    begin: Position  # m, x and y where the path begins
+    end: Position  # m, x and y where the path ends
     centre: Position  # m, of the obstacle
     radius: Positive  # m, of the obstacle
-    clearance: NonNegative  # m, left between the obstacle and the path
+    clearance: NonNegative  # m, least distance between the obstacle and the path
     duration: Duration | None = None  # s, or limits, one of both
     velocity: Limits | None = None  # m/s, limit of both, or of each
     acceleration: Limits | None = None  # m/s², likewise
     jerk: Limits | None = None  # m/s³, likewise
-    start: Real = 0.0  # s, when it begins
-    side: Side = "shorter"  # of the obstacle on which the path passes it
+    start: Real = 0.0  # s, time at which the motion begins
+    side: Side = "shorter"  # on which side the path passes the obstacle
 
     def find_error(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""
@@ -56,8 +56,7 @@ class Obstacle(NamedTuple):
         """Return the motion.
 
         Raises:
-            ValueError: no circle about the obstacle was found around which the motion keeps the clearance, or its
-                limits leave it no time.
+            ValueError: no path was found that keeps the clearance, or the limits give too short a duration.
         """
         points, fractions = self.waypoints()
         limits = (self.velocity, self.acceleration, self.jerk)
@@ -83,7 +82,7 @@ class Obstacle(NamedTuple):
             radius = min(
                 radius + 1.05 * (min_radius - nearest), *(float(np.linalg.norm(p - centre)) for p in (begin, end))
             )
-        raise ValueError(f"no way around keeps {self.clearance:g} m of clearance: the places are too near")
+        raise ValueError(f"no path keeps {self.clearance:g} m of clearance: from or to is too near")
 
 
 def min_distance(polynomials: PiecewisePolynomial, centre: Array) -> float:
@@ -95,36 +94,36 @@ def min_distance(polynomials: PiecewisePolynomial, centre: Array) -> float:
 
 
 def detour_waypoints(begin: Array, end: Array, centre: Array, radius: float, side: Side) -> Array:
-    """Return the waypoints (K, 2) [m] of the shortest way about a circle, which passes it on its left or right.
+    """Return the waypoints (K, 2) [m] of the shortest path that passes a circle on the given side.
 
-    `left` leaves the obstacle on the right, so the way turns about it clockwise.
+    A path that passes on the `left` has the obstacle on its right, so it goes around it clockwise.
     """
-    waypoints, shortest_way = np.array([begin, end]), inf
-    way = end - begin
-    nearest = np.clip(np.dot(centre - begin, way) / np.dot(way, way), 0.0, 1.0)
-    if np.linalg.norm(begin + nearest * way - centre) >= radius:
+    waypoints, shortest = np.array([begin, end]), inf
+    chord = end - begin
+    nearest = np.clip(np.dot(centre - begin, chord) / np.dot(chord, chord), 0.0, 1.0)
+    if np.linalg.norm(begin + nearest * chord - centre) >= radius:
         return waypoints
-    for turn in (-1.0, 1.0) if side == "shorter" else (-1.0,) if side == "left" else (1.0,):
-        points = np.array([begin, *arc_waypoints(begin - centre, end - centre, radius, turn) + centre, end])
+    for direction in (-1.0, 1.0) if side == "shorter" else (-1.0,) if side == "left" else (1.0,):
+        points = np.array([begin, *arc_waypoints(begin - centre, end - centre, radius, direction) + centre, end])
         points = points[np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9 * radius])]
         length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-        if length < shortest_way:
-            waypoints, shortest_way = points, length
+        if length < shortest:
+            waypoints, shortest = points, length
     return waypoints
 
 
-def arc_waypoints(begin: Array, end: Array, radius: float, turn: float) -> Array:
-    """Return waypoints (K, 2) on the circle about the origin, from where the way meets it to where it leaves it.
+def arc_waypoints(begin: Array, end: Array, radius: float, direction: float) -> Array:
+    """Return waypoints (K, 2) on the circle about the origin, from where the path meets it to where it leaves it.
 
     Args:
         begin, end: m, outside the circle or on it.
         radius: m.
-        turn: 1 for a way that goes about the origin counterclockwise, -1 for the other.
+        direction: 1 for a path that goes around the origin counterclockwise, -1 for clockwise.
     """
-    first, last = (turn * atan2(position[1], position[0]) for position in (begin, end))
+    first, last = (direction * atan2(position[1], position[0]) for position in (begin, end))
     tangents = [acos(min(1.0, radius / hypot(*position))) for position in (begin, end)]
     first, last = first + tangents[0], last - tangents[1]
     swept = (last - first) % tau
     count = max(1, ceil(swept / STEP))
-    angles = turn * (first + swept * np.arange(count + 1) / count)
+    angles = direction * (first + swept * np.arange(count + 1) / count)
     return radius * np.stack([libm.cos(angles), libm.sin(angles)], axis=1)

@@ -28,7 +28,7 @@ class PointToPoint(NamedTuple):
     velocity: Limits  # coordinate's unit/s, limit of all, or of each
     acceleration: Limits  # coordinate's unit/s², likewise
     jerk: Limits | None = None  # coordinate's unit/s³, likewise; left out: none
-    start: Real = 0.0  # s, when it begins
+    start: Real = 0.0  # s, time at which the motion begins
 
     def find_error(self) -> str:
         """Return what is wrong as a whole, in one line; empty when nothing is."""

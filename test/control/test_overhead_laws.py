@@ -242,7 +242,7 @@ FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5
     [
         ({**FIXED, "control": LQR}, "a motion of 2.56 rad/s about the target stays: no effort damps it"),
         ({"gravity": 0.0, "control": LQR}, "a motion of 0 rad/s about the target stays: no effort damps it"),
-        ({"control": LQR | {"q": [0.0] * 4}}, "no effort damps it, or no weight asks for it"),
+        ({"control": LQR | {"q": [0.0] * 4}}, "no effort damps it, or its states have no weight"),
         ({**HOIST, "reference": {"q": [3.0, 0.0]}, "control": LQR}, "no efforts hold the crane at rest there"),
         ({"trolley": {"drive": "fixed"}, "reference": {"q": []}, "control": LQR}, "actuated are ()"),
         ({"reference": None, "control": LQR}, "LQR needs a target"),

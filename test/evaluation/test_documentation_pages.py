@@ -14,6 +14,8 @@ from crane_sim.evaluation.bench.store import read_store
 from crane_sim.evaluation.documentation.api_page import api_page
 from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in
 from crane_sim.evaluation.documentation.pictures import PICTURES
+from crane_sim.evaluation.league.sampled_data import read_cells
+from crane_sim.evaluation.league.sampled_table import format_samples
 from crane_sim.ros.plant_node import PARAMETERS
 from crane_sim.simulation.rollout import simulate
 
@@ -59,6 +61,11 @@ def test_a_page_has_the_rows_of_its_command(name: str) -> None:
 def test_the_benchmarks_page_is_written_from_its_data() -> None:
     """The page of the benchmark is exactly the output of its command from the data beside it."""
     assert text("performance") == performance(read_store(DOCS), drawn=True)
+
+
+def test_the_league_over_samples_is_written_from_its_data() -> None:
+    """The page of the league over samples is exactly what its command makes of the data beside it."""
+    assert text("league_samples") == format_samples(read_cells(DOCS))
 
 
 def test_the_python_page_is_written_from_the_source() -> None:

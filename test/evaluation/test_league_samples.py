@@ -1,6 +1,7 @@
 """`crane league --samples`: trials as studies, their cells, and the page made of them."""
 
 import json
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from crane_sim.cli.league import sampled_document, sampled_league, save_samples
 from crane_sim.evaluation.documentation.pages import PAGES
 from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
 from crane_sim.evaluation.league.cells import compute_metrics, evaluate
-from crane_sim.evaluation.league.sampled_cells import SampledCell, better_laws, evaluate_samples
-from crane_sim.evaluation.league.sampled_table import format_samples, sampled_tables
+from crane_sim.evaluation.league.sampled_cells import METRICS, SampledCell, better_laws, evaluate_samples
+from crane_sim.evaluation.league.sampled_data import read_cells
+from crane_sim.evaluation.league.sampled_table import command_of, describe_samples, format_samples, sampled_tables
 from crane_sim.evaluation.league.samples import TrialStudy, parameters_of, study_of, uncertain_scene
 from crane_sim.evaluation.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
@@ -21,6 +23,7 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study import StudyResult, cases, read_result
 from crane_sim.study.schema import scene_document
+from crane_sim.study.statistics import Estimate, PairedDifference
 
 MASSES = "cable.node_masses"
 OUT = {"trolley.limits": [-0.01, 4.0], "initial.v": -2.0}
@@ -182,6 +185,17 @@ def test_eleven_samples_can_tell_eight_laws_apart() -> None:
         assert sum(map(len, better_laws(errors).values())) == expected
 
 
+def test_a_page_says_where_samples_are_too_few() -> None:
+    """It says so exactly where laws that differ in every sample cannot be told apart, or a median has no interval."""
+    for laws, samples in product(range(2, 9), range(2, 15)):
+        errors = {str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples) for i in range(laws)}
+        told = not any(better_laws(errors).values())
+        text = describe_samples(samples, laws)
+        assert (f"a difference between its {laws} laws" in text) == told
+        assert ("too narrow" in text) == (samples <= 5)  # 2 / 2**5: the median is outside of 5 values more often
+    assert describe_samples(12, 8) == "12 samples of each trial."
+
+
 def test_folders_have_words_for_signs_only() -> None:
     """A trial's folder writes out the sign of a number, keeps hyphens, and is no other trial's."""
     trials = [TrialStudy(group.name, trial.column, None, {}) for group in GROUPS for trial in group.trials]
@@ -206,6 +220,41 @@ def test_page_and_data_are_written(tmp_path: Path) -> None:
     assert kept["cells"][0]["metrics"]["payload_mae"]["value"] > 0.0
 
 
+def cell_of(crane: str, samples: int, mean: float = 0.5) -> SampledCell:
+    """Return a cell with numbers that are not finite among others."""
+    number = Estimate(1.0, 0.5, np.inf)
+    metrics = dict.fromkeys(METRICS, number) | {METRICS[-1]: Estimate(np.inf, np.inf, np.inf)}
+    difference = PairedDifference(samples - 1, mean, 0.4, 0.6, np.nan, 0.25, 0.0)
+    return SampledCell(crane, "lqr", "gust", samples, "", Estimate(0.5, 0.2, 0.8), metrics, difference, ("energy",))
+
+
+def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
+    """A crane that is saved alone takes the place of its own cells; others stay, in order, with their own numbers."""
+    first, last = GROUPS[0].name, GROUPS[-1].name
+    save_samples([cell_of(last, 4)], tmp_path)
+    save_samples([cell_of(first, 12)], tmp_path)
+    save_samples([cell_of(last, 12), cell_of(last, 12)._replace(from_best=None, better_than=())], tmp_path)
+    page, cells = (tmp_path / "league_samples.md").read_text(), read_cells(tmp_path)
+    assert [(cell.crane, cell.samples) for cell in cells] == [(first, 12), (last, 12), (last, 12)]
+    assert page == format_samples(cells) and repr(cells[0]) == repr(cell_of(first, 12))  # NaN equals nothing
+    assert f"`crane {command_of(12, (first, last))}`" in page.splitlines()[2]
+    assert "| 1 (0.5 … -) | - | 0.5 (0.4 … 0.6), 11 pairs | energy |" in page
+    save_samples([cell_of(last, 4)], tmp_path)
+    page = (tmp_path / "league_samples.md").read_text()
+    assert f"`crane {command_of(12, [first])}` and `crane {command_of(4, [last])}`" in page.splitlines()[2]
+    assert page.index("12 samples of each trial.") < page.index("4 samples of each trial. No interval")
+    (tmp_path / "league_samples.json").write_text('{"cells": [{"crane": 1}]}')
+    with pytest.raises(SceneError, match="league_samples.json: cannot be read as the league's data: KeyError"):
+        sampled_league(False, str(tmp_path), 2, tmp_path / "rows")
+    assert not (tmp_path / "rows").exists()
+
+
+def test_all_cranes_of_one_number_of_samples_need_no_names() -> None:
+    """A page of all cranes names the command without cranes, which is the one that writes it."""
+    page = format_samples([cell_of(group.name, 12) for group in GROUPS])
+    assert page.splitlines()[2].startswith("Written by `crane league --samples 12 --save docs`, with ")
+
+
 @pytest.mark.interpreted
 def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
     """A crane that leaves its rail under every law has no metric; the league goes on, and no law is the best."""
@@ -214,7 +263,13 @@ def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
     cells = list(evaluate_samples(2, tmp_path, [group], 1))
     assert [cell.law for cell in cells] == ["energy", "lqr"]
     for cell in cells:
-        assert cell.failed and not cell.better_than and cell.from_best is not None and cell.from_best.pairs == 0
+        assert (
+            cell.failed
+            and cell.failed_runs == 2
+            and not cell.better_than
+            and cell.from_best is not None
+            and cell.from_best.pairs == 0
+        )
         assert cell.controlled is not None and cell.controlled.value == 0.0
     assert "limit" in cells[0].failed and "best" not in [
         line.from_the_best_m for line in sampled_tables(cells)["trolley"]

@@ -11,9 +11,9 @@ from test_falls import falls, rigid
 from test_suspended import INERTIA, SEA, base, turn
 
 from crane_sim import system
-from crane_sim.models.contact.forces import slipping_pressures
+from crane_sim.models.contact.forces import slipping_forces
 from crane_sim.models.contact.impacts import collide, impulse_work
-from crane_sim.models.contact.rigid import is_closed, pressure_on
+from crane_sim.models.contact.rigid import is_closed, normal_force_on
 from crane_sim.models.contact.surface import (
     ZERO,
     CompliantContact,
@@ -98,19 +98,23 @@ class Resting:
         return FallsCrane(SUPPORTS["bridge"], falls(), rigid(), hoist, base=base() if sea else None, contact=contact)
 
 
-def pressures_of(crane: FallsCrane, x: Any) -> Any:
-    """Return (pressure on each closed corner, wrench) of a load that slips."""
+def normal_forces_of(crane: FallsCrane, x: Any) -> Any:
+    """Return (normal force on each closed corner, wrench) of a load that slips."""
     contact, first, load = crane.contact, contact_index(crane), body_state(crane, x)
     assert isinstance(contact, RigidContact)
     scene = displacement_at(contact.surface.motion, T), load
-    pressures = slipping_pressures(contact, crane.load, x, first, scene, load_alone(crane, T, x))
+    normal_forces = slipping_forces(contact, crane.load, x, first, scene, load_alone(crane, T, x))
     closed = [i for i in range(len(contact.points)) if is_closed(x, first, i)]
     levers = [contact_point(contact, i, *scene).lever for i in closed]
-    return np.array([pressure_on(pressures, k, r) for k, r in enumerate(levers)]), pressures.wrench, np.array(levers)
+    return (
+        np.array([normal_force_on(normal_forces, k, r) for k, r in enumerate(levers)]),
+        normal_forces.wrench,
+        np.array(levers),
+    )
 
 
 def unit_push(corner: Any, q: Any, v: Any, sea: bool) -> Extras:
-    """Return a newton of pressure on a corner with its friction, and the falls' springs."""
+    """Return a newton of normal force on a corner with its friction, and the falls' springs."""
     slip = [along(lambda _, at, k=k: place(at, corner)[k], T, q, v, 0.0 * v)[1] for k in (0, 1)]
     size = np.sqrt(slip[0] ** 2 + slip[1] ** 2 + SLIP**2)
     force = tuple(mpf(float(x)) for x in (-FRICTION * slip[0] / size, -FRICTION * slip[1] / size, 1.0))
@@ -124,7 +128,7 @@ def unit_push(corner: Any, q: Any, v: Any, sea: bool) -> Extras:
 
 @pytest.mark.parametrize(("count", "sea"), [(1, True), (2, True), (3, False), (4, True)])
 def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
-    """A sliding load accelerates as point masses pushed by pressures and friction; closed corners as the deck does."""
+    """A sliding load accelerates as point masses under normal forces and friction; closed corners as the deck does."""
     load = Resting(count)
     q, v, efforts, added = load.q, load.v, np.zeros(9), np.zeros(9)
     efforts[:3], added[2] = EFFORTS, 1.5
@@ -132,12 +136,12 @@ def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
     crane = load.crane(sea)
     joints, rates, _ = mapped(q, v, free)
     x = system.state(crane, T, joints, rates)
-    pressures, _, _ = pressures_of(crane, x)
-    assert len(pressures) == count and x[-1] == 0.0
+    normal_forces, _, _ = normal_forces_of(crane, x)
+    assert len(normal_forces) == count and x[-1] == 0.0
     expected = free.copy()
-    for pressure, i in zip(pressures, load.closed, strict=True):
+    for normal_force, i in zip(normal_forces, load.closed, strict=True):
         pushed = accelerations(places("bridge", sea), T, q, v, efforts, unit_push(load.corners[i], q, v, sea))
-        expected += pressure * (pushed - free)
+        expected += normal_force * (pushed - free)
     got = system.acceleration(crane, T, x, EFFORTS)
     second = mapped(q, v, expected)[2]
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())  # rounding of stiff springs
@@ -145,17 +149,17 @@ def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
     np.testing.assert_allclose(parting, 0.0, atol=1e-9)  # rounding of gaps, times the rate of their correction
 
 
-def test_indeterminate_pressures_are_the_least_squares() -> None:
-    """Of all pressures on four corners with the same force and tilting moment, the model takes the smallest ones."""
+def test_indeterminate_normal_forces_are_the_least_squares() -> None:
+    """Of all normal forces on four corners with the same sum and tilting moment, the model takes the least squares."""
     load = Resting(4)
     crane = load.crane(False)
     contact: Any = crane.contact
     frictionless = crane._replace(contact=contact._replace(surface=contact.surface._replace(friction=0.0)))
     joints, rates, _ = mapped(load.q, load.v, 0.0 * load.v)
-    pressures, wrench, levers = pressures_of(frictionless, system.state(frictionless, T, joints, rates))
+    normal_forces, wrench, levers = normal_forces_of(frictionless, system.state(frictionless, T, joints, rates))
     rows = np.array([np.ones(4), levers[:, 1], -levers[:, 0]])
     least = np.linalg.lstsq(rows, [wrench.force[2], *wrench.moment[:2]], rcond=None)[0]
-    np.testing.assert_allclose(pressures, least, rtol=1e-12)  # rounding of the solution
+    np.testing.assert_allclose(normal_forces, least, rtol=1e-12)  # rounding of the solution
 
 
 @pytest.mark.parametrize(("part", "holds"), [(0.9999, True), (1.0001, False)])

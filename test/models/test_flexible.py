@@ -20,8 +20,8 @@ from crane_sim.models.supports.backlash import Drives, GearedSupport
 from crane_sim.models.supports.compliance import Compliance
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.friction_list import FrictionList
 from crane_sim.models.supports.hoist import ForceHoist
-from crane_sim.models.supports.joint_contacts import JointContacts
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -248,10 +248,10 @@ DRY, MOTORS = Friction(3.0, 4.0, 0.7), (40.0, 25.0, 1.2)
 
 def rubbing(bent: FlexibleSupport) -> ActuatedSupport:
     """Return the support with friction and motors of its drives."""
-    contacts, drives = None, coordinate_count(bent.support)
+    frictions, drives = None, coordinate_count(bent.support)
     for i in reversed(range(drives)):
-        contacts = JointContacts(i, DRY, contacts)
-    return ActuatedSupport(bent, MOTORS[:drives] + (0.0,) * (coordinate_count(bent) - drives), contacts)
+        frictions = FrictionList(i, DRY, frictions)
+    return ActuatedSupport(bent, MOTORS[:drives] + (0.0,) * (coordinate_count(bent) - drives), frictions)
 
 
 @pytest.mark.interpreted

@@ -31,8 +31,8 @@ from crane_sim.models.supports.actuated_support import ActuatedSupport, held_loa
 from crane_sim.models.supports.driven_point import Lift, Servo
 from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.friction import Friction
+from crane_sim.models.supports.friction_list import FrictionList
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
-from crane_sim.models.supports.joint_contacts import JointContacts
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.rails import FixedAxis, ForceAxis
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
@@ -301,13 +301,13 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
 
     expected = np.zeros(len(q))
     expected[free] = accelerations(places, t, q[free], v[free], efforts[free], Extras(added[free]))
-    contacts = None
+    frictions = None
     for i in reversed(range(ns)):
-        contacts = JointContacts(i, DRY, contacts)
+        frictions = FrictionList(i, DRY, frictions)
     inertias = tuple(motors.tolist())
-    support = ActuatedSupport(SUPPORTS[name], inertias, contacts)
+    support = ActuatedSupport(SUPPORTS[name], inertias, frictions)
     if name == "knuckle":  # which has its motors in its mass matrix
-        support = ActuatedSupport(SUPPORTS[name]._replace(motors=inertias), None, contacts)
+        support = ActuatedSupport(SUPPORTS[name]._replace(motors=inertias), None, frictions)
     cable, sea_base = Chain(np.array(MASSES), np.array(LENGTHS)), base() if sea else None
     crane = SuspendedCrane(support, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=sea_base)
     joints, rates, second = mapped(name, q, v, expected)
@@ -316,7 +316,7 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
     got = system.acceleration(crane, t, x, u)
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
     assert not got[list(held)].any()
-    loose, forces = crane._replace(support=support._replace(contacts=None)), np.array([*efforts[:ns], winch])
+    loose, forces = crane._replace(support=support._replace(frictions=None)), np.array([*efforts[:ns], winch])
     forces[list(held)] -= [held_load(crane, t, x, u, i) for i in held]
     freed = system.acceleration(loose, t, x[:-ns], tuple(map(float, forces)))
     np.testing.assert_allclose(freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # as above
@@ -333,7 +333,7 @@ def test_a_slew_that_sticks_is_a_locked_one() -> None:
     """A tower crane whose slew friction holds, on a moving base, has the accelerations of one whose slew is locked."""
     q, v = np.array([0.4, 6.0, 2.5, 0.4, -0.3]), np.array([0.0, 0.2, 0.1, -0.5, 0.4])
     cable, u, results = Chain(np.array([14.0]), np.array([2.5])), (3.0, -7.0, -110.0), []
-    sticks = ActuatedSupport(SUPPORTS["tower"], None, JointContacts(0, DRY))
+    sticks = ActuatedSupport(SUPPORTS["tower"], None, FrictionList(0, DRY))
     for support in (sticks, TowerCrane(LockedSlew(), JibTrolley(8.0))):
         crane = SuspendedCrane(support, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
         results.append(system.acceleration(crane, 0.7, system.state(crane, 0.7, q, v), u))
@@ -350,7 +350,7 @@ def test_a_knuckle_boom_held_in_line_is_a_telescopic_boom() -> None:
     }
     cable, results = Chain(np.array([2.0, 14.0]), np.array([2.5, 1.2])), []
     for support, posture in cases.values():
-        held = ActuatedSupport(support, None, JointContacts(1, DRY, JointContacts(2, DRY)))
+        held = ActuatedSupport(support, None, FrictionList(1, DRY, FrictionList(2, DRY)))
         crane = SuspendedCrane(held, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
         x = system.state(crane, 0.7, np.array([q[0], *posture, *q[1:]]), np.array([v[0], 0.0, 0.0, *v[1:]]))
         results.append(system.acceleration(crane, 0.7, x, (3.0, 0.0, 0.0, -110.0)))

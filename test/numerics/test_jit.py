@@ -24,7 +24,8 @@ PROBE = "import crane_sim; print(crane_sim.energy('knuckle_setpoint', [0, 0, 0, 
 
 def probe(tree: Path, cache: Path, code: str = PROBE) -> str:
     """Return what `code` prints with the package of `tree` and the given cache folder."""
-    inherited = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
+    left_out = "NUMBA", "PYTHONPYCACHEPREFIX"  # the tree's byte code stands in it, and is removed with it
+    inherited = {key: value for key, value in os.environ.items() if not key.startswith(left_out)}
     environment = inherited | {"PYTHONPATH": str(tree), "CRANE_SIM_CACHE": str(cache)}
     done = run_to_completion([sys.executable, "-c", code], env=environment, cwd=tree, check=True)
     return done.stdout.strip()

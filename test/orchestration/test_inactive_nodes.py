@@ -25,7 +25,7 @@ def test_a_node_reports_whether_it_is_active() -> None:
             on_change(active)
 
     host.manage = manage
-    node: Any = SimpleNamespace(activate=activations.append, missing=lambda: "", finish=dict)
+    node: Any = SimpleNamespace(set_active=activations.append, missing=lambda: "", finish=dict)
     serve_responder(host, node, True)
     assert activations == [True, False, True]
     assert [fields["active"] for event, fields in reports if event == "active"] == activations

@@ -69,7 +69,7 @@ def test_every_new_run_waits_for_its_own_demand() -> None:
     node, codec = FakeNode(), JointStateCodec(SCENE.joint_names, STATE)
     settings = SimpleNamespace(scene=SCENE.name, law="", mode="lockstep", expected_recorders=0)
     controller = ControllerNode(node, settings)  # type: ignore[arg-type]
-    controller.activate(True)
+    controller.set_active(True)
     for run in range(3):
         velocity = (0.01 * run, *SCENE.initial_v[1:])
         node.callbacks["joint_states"](codec.encode(SCENE.period_ns, SCENE.initial_q, velocity, velocity))

@@ -188,12 +188,12 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
     "energy law without a nominal crane": (
         ("knuckle_setpoint", {}),
         WITH_LINKS,
-        "control.nominal: control.law = 'energy' knows one rope and a point mass, here is links",
+        "control.nominal: law 'energy' supports only one rope and a point mass; the nominal scene has links",
     ),
     "tracking law without a nominal crane": (
         ("offshore_obstacle", {}),
         {"payload.inertia": [1, 1, 1]},
-        "control.nominal: .* knows one rope and a point mass, here is payload.inertia",
+        "control.nominal: .* supports only one rope and a point mass; the nominal scene has payload.inertia",
     ),
     "swing friction of a point": (
         PENDULUM,

@@ -97,7 +97,7 @@ def test_waiting_for_workers_is_told(
     """A study whose workers finish nothing for a known reason says it, and goes on when they are back."""
     monkeypatch.setattr("crane_sim.study.execution.PATIENCE", 0.2)  # s
     told: list[str] = []
-    pool = Workers(Late(), 16, lambda: "has lost all its workers")
+    pool = Workers(Late(), 16, unavailable_reason=lambda: "has lost all its workers")
     found = studies.run(STUDY, tmp_path / "late", pool=pool, on_wait=told.append)
     assert "has lost all its workers" in told
     assert without_times(found.table) == without_times(whole.table)

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.obstacle import Obstacle, min_distance
+from crane_sim.trajectories.obstacle import ObstacleDetour, min_distance
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import PiecewisePolynomial, evaluate, max_derivatives
 from crane_sim.trajectories.trajectory import compile_trajectory, higher_derivatives_at, sample_trajectory
@@ -184,7 +184,7 @@ def test_minimum_jerk_takes_the_time_that_limits_ask() -> None:
 @pytest.mark.parametrize("side", ["shorter", "left", "right"])
 def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
     """The motion from A to B stays clear of the circle on the side asked for, and not by much."""
-    obstacle = Obstacle((1.35, 0.0), (0.0, -1.35), (0.8, -0.8), 0.3, 0.1, 40.0, start=10.0, side=side)
+    obstacle = ObstacleDetour((1.35, 0.0), (0.0, -1.35), (0.8, -0.8), 0.3, 0.1, 40.0, start=10.0, side=side)
     polynomials = obstacle.to_polynomials()
     t = np.linspace(10.0, 50.0, 4001)
     place = evaluate(polynomials, t)
@@ -199,6 +199,6 @@ def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
 
 def test_an_obstacle_aside_changes_nothing() -> None:
     """Where the straight way is free, it is taken."""
-    polynomials = Obstacle((0.0, 0.0), (2.0, 0.0), (1.0, 1.0), 0.5, 0.4, 5.0).to_polynomials()
+    polynomials = ObstacleDetour((0.0, 0.0), (2.0, 0.0), (1.0, 1.0), 0.5, 0.4, 5.0).to_polynomials()
     assert np.max(np.abs(evaluate(polynomials, np.linspace(0.0, 5.0, 51))[:, 1])) < ROUNDING
     assert min_distance(polynomials, np.array([1.0, 1.0])) >= 0.9

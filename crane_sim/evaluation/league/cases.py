@@ -32,8 +32,6 @@ COLUMNS = (
     "rope -5 %", "rope +5 %", "gust", "30 Hz vision",
 )  # fmt: skip
 """The trials: columns of the figure."""
-SAMPLED = ("pendulum", "knuckle boom, tracking", "knuckle boom", "overhead, trolley")
-"""The cranes of the page over samples: a campaign of some minutes."""
 NOISE = "control.vision.seed"
 
 

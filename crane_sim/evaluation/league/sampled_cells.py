@@ -15,7 +15,7 @@ from crane_sim.evaluation.league.trials import Group
 from crane_sim.study.cases import cases
 from crane_sim.study.execution import run
 from crane_sim.study.result import StudyResult
-from crane_sim.study.runs import REFUSED
+from crane_sim.study.runs import FAILED, REFUSED
 from crane_sim.study.statistics import (
     Estimate,
     PairedDifference,
@@ -47,6 +47,7 @@ class SampledCell(NamedTuple):
     better_than: tuple[str, ...] = ()  # laws of the same trial whose mean error is larger, significantly
     failed: str = ""  # the first reason why a run ended before its time, or why its scene is not possible
     refused_runs: int = 0  # whose scenes are not possible
+    failed_runs: int = 0  # that ended before their time
 
 
 def evaluate_samples(
@@ -106,8 +107,9 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
         controlled = estimate_share(int(is_controlled(result, law).sum()), samples)
         cell = SampledCell(trial.crane, law, trial.trial, samples, "", controlled, metrics)
         difference = None if law == best and np.isfinite(np.median(errors[law])) else pairs
-        failed, refused_runs = _first_error(result, law), int(np.sum(_of_law(result, "status", law) == REFUSED))
-        cell = cell._replace(failed=failed, refused_runs=refused_runs)
+        status = _of_law(result, "status", law)
+        refused_runs, failed_runs = int(np.sum(status == REFUSED)), int(np.sum(status == FAILED))
+        cell = cell._replace(failed=_first_error(result, law), refused_runs=refused_runs, failed_runs=failed_runs)
         found.append(cell._replace(from_best=difference, better_than=better[law]))
     return found
 

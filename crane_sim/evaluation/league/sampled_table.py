@@ -5,19 +5,20 @@ from collections.abc import Iterable, Sequence
 from math import isfinite, isnan
 from typing import NamedTuple
 
-from crane_sim.evaluation.league.sampled_cells import METRICS, SampledCell
+from crane_sim.evaluation.league.cases import GROUPS
+from crane_sim.evaluation.league.sampled_cells import METRICS, SIGNIFICANCE, SampledCell
 from crane_sim.evaluation.league.table import NONE, markdown_of
 from crane_sim.evaluation.reproduce.table import format_value
-from crane_sim.study.statistics import Estimate, PairedDifference
+from crane_sim.study.statistics import CONFIDENCE, Estimate, PairedDifference
 
 HEAD = """# The league over samples
 
-Written by `crane {command}`, with
-[league_samples.json](league_samples.json).
+Written by {commands}, with [league_samples.json](league_samples.json).
 
-The trials of [the league](league.md), each with {samples} samples in place of a single run: every sample has another
-mass (by 10 % at most), rope or sling (2 %), size of the disturbance (20 %) and sea or noise, evenly spread over their
-ranges (Latin hypercube), and the laws know of none of them. All laws see the same samples.
+The trials of [the league](league.md), each with samples in place of a single run: every sample has another mass (by
+10 % at most, and so has a body's inertia), rope or sling (2 %), size of the disturbance (20 %) and sea, noise or
+turbulence, evenly spread over their ranges (Latin hypercube), and the laws know of none of them. All laws see the same
+samples.
 
 - **Controlled**: the share of samples in which the run reached its end, the rope never swung to the horizontal, and the
   payload stayed within 2 % of the way in the end; with Wilson's 95 % interval.
@@ -25,10 +26,11 @@ ranges (Latin hypercube), and the laws know of none of them. All laws see the sa
   failed, whose scene is not possible, or that did not settle, counts as worse than any that has the metric; `-`: half
   of the samples or more do not. They are defined as in [the league](league.md).
 - **From the best**: the error (MAE) less that of the law with the least median, mean of the pairs in which both have
-  one, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law.
+  one, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law; and the number of these
+  pairs where it is not that of the samples: of less than six the interval is too narrow.
 - **Better than**: the laws whose errors (MAE) on the same samples are larger by their ranks, significantly: Wilcoxon's
   signed-rank test at 5 % for all pairs of laws in the trial together (Holm). Ranks can differ from medians and means
-  where two laws are nearly equal. Fewer than 11 samples show nothing between 8 laws.
+  where two laws are nearly equal.
 """
 
 
@@ -60,7 +62,9 @@ def _sampled_line(cell: SampledCell) -> SampledLine:
     metrics = (format_estimate(cell.metrics[name]) for name in METRICS)
     better = "; ".join(cell.better_than) or NONE  # names of laws may have commas
     share = format_estimate(Estimate(*(100.0 * part for part in cell.controlled)), " %")
-    return SampledLine._make((cell.law, cell.trial, share, *metrics, _format_difference(cell.from_best), better))
+    return SampledLine._make(
+        (cell.law, cell.trial, share, *metrics, _format_difference(cell.from_best, cell.samples), better)
+    )
 
 
 def format_estimate(estimate: Estimate, unit: str = "") -> str:
@@ -69,26 +73,47 @@ def format_estimate(estimate: Estimate, unit: str = "") -> str:
     return NONE if value == NONE and low == NONE else f"{value}{unit} ({low} … {high})"
 
 
-def _format_difference(difference: PairedDifference | None) -> str:
+def _format_difference(difference: PairedDifference | None, samples: int) -> str:
     if difference is None:
         return "best"
     if isnan(difference.mean):
         return NONE
-    return format_estimate(Estimate(difference.mean, difference.low, difference.high))
+    text = format_estimate(Estimate(difference.mean, difference.low, difference.high))
+    return text if difference.pairs == samples else f"{text}, {difference.pairs} pairs"
 
 
-def command_of(samples: int, cranes: Iterable[str]) -> str:
-    """Return the command that writes the page of these cranes, without `crane`."""
-    named = " ".join(f"--crane {shlex.quote(crane)}" for crane in cranes)
-    return f"league --samples {samples} {named} --save docs"
+def command_of(samples: int, cranes: Iterable[str] = ()) -> str:
+    """Return the command that writes the page of these cranes, of all where none is named, without `crane`."""
+    named = "".join(f"--crane {shlex.quote(crane)} " for crane in cranes)
+    return f"league --samples {samples} {named}--save docs"
+
+
+def _list_commands(cells: Sequence[SampledCell]) -> str:
+    """Return the commands that write the page of these cells: one for each number of samples."""
+    cranes = dict[int, dict[str, None]]()
+    for cell in cells:
+        cranes.setdefault(cell.samples, {})[cell.crane] = None
+    whole = len(cranes) == 1 and cells and {cell.crane for cell in cells} >= {group.name for group in GROUPS}
+    return " and ".join(f"`crane {command_of(n, () if whole else names)}`" for n, names in cranes.items())
+
+
+def describe_samples(samples: int, laws: int) -> str:
+    """Return a line on the samples of a crane's trials, and on what so few of them cannot show."""
+    text = f"{samples} samples of each trial."
+    pairs = laws * (laws - 1) // 2
+    if pairs and pairs * 2.0 ** (1 - samples) >= SIGNIFICANCE:
+        text += f" They are too few to show a difference between its {laws} laws, whatever it is."
+    if 2.0 ** (1 - samples) > 1.0 - CONFIDENCE:
+        text += " No interval of so few holds a median with 95 %: those below are too narrow."
+    return text
 
 
 def format_samples(cells: Sequence[SampledCell]) -> str:
     """Return the page in Markdown."""
-    cranes, samples = dict.fromkeys(cell.crane for cell in cells), cells[0].samples
-    sections = [HEAD.format(samples=samples, command=command_of(samples, cranes))]
+    sections, samples = [HEAD.format(commands=_list_commands(cells))], {cell.crane: cell.samples for cell in cells}
     for crane, lines in sampled_tables(cells).items():
-        sections.append(f"## {crane.capitalize()}\n\n" + markdown_of(lines))
+        head = describe_samples(samples[crane], len({line.law for line in lines}))
+        sections.append(f"## {crane.capitalize()}\n\n{head}\n\n" + markdown_of(lines))
     for title, lines in list_reasons(cells).items():
         sections.append(f"## {title}\n\n" + ("\n".join(f"- {line}" for line in lines) or "Nothing.") + "\n")
     return "\n".join(sections)
@@ -105,5 +130,6 @@ def list_reasons(cells: Sequence[SampledCell]) -> dict[str, list[str]]:
 
 def _failure(cell: SampledCell) -> str:
     """Return why runs of a cell failed, empty where none did."""
-    count = f"{cell.refused_runs} of {cell.samples} scenes are not possible; " if cell.refused_runs else ""
-    return cell.failed and f"{count}the first reason: {cell.failed}"
+    counts = {"scenes are not possible": cell.refused_runs, "runs ended before their time": cell.failed_runs}
+    parts = "".join(f"{count} of {cell.samples} {what}; " for what, count in counts.items() if count)
+    return cell.failed and f"{parts}the first reason: {cell.failed}"

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from crane_sim.models.contact.rigid import (
     NONE,
-    Pressures,
+    NormalForces,
     closed_count,
-    closing_pressures,
+    closing_forces,
     holding_accelerations,
-    holding_pressures,
+    holding_forces,
     is_closed,
     turn_of,
 )
@@ -24,13 +24,13 @@ from crane_sim.models.contact.surface import (
     contact_point,
     displacement_at,
     multiple,
-    unit_pressure,
+    unit_normal_force,
 )
 from crane_sim.models.moving_base import rotate_to_base
 from crane_sim.models.suspended.load_dynamics import add, multiply
 from crane_sim.numerics.jit import lean_generic, lean_kernel
 
-OPEN = Pressures(0, (0.0, 0.0, 0.0), NONE)
+OPEN = NormalForces(0, (0.0, 0.0, 0.0), NONE)
 
 
 class ContactResult(NamedTuple):
@@ -38,7 +38,7 @@ class ContactResult(NamedTuple):
 
     centre: tuple[float, float, float]  # m/s², acceleration of the centre of mass
     alpha: tuple[float, float, float]  # rad/s², in the load's axes
-    pressures: Any  # `Pressures`, None where contact is not modelled
+    normal_forces: Any  # `NormalForces`, None where contact is not modelled
 
 
 @lean_generic
@@ -76,27 +76,27 @@ def _(contact, load, t, x, first, state, free):
         return ContactResult(free[0], free[1], OPEN)
     moved = displacement_at(contact.surface.motion, t)
     if is_closed(x, first, len(contact.points)):
-        held = holding_pressures(contact, load, x, first, (moved, state), free)
+        held = holding_forces(contact, load, x, first, (moved, state), free)
         centre, alpha = holding_accelerations(contact, x, first, (moved, state))
         return ContactResult(centre, rotate_to_base(state.rows, alpha), held)
-    pressures = slipping_pressures(contact, load, x, first, (moved, state), free)
-    return compute_contact_result(load, state, free, pressures)
+    normal_forces = slipping_forces(contact, load, x, first, (moved, state), free)
+    return compute_contact_result(load, state, free, normal_forces)
 
 
 @lean_kernel
-def slipping_pressures(contact, load, x, first, surface_and_body, free):
-    """Return the Pressures on a load that slips; arguments of `rigid.holding_pressures`."""
+def slipping_forces(contact, load, x, first, surface_and_body, free):
+    """Return the NormalForces on a load that slips; arguments of `rigid.holding_forces`."""
     turn = multiply(surface_and_body[1].rows, free[1])
     lift = free[0][2] - surface_and_body[0].acceleration[2], turn[0], turn[1]
-    return closing_pressures(contact, load, x, first, surface_and_body, lift, 1.0)
+    return closing_forces(contact, load, x, first, surface_and_body, lift, 1.0)
 
 
 @lean_kernel
-def compute_contact_result(load, state, free, pressures):
-    """Return the ContactResult of a load under pressures; other arguments of `add_contact`."""
-    force, moment = pressures.wrench
+def compute_contact_result(load, state, free, normal_forces):
+    """Return the ContactResult of a load under normal forces; other arguments of `add_contact`."""
+    force, moment = normal_forces.wrench
     own = rotate_to_base(state.rows, turn_of(load, state, moment))
-    return ContactResult(add(free[0], multiple(1.0 / load.mass, force)), add(free[1], own), pressures)
+    return ContactResult(add(free[0], multiple(1.0 / load.mass, force)), add(free[1], own), normal_forces)
 
 
 @add_contact.register(CompliantContact)
@@ -105,12 +105,12 @@ def _(contact, load, t, x, first, state, free):
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
             point = contact_point(contact, i, moved, state)
-            force = unit_pressure(contact.surface, point)
-            wrench, count = add_force(wrench, compliant_pressure(contact, point), point.lever, force), count + 1
-    return compute_contact_result(load, state, free, Pressures(count, (0.0, 0.0, 0.0), wrench))
+            force = unit_normal_force(contact.surface, point)
+            wrench, count = add_force(wrench, compliant_normal_force(contact, point), point.lever, force), count + 1
+    return compute_contact_result(load, state, free, NormalForces(count, (0.0, 0.0, 0.0), wrench))
 
 
 @lean_kernel
-def compliant_pressure(contact, point):
-    """Return the pressure [N] on a compliant point, also where it is free."""
+def compliant_normal_force(contact, point):
+    """Return the normal force [N] on a compliant point, also where it is free."""
     return -contact.stiffness * point.gap * (1.0 - contact.damping * point.velocity[2])

@@ -14,7 +14,7 @@ from math import sqrt
 
 import numpy as np
 
-from crane_sim.models.contact.rigid import NONE, closed_count, closing_pressures, turn_of
+from crane_sim.models.contact.rigid import NONE, closed_count, closing_forces, turn_of
 from crane_sim.models.contact.surface import (
     Wrench,
     add_force,
@@ -132,5 +132,5 @@ def settle(contact, load, x, first, moved, state):
         return state, NONE
     omega = multiply(state.rows, state.omega)
     lift = state.velocity[2] - moved.velocity[2], omega[0], omega[1]
-    pressures = closing_pressures(contact, load, x, first, (moved, state), lift, 0.0)
-    return after_impulse(load, state, pressures.wrench), pressures.wrench
+    normal_forces = closing_forces(contact, load, x, first, (moved, state), lift, 0.0)
+    return after_impulse(load, state, normal_forces.wrench), normal_forces.wrench

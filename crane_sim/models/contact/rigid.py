@@ -1,14 +1,15 @@
-"""Pressures of a rigid contact: what keeps closed points on the surface, and holds a load that sticks.
+"""Normal forces of a rigid contact: what keeps closed points on the surface, and holds a load that sticks.
 
-The closed points' pressures λ are unilateral, and more than three of them are statically indeterminate. Of all that
-hold the load the least squares are taken; these are linear in the place, λ_i = y₀ + y₁ r_y - y₂ r_x, as the pressures
-below equal springs that are ever stiffer. So there are never more than three unknowns y, which follow from the
-accelerations (z'', α_x, α_y) of the surface less those of the load alone. One or two closed points have their pressures
-as unknowns.
+The closed points' normal forces λ are unilateral, and more than three of them are statically indeterminate. Of all that
+hold the load those with the least sum of squares are taken. They are linear in the position, λ_i = y₀ + y₁ r_y - y₂
+r_x: the limit of equal springs as their stiffness grows. So there are never more than three unknowns y, which follow
+from the accelerations (z'', α_x, α_y) of the surface less those of the load alone. With one or two closed points the
+normal forces themselves are the unknowns.
 
-While the load slips, each pressure comes with its friction, linear in it. A load that sticks, with three or more points
-closed, moves as the surface does. What holds it is shared in proportion to the pressures, f_i = λ_i (a + b ẑ × ρ_i)
-with ρ_i from the centre of pressure; the load slips where one |f_i| exceeds μ λ_i.
+While the load slips, each normal force has its friction, proportional to it. A load that sticks, with three or more
+closed points, moves as the surface does. The holding friction is distributed over the points in proportion to their
+normal forces, f_i = λ_i (a + b ẑ × ρ_i) with ρ_i from the centre of pressure; the load slips where one |f_i| exceeds
+μ λ_i.
 
 Accelerations that keep a gap g at zero leave rounding and the steps' errors to add up; the surface's acceleration less
 2 γ g' + γ² g is asked for in its place (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972, 1-16).
@@ -23,7 +24,7 @@ from crane_sim.models.contact.surface import (
     add_force,
     contact_point,
     multiple,
-    unit_pressure,
+    unit_normal_force,
 )
 from crane_sim.models.moving_base import cross, dot, rotate_to_base
 from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
@@ -33,7 +34,7 @@ NONE = Wrench(ZERO, ZERO)
 RATE = 10.0  # 1/s, γ: slow beside falls and slip, so that it costs no steps
 
 
-class Pressures(NamedTuple):
+class NormalForces(NamedTuple):
     """What presses on the load at one instant."""
 
     closed: int  # number of closed points
@@ -58,7 +59,7 @@ def closed_count(contact, x, first):
 
 @lean_kernel
 def shares(count, place, lever):
-    """Return the factors (3,) of the unknowns in the pressure of a closed point, the one with number `place`."""
+    """Return the factors (3,) of the unknowns in the normal force of a closed point, the one with number `place`."""
     if count > 2:
         return 1.0, lever[1], -lever[0]
     return (1.0, 0.0, 0.0) if place == 0 else (0.0, 1.0, 0.0)
@@ -66,13 +67,13 @@ def shares(count, place, lever):
 
 @lean_kernel
 def unit_wrenches(contact, x, first, scene, count, rough):
-    """Return the wrenches (3) of the unknowns, each 1; arguments of `slipping_pressures`, rough: 1 with friction."""
+    """Return the wrenches (3) of the unknowns, each 1; arguments of `slipping_forces`, rough: 1 with friction."""
     (moved, state), place = scene, 0
     a, b, c = NONE, NONE, NONE
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
             point = contact_point(contact, i, moved, state)
-            factors, (fx, fy, fz) = shares(count, place, point.lever), unit_pressure(contact.surface, point)
+            factors, (fx, fy, fz) = shares(count, place, point.lever), unit_normal_force(contact.surface, point)
             force = rough * fx, rough * fy, fz
             a = add_force(a, factors[0], point.lever, force)
             b = add_force(b, factors[1], point.lever, force)
@@ -96,7 +97,7 @@ def turn_of(load, state, moment):
 
 @lean_kernel
 def required_changes(contact, x, first, scene, count, lift, smooth):
-    """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)); arguments of `closing_pressures`."""
+    """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)); arguments of `closing_forces`."""
     (moved, state), place = scene, 0
     if count > 2:
         back = add(lift, multiple(smooth, correction(contact, x, first, scene)))
@@ -173,8 +174,8 @@ def combine(wrenches, y):
 
 
 @lean_routine
-def closing_pressures(contact, load, x, first, scene, lift, smooth):
-    """Return the Pressures that keep closed points on the surface.
+def closing_forces(contact, load, x, first, scene, lift, smooth):
+    """Return the NormalForces that keep closed points on the surface.
 
     Args:
         contact, load: parameters.
@@ -189,7 +190,7 @@ def closing_pressures(contact, load, x, first, scene, lift, smooth):
     columns = lift_of(load, scene[1], a), lift_of(load, scene[1], b), lift_of(load, scene[1], c)
     rows, missing = required_changes(contact, x, first, scene, count, lift, smooth)
     y = solve_unknowns(count, rows, columns, missing)
-    return Pressures(count, y, combine(wrenches, y))
+    return NormalForces(count, y, combine(wrenches, y))
 
 
 @lean_routine
@@ -203,55 +204,55 @@ def holding_accelerations(contact, x, first, scene):
 
 
 @lean_routine
-def holding_pressures(contact, load, x, first, scene, free):
-    """Return the Pressures that hold the load; three or more points are closed, free: as in `add_contact`."""
+def holding_forces(contact, load, x, first, scene, free):
+    """Return the NormalForces that hold the load; three or more points are closed, free: as in `add_contact`."""
     state, (centre, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
     force = multiple(load.mass, subtract(centre, free[0]))
     turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
     wrench = Wrench(force, multiply(state.rows, turn))
     sums = force[2], wrench.moment[0], wrench.moment[1]
     y = plane_through(contact, x, first, scene, sums)
-    return Pressures(closed_count(contact, x, first), y, wrench)
+    return NormalForces(closed_count(contact, x, first), y, wrench)
 
 
 @lean_kernel
-def pressure_on(pressures, place, lever):
-    """Return the pressure [N] on a closed point, the one with number `place`."""
-    return dot(shares(pressures.closed, place, lever), pressures.unknowns)
+def normal_force_on(normal_forces, place, lever):
+    """Return the normal force [N] on a closed point, the one with number `place`."""
+    return dot(shares(normal_forces.closed, place, lever), normal_forces.unknowns)
 
 
 @lean_kernel
-def least_pressure(contact, x, first, scene, pressures):
-    """Return the smallest pressure [N] on a closed point."""
+def least_normal_force(contact, x, first, scene, normal_forces):
+    """Return the smallest normal force [N] on a closed point."""
     least, place = 1e300, 0
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
             lever = contact_point(contact, i, scene[0], scene[1]).lever
-            least, place = min(least, pressure_on(pressures, place, lever)), place + 1
+            least, place = min(least, normal_force_on(normal_forces, place, lever)), place + 1
     return least
 
 
 @lean_kernel
-def pressure_moments(contact, x, first, scene, pressures):
+def normal_force_moments(contact, x, first, scene, normal_forces):
     """Return Σ λ, Σ λ r_x, Σ λ r_y and Σ λ (r_x² + r_y²)."""
     place, total, sx, sy, polar = 0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
             lever = contact_point(contact, i, scene[0], scene[1]).lever
-            pressure = pressure_on(pressures, place, lever)
-            total, sx, sy = total + pressure, sx + pressure * lever[0], sy + pressure * lever[1]
-            polar, place = polar + pressure * (lever[0] * lever[0] + lever[1] * lever[1]), place + 1
+            normal_force = normal_force_on(normal_forces, place, lever)
+            total, sx, sy = total + normal_force, sx + normal_force * lever[0], sy + normal_force * lever[1]
+            polar, place = polar + normal_force * (lever[0] * lever[0] + lever[1] * lever[1]), place + 1
     return total, sx, sy, polar
 
 
 @lean_routine
-def required_friction(contact, x, first, scene, pressures):
-    """Return the coefficient of friction that it takes to hold the load by these Pressures, 1e300 if they pull."""
-    total, sx, sy, polar = pressure_moments(contact, x, first, scene, pressures)
+def required_friction(contact, x, first, scene, normal_forces):
+    """Return the coefficient of friction that is needed to hold the load by these NormalForces, 1e300 if they pull."""
+    total, sx, sy, polar = normal_force_moments(contact, x, first, scene, normal_forces)
     if not total > 0.0:
         return 1e300
-    cx, cy, (fx, fy, _) = sx / total, sy / total, pressures.wrench.force
-    turn = (pressures.wrench.moment[2] - (cx * fy - cy * fx)) / (polar - total * (cx * cx + cy * cy))
+    cx, cy, (fx, fy, _) = sx / total, sy / total, normal_forces.wrench.force
+    turn = (normal_forces.wrench.moment[2] - (cx * fy - cy * fx)) / (polar - total * (cx * cx + cy * cy))
     worst = 0.0
     for i in range(len(contact.points)):
         if is_closed(x, first, i):

@@ -6,7 +6,7 @@ of a deck; it does not turn. A point at r from the load's centre of mass C has, 
     gap = C_z + r_z - height - s_z,    velocity = v_C + ω × r - s',
 
 with the motion s. Friction is Coulomb's, smoothed at the slip velocity v_s so that slow slip has a direction: a
-pressure N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) / √(v_x² + v_y² + v_s²).
+normal force N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) / √(v_x² + v_y² + v_s²).
 """
 
 from math import sqrt
@@ -122,8 +122,8 @@ def slip_speed(point):
 
 
 @lean_kernel
-def unit_pressure(surface, point):
-    """Return the force (3,) on a slipping point for each newton of its pressure."""
+def unit_normal_force(surface, point):
+    """Return the force (3,) on a slipping point for each newton of its normal force."""
     vx, vy, _ = point.velocity
     drag = -surface.friction / sqrt(vx * vx + vy * vy + surface.slip_velocity * surface.slip_velocity)
     return drag * vx, drag * vy, 1.0

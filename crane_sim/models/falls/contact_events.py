@@ -1,8 +1,8 @@
 """Events of a load on falls that touches a surface: its points touch, bounce and lift off, the load sticks and slips.
 
 A point of a rigid contact touches where it is below the surface and comes nearer, by a little more than rounding: one
-that has just lifted off, or bounced, is there without coming nearer. A compliant one touches where its pressure would
-be positive.
+that has just lifted off, or bounced, is there without coming nearer. A compliant one touches where its normal force
+would be positive.
 """
 
 from typing import Any
@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from crane_sim.models.attitude import quaternion_rate
-from crane_sim.models.contact.forces import add_contact, compliant_pressure, slipping_pressures
+from crane_sim.models.contact.forces import add_contact, compliant_normal_force, slipping_forces
 from crane_sim.models.contact.impacts import NEAR, PARTS, collide, impulse_work, settle, sum_wrenches
 from crane_sim.models.contact.rigid import (
     closed_count,
-    holding_pressures,
+    holding_forces,
     is_closed,
-    least_pressure,
-    pressure_on,
+    least_normal_force,
+    normal_force_on,
     required_friction,
 )
 from crane_sim.models.contact.surface import (
@@ -72,7 +72,7 @@ def _(contact, p, t, x):
     first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
     for i in range(len(contact.points)):
         point = contact_point(contact, i, moved, load)
-        x[first + i] = 1.0 if min(-point.gap, compliant_pressure(contact, point)) > 0.0 else 0.0
+        x[first + i] = 1.0 if min(-point.gap, compliant_normal_force(contact, point)) > 0.0 else 0.0
 
 
 @fill_contact.register(RigidContact)
@@ -87,13 +87,13 @@ def _(contact, p, t, x):
 
 
 @generic
-def total_pressure(contact, p, t, x):
+def total_normal_force(contact, p, t, x):
     """Return the normal force [N] on the load."""
     load, free = body_state(p, x), load_alone(p, t, x)
-    return add_contact(contact, body_of(p, x), t, x, contact_index(p), load, free).pressures.wrench.force[2]
+    return add_contact(contact, body_of(p, x), t, x, contact_index(p), load, free).normal_forces.wrench.force[2]
 
 
-@total_pressure.register(type(None))
+@total_normal_force.register(type(None))
 def _(contact, p, t, x):
     return 0.0
 
@@ -109,8 +109,8 @@ def _(contact, p, t, x, best):
     first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
     for i in range(len(contact.points)):
         point = contact_point(contact, i, moved, load)
-        pressure = compliant_pressure(contact, point)
-        value = pressure if is_closed(x, first, i) else -min(-contact.stiffness * point.gap, pressure)
+        normal_force = compliant_normal_force(contact, point)
+        value = normal_force if is_closed(x, first, i) else -min(-contact.stiffness * point.gap, normal_force)
         best = smaller_guard(best, value, encode(Guard.CONTACT, i))
     return best[0], best[1], 0
 
@@ -134,16 +134,16 @@ def rigid_guard(contact, p, t, x, best):
         return best[0], best[1], 0
     scene, free = (moved, load), load_alone(p, t, x)
     if is_closed(x, first, n):
-        pressures = holding_pressures(contact, body, x, first, scene, free)
-        spare = 1.0 - required_friction(contact, x, first, scene, pressures) / contact.surface.friction
+        normal_forces = holding_forces(contact, body, x, first, scene, free)
+        spare = 1.0 - required_friction(contact, x, first, scene, normal_forces) / contact.surface.friction
     else:
-        pressures = slipping_pressures(contact, body, x, first, scene, free)
+        normal_forces = slipping_forces(contact, body, x, first, scene, free)
         spare = slip_guard(contact, p, t, x, scene, free)
     best = smaller_guard(best, spare, encode(Guard.CONTACT, n))
     for i in range(n):
         if is_closed(x, first, i):
             lever = contact_point(contact, i, moved, load).lever
-            best = smaller_guard(best, pressure_on(pressures, place, lever), encode(Guard.CONTACT, i))
+            best = smaller_guard(best, normal_force_on(normal_forces, place, lever), encode(Guard.CONTACT, i))
             place += 1
     return best[0], best[1], 1
 
@@ -159,9 +159,9 @@ def slip_guard(contact, p, t, x, scene, free):
             fastest = max(fastest, slip_speed(contact_point(contact, i, scene[0], scene[1])))
     if fastest >= surface.slip_velocity:
         return fastest / surface.slip_velocity - 1.0
-    held = holding_pressures(contact, body_of(p, x), x, first, scene, free)
+    held = holding_forces(contact, body_of(p, x), x, first, scene, free)
     needed = required_friction(contact, x, first, scene, held) / surface.friction - GRIP
-    needed = max(needed, -least_pressure(contact, x, first, scene, held))
+    needed = max(needed, -least_normal_force(contact, x, first, scene, held))
     return max(needed, fastest / surface.slip_velocity - 1.0)
 
 

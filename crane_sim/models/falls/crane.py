@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.models.attitude import align_quaternion, angular_velocity_of, quaternion_acceleration, rotation_of
 from crane_sim.models.contact.forces import add_contact
-from crane_sim.models.contact.rigid import Pressures
+from crane_sim.models.contact.rigid import NormalForces
 from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
 from crane_sim.models.effects import PayloadDrag, PayloadForce
 from crane_sim.models.energy_meter import Meter, meter_size
@@ -49,7 +49,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import write_contact_rates
+from crane_sim.models.supports.actuated_support import write_friction_rates
 from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
@@ -138,7 +138,7 @@ class FallsSolution(NamedTuple):
     tau: Any  # efforts on the joints, with those that base and falls add
     command: Any  # efforts of the drives
     base: Any
-    pressures: Any  # of contact, None without
+    normal_forces: Any  # of contact, None without
 
 
 @lean_kernel
@@ -285,8 +285,10 @@ def solve_dynamics(p, t, x, tau):
     motion, at = (*common_length(p.hoist, p, x, nq), p.gravity), (nq + coordinate_count(p.support), winch_index(p))
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
-    centre, alpha, pressures = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    return FallsSolution(pose, qdd, length, centre, alpha, load, pull, given, tip_force, tau, command, base, pressures)
+    centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
+    return FallsSolution(
+        pose, qdd, length, centre, alpha, load, pull, given, tip_force, tau, command, base, normal_forces
+    )
 
 
 @lean_kernel
@@ -333,7 +335,7 @@ def write_falls_derivative(p, t, x, u, out):
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
     write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
-    write_contact_rates(p.support, solved.pose, out)
+    write_friction_rates(p.support, solved.pose, out)
     if modes > 2 * nq:
         out[2 * nq] = falls_power(p, t, x, solved)
 
@@ -351,15 +353,15 @@ def falls_power(p, t, x, solved):
     winch = winch_power(p.hoist, solved.tau, mode, motion, pull.paid, p.gravity)
     power += winch + imposed_load_power(solved.base, body, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
-    return add_contact_power(solved.pressures, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
+    return add_contact_power(solved.normal_forces, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
 
 
 @lean_generic
-def add_contact_power(pressures, load, power):
+def add_contact_power(normal_forces, load, power):
     """Return the sum of `power` [W] and the power of contact."""
     return power
 
 
-@add_contact_power.register(Pressures)
-def _(pressures, load, power):
-    return power + wrench_power(pressures.wrench, load)
+@add_contact_power.register(NormalForces)
+def _(normal_forces, load, power):
+    return power + wrench_power(normal_forces.wrench, load)

@@ -15,7 +15,7 @@ from crane_sim.models.falls.contact_events import (
     describe_contact,
     fill_contact,
     switch_contact,
-    total_pressure,
+    total_normal_force,
 )
 from crane_sim.models.falls.crane import (
     FallsCrane,
@@ -37,8 +37,8 @@ from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_
 from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
 from crane_sim.models.supports import (
-    contact_count,
     coordinate_count,
+    friction_state_count,
     support_guard,
     support_kinetic,
     support_polyline,
@@ -108,7 +108,9 @@ def _(p, x):
 @system.state.register(FallsCrane)
 def _(p, t, q, v):
     nq, _, _ = falls_layout(p)
-    x = np.zeros(contact_index(p) + count_contact_modes(p.contact) + drive_count(p.support) + contact_count(p.support))
+    x = np.zeros(
+        contact_index(p) + count_contact_modes(p.contact) + drive_count(p.support) + friction_state_count(p.support)
+    )
     positions, rates = coordinate_order(p.support, q), coordinate_order(p.support, v)
     for i in range(nq):
         x[i], x[nq + i] = positions[i], rates[i]
@@ -149,9 +151,9 @@ def _(p, t, x, u, rows, i, first):
         rows[i, first + k] = x[modes + k] * fall.tension
 
 
-@system.contact_pressure.register(FallsCrane)
+@system.contact_force.register(FallsCrane)
 def _(p, t, x):
-    return total_pressure(p.contact, p, t, x)
+    return total_normal_force(p.contact, p, t, x)
 
 
 @system.power.register(FallsCrane)

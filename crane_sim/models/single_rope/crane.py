@@ -49,12 +49,12 @@ from crane_sim.models.moving_base import (
 )
 from crane_sim.models.rotating_frame import frame_acceleration, inertial_velocity
 from crane_sim.models.single_rope.joint_friction import (
-    Contacts,
+    JointFriction,
     add_joint_friction,
-    append_contact_rates,
-    append_contacts,
+    append_friction_rates,
+    append_friction_states,
     hold_joints,
-    keep_contacts,
+    keep_friction_states,
 )
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports import (
@@ -102,7 +102,7 @@ class Crane(NamedTuple):
     force: PayloadForce | None = None
     stops: Stops | None = None
     wind: Wind | None = None
-    friction: Contacts | None = None
+    friction: JointFriction | None = None
 
 
 class CraneMotion(NamedTuple):
@@ -214,7 +214,7 @@ def _(p, t, x, u):
     motion = solve_motion(p, t, x, tau)
     derivative = (*xs[3:], *motion.support_acceleration), (*xc[3:], *motion.payload_acceleration)
     derivative = append_power(p.energy_meter, derivative, p, t, x, tau, motion)
-    return append_contact_rates(p.friction, derivative, x, motion.rope_state.rate)
+    return append_friction_rates(p.friction, derivative, x, motion.rope_state.rate)
 
 
 @lean_generic
@@ -265,7 +265,7 @@ def _(friction, p, x, tau, motion):
 def _(p, x):
     pose = forward_kinematics(p.support, x[0])
     projected = metered_like(p.energy_meter, x, (x[0], project_to_rope(p.cable, pose, x[1])))
-    return keep_contacts(p.friction, x, projected, rope_kinematics(pose, x[1]))
+    return keep_friction_states(p.friction, x, projected, rope_kinematics(pose, x[1]))
 
 
 @system.tensions.register(Crane)
@@ -295,7 +295,7 @@ def _(p, row):
 
 @system.state.register(Crane)
 def _(p, t, q, v):
-    return append_contacts(p.friction, metered_state(p.energy_meter, state_from_joints(p.support, p, q, v)), v)
+    return append_friction_states(p.friction, metered_state(p.energy_meter, state_from_joints(p.support, p, q, v)), v)
 
 
 @system.acceleration.register(Crane)

@@ -14,10 +14,10 @@ from crane_sim.models.supports import joint_loads
 from crane_sim.models.supports.friction import (
     Friction,
     breakaway_mode,
-    contact_effort,
-    contact_rate,
+    friction_effort,
     friction_guard,
-    initial_contact,
+    friction_state_rate,
+    initial_friction_state,
     is_held,
 )
 from crane_sim.models.supports.lugre import LuGre
@@ -27,7 +27,7 @@ from crane_sim.numerics.states import replace_entry, replace_field
 STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
 
 
-class Contacts(NamedTuple):
+class JointFriction(NamedTuple):
     """Friction of the actuated joints, of either kind."""
 
     slew: Friction | LuGre | None  # N m, of the tower's bearing
@@ -42,7 +42,7 @@ def hold_joints(friction, pose, x):
     return pose
 
 
-@hold_joints.register(Contacts)
+@hold_joints.register(JointFriction)
 def _(friction, pose, x):
     slew, boom, jib, rope = x[-1]
     free = not is_held(friction.slew, slew), not is_held(friction.boom, boom), not is_held(friction.jib, jib)
@@ -55,30 +55,30 @@ def add_joint_friction(friction, tau, rope_state, x):
     return tau
 
 
-@add_joint_friction.register(Contacts)
+@add_joint_friction.register(JointFriction)
 def _(friction, tau, rope_state, x):
     (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
     return (
-        tau[0] + contact_effort(friction.slew, va, slew),
-        tau[1] + contact_effort(friction.boom, vb, boom),
-        tau[2] + contact_effort(friction.jib, vg, jib),
+        tau[0] + friction_effort(friction.slew, va, slew),
+        tau[1] + friction_effort(friction.boom, vb, boom),
+        tau[2] + friction_effort(friction.jib, vg, jib),
         *winch_effort(friction.rope, tau, rope_state.rate, rope),
     )
 
 
 @lean_generic
-def winch_effort(friction, tau, rate, contact):
+def winch_effort(friction, tau, rate, friction_state):
     """Return the winch's effort with friction as a tuple, empty for a winch without one."""
     return tau[3:]
 
 
 @winch_effort.register(Friction)
 @winch_effort.register(LuGre)
-def _(friction, tau, rate, contact):
-    return (tau[3] + contact_effort(friction, rate, contact),)
+def _(friction, tau, rate, friction_state):
+    return (tau[3] + friction_effort(friction, rate, friction_state),)
 
 
-@winch_tension.register(Contacts)
+@winch_tension.register(JointFriction)
 def _(friction, p, pose, rope_state, tau, force, reaction):
     if pose.free[WINCH]:
         return winch_pull(p.cable, tau, rope_state)
@@ -99,7 +99,7 @@ def any_held(friction, x):
     return False
 
 
-@any_held.register(Contacts)
+@any_held.register(JointFriction)
 def _(friction, x):
     slew, boom, jib, rope = x[-1]
     turning = is_held(friction.slew, slew) or is_held(friction.boom, boom) or is_held(friction.jib, jib)
@@ -120,7 +120,7 @@ def friction_guards(friction, best, x, rate, loads):
     return best
 
 
-@friction_guards.register(Contacts)
+@friction_guards.register(JointFriction)
 def _(friction, best, x, rate, loads):
     (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
     best = smaller_guard(best, friction_guard(friction.slew, va, slew, loads[0]), encode(Guard.FRICTION, 0))
@@ -142,63 +142,63 @@ def stop_joint(x, joint, rope_state):
 
 
 @lean_kernel
-def after_guard(friction, joint, contact, loads):
-    """Return the new contact of a joint whose guard has failed in `contact`, at rest against `loads`."""
+def after_guard(friction, joint, friction_state, loads):
+    """Return the new mode of a joint whose guard has failed in mode `friction_state`, at rest against `loads`."""
     if joint == 0:
-        mode = breakaway_mode(friction.slew, contact, loads[0])
+        mode = breakaway_mode(friction.slew, friction_state, loads[0])
     elif joint == 1:
-        mode = breakaway_mode(friction.boom, contact, loads[1])
+        mode = breakaway_mode(friction.boom, friction_state, loads[1])
     elif joint == 2:
-        mode = breakaway_mode(friction.jib, contact, loads[2])
+        mode = breakaway_mode(friction.jib, friction_state, loads[2])
     else:
-        mode = breakaway_mode(friction.rope, contact, loads[WINCH])
+        mode = breakaway_mode(friction.rope, friction_state, loads[WINCH])
     return mode
 
 
 @lean_kernel
-def with_contact(x, joint, contact):
-    """Return state x with the contact of a joint replaced, and the number of that event."""
-    return (*x[:-1], replace_entry(x[-1], joint, contact)), friction_event(joint, contact)
+def with_friction_state(x, joint, friction_state):
+    """Return state x with the friction state of a joint replaced, and the number of that event."""
+    return (*x[:-1], replace_entry(x[-1], joint, friction_state)), friction_event(joint, friction_state)
 
 
 @lean_generic
-def append_contacts(friction, x, v):
-    """Return the initial state x with the contacts of joints at velocities v (nq,) appended."""
+def append_friction_states(friction, x, v):
+    """Return the initial state x with the friction states of joints at velocities v (nq,) appended."""
     return x
 
 
-@append_contacts.register(Contacts)
+@append_friction_states.register(JointFriction)
 def _(friction, x, v):
     rate = 0.0 if abs(v[WINCH]) <= STANDSTILL else v[WINCH]
     turning = (
-        initial_contact(friction.slew, v[0]),
-        initial_contact(friction.boom, v[1]),
-        initial_contact(friction.jib, v[2]),
+        initial_friction_state(friction.slew, v[0]),
+        initial_friction_state(friction.boom, v[1]),
+        initial_friction_state(friction.jib, v[2]),
     )
-    return (*x, (*turning, initial_contact(friction.rope, rate)))
+    return (*x, (*turning, initial_friction_state(friction.rope, rate)))
 
 
 @lean_generic
-def append_contact_rates(friction, derivative, x, rate):
-    """Return the derivative of state x with those of the contacts appended; `rate` is the rope's [m/s]."""
+def append_friction_rates(friction, derivative, x, rate):
+    """Return the derivative of state x with those of the friction states appended; `rate` is the rope's [m/s]."""
     return derivative
 
 
-@append_contact_rates.register(Contacts)
+@append_friction_rates.register(JointFriction)
 def _(friction, derivative, x, rate):
     (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
-    turning = contact_rate(friction.slew, va, slew), contact_rate(friction.boom, vb, boom)
-    rates = (*turning, contact_rate(friction.jib, vg, jib), contact_rate(friction.rope, rate, rope))
+    turning = friction_state_rate(friction.slew, va, slew), friction_state_rate(friction.boom, vb, boom)
+    rates = (*turning, friction_state_rate(friction.jib, vg, jib), friction_state_rate(friction.rope, rate, rope))
     return (*derivative, rates)
 
 
 @lean_generic
-def keep_contacts(friction, x, projected, rope_state):
-    """Return the projected state with the contacts of x, the rope at rest where friction holds its winch."""
+def keep_friction_states(friction, x, projected, rope_state):
+    """Return the projected state with the friction states of x, the rope at rest where friction holds its winch."""
     return projected
 
 
-@keep_contacts.register(Contacts)
+@keep_friction_states.register(JointFriction)
 def _(friction, x, projected, rope_state):
     held = is_held(friction.rope, x[-1][WINCH])
     xc = without_rate(rope_state, projected[1]) if held else projected[1]

@@ -5,13 +5,13 @@ from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.single_rope.joint_friction import (
-    Contacts,
+    JointFriction,
     after_guard,
     any_held,
     friction_guards,
     loads_of,
     stop_joint,
-    with_contact,
+    with_friction_state,
 )
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports import forward_kinematics, support_guard
@@ -34,7 +34,7 @@ def friction_switching(friction, stops):
     return make_switching(stops, POSITIONS)
 
 
-@friction_switching.register(Contacts)
+@friction_switching.register(JointFriction)
 def _(friction, stops):
     turning = either(either(retake_of(friction.slew), retake_of(friction.boom)), retake_of(friction.jib))
     return Switching(EVENT_LOG_CAPACITY, 0, either(turning, retake_of(friction.rope)))
@@ -52,7 +52,7 @@ def smallest_guard(p, t, x, u):
     forces = taut or any_held(p.friction, x)
     rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
     best = support_guard(p.support, length_guard(stops, rope_state.length, rope_state.rate), x[0])
-    tension, loads = contact_forces(p.friction, p, t, x, u) if forces else (0.0, NO_LOADS)
+    tension, loads = tension_and_loads(p.friction, p, t, x, u) if forces else (0.0, NO_LOADS)
     if taut:
         best = smaller_guard(best, tension, encode(Guard.LINK, 0))
     value, number = friction_guards(p.friction, best, x, rope_state.rate, loads)
@@ -60,12 +60,12 @@ def smallest_guard(p, t, x, u):
 
 
 @lean_generic
-def contact_forces(friction, p, t, x, u):
+def tension_and_loads(friction, p, t, x, u):
     """Return (tension [N], loads of `joint_friction.loads_of`, zeros of a crane without friction of its joints)."""
     return solve_motion(p, t, x, system.effort(u, p, t, x)).tension, NO_LOADS
 
 
-@contact_forces.register(Contacts)
+@tension_and_loads.register(JointFriction)
 def _(friction, p, t, x, u):
     motion = solve_motion(p, t, x, system.effort(u, p, t, x))
     return motion.tension, loads_of(p, motion)
@@ -82,14 +82,14 @@ def switch_joint(friction, p, t, x, u, number):
     return x, number, False
 
 
-@switch_joint.register(Contacts)
+@switch_joint.register(JointFriction)
 def _(friction, p, t, x, u, number):
     kind, joint, _ = decode(number)
     if kind != Guard.FRICTION:
         return x, number, False
     still = stop_joint(x, joint, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
     loads = loads_of(p, solve_motion(p, t, still, system.effort(u, p, t, still)))
-    return (*with_contact(still, joint, after_guard(friction, joint, x[-1][joint], loads)), True)
+    return (*with_friction_state(still, joint, after_guard(friction, joint, x[-1][joint], loads)), True)
 
 
 @system.describe_event.register(Crane)

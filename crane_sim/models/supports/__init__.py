@@ -70,8 +70,8 @@ def joint_motion(support, xs, i):
 
 
 @lean_generic
-def contact_count(support):
-    """Return the number of floats of the joints' friction at the end of the state, 0 by default."""
+def friction_state_count(support):
+    """Return the number of the joints' friction states, which end the crane's state; 0 by default."""
     return 0
 
 

@@ -21,10 +21,10 @@ from typing import Any, NamedTuple
 from crane_sim.models.supports import (
     add_imposed_efforts,
     add_yaw_moment,
-    contact_count,
     coordinate_count,
     drive_power,
     forward_kinematics,
+    friction_state_count,
     joint_loads,
     joint_mobilities,
     joint_motion,
@@ -55,17 +55,17 @@ from crane_sim.models.supports.backlash import (
 from crane_sim.models.supports.compliance import as_entries
 from crane_sim.models.supports.flexible import FlexibleSupport, as_boom, as_coordinates, elastic_entries
 from crane_sim.models.supports.friction import either, retake_of
-from crane_sim.models.supports.joint_contacts import (
-    JointContacts,
-    add_contact_efforts,
+from crane_sim.models.supports.friction_list import (
+    FrictionList,
+    add_friction_efforts,
     any_in_list_held,
-    contact_entries,
-    contact_guards,
-    fill_contacts,
+    fill_friction_states,
     fill_modes,
+    friction_states,
     list_length,
     mode_of_stopped_joint,
     place_in_list,
+    smallest_friction_guard,
     without_held,
     write_list_rates,
 )
@@ -81,7 +81,7 @@ class ActuatedSupport(NamedTuple):
 
     support: Any  # of `crane_sim.models.supports`, not a `GearedSupport`, which can carry this one
     motors: tuple[float, ...] | None  # (n,) kg or kg m², reflected to the joints; a `Knuckle` has its own
-    contacts: JointContacts | None
+    frictions: FrictionList | None
 
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
@@ -92,7 +92,7 @@ class ActuatedState(NamedTuple):
     """State of support and friction."""
 
     inner: Any  # of the support
-    floats: Any  # of `JointContacts`, a tuple
+    floats: Any  # of `FrictionList`, a tuple
 
 
 class ActuatedPosture(NamedTuple):
@@ -104,7 +104,7 @@ class ActuatedPosture(NamedTuple):
     inner: Any  # posture of the support
     ratio: Any  # (n,) of accelerations with motors and friction to those without
     rates: Any  # (n,) of the joints
-    floats: Any  # of `JointContacts`
+    floats: Any  # of `FrictionList`
 
 
 def bare_support(support: Any) -> Any:
@@ -115,19 +115,19 @@ def bare_support(support: Any) -> Any:
 def takes_energy(support: Any) -> bool:
     """Return whether drives with play, a structure that bends or friction take energy."""
     if isinstance(support, ActuatedSupport):
-        return support.contacts is not None or takes_energy(support.support)
+        return support.frictions is not None or takes_energy(support.support)
     return isinstance(support, GearedSupport | FlexibleSupport | SwayingTower)
 
 
 @lean_kernel
-def with_contacts(support, inner, x):
+def with_friction_states(support, inner, x):
     """Return the ActuatedState of a crane's state x; inner: the support's own."""
-    return ActuatedState(inner, contact_entries(support.contacts, x, len(x) - list_length(support.contacts)))
+    return ActuatedState(inner, friction_states(support.frictions, x, len(x) - list_length(support.frictions)))
 
 
-@contact_count.register(ActuatedSupport)
+@friction_state_count.register(ActuatedSupport)
 def _(support):
-    return list_length(support.contacts)
+    return list_length(support.frictions)
 
 
 @coordinate_count.register(ActuatedSupport)
@@ -244,7 +244,7 @@ def _(support, qdd, ratio):
 @forward_kinematics.register(ActuatedSupport)
 def _(support, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    ratio = without_held(support.contacts, free_ratios(support.support, support.motors, pose), xs.floats, 0)
+    ratio = without_held(support.frictions, free_ratios(support.support, support.motors, pose), xs.floats, 0)
     pose, rates = held_posture(support.support, pose, ratio), joint_rates(support.support, xs.inner, ratio)
     return ActuatedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, ratio, rates, xs.floats)
 
@@ -252,7 +252,7 @@ def _(support, xs):
 @joint_efforts.register(ActuatedSupport)
 def _(support, tau, pose):
     tau = joint_efforts(support.support, tau, pose.inner)
-    return add_contact_efforts(support.contacts, tau, pose.rates, pose.floats, 0)
+    return add_friction_efforts(support.frictions, tau, pose.rates, pose.floats, 0)
 
 
 @support_acceleration.register(ActuatedSupport)
@@ -302,24 +302,26 @@ def _(support, pose):
 
 
 @lean_generic
-def write_contact_rates(support, pose, out):
-    """Write the derivatives of the floats of the joints' friction into the end of `out`."""
+def write_friction_rates(support, pose, out):
+    """Write the derivatives of the friction states into the end of `out`."""
 
 
-@write_contact_rates.register(ActuatedSupport)
+@write_friction_rates.register(ActuatedSupport)
 def _(support, pose, out):
-    write_list_rates(support.contacts, pose.rates, pose.floats, 0, out)
+    write_list_rates(support.frictions, pose.rates, pose.floats, 0, out)
 
 
-@write_contact_rates.register(GearedSupport)
+@write_friction_rates.register(GearedSupport)
 def _(support, pose, out):
-    write_contact_rates(support.support, pose.inner, out)
+    write_friction_rates(support.support, pose.inner, out)
 
 
 @fill_support_modes.register(ActuatedSupport)
 def _(support, x, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    fill_contacts(support.contacts, joint_rates(support.support, xs.inner, free_ratios(support.support, None, pose)), x)
+    fill_friction_states(
+        support.frictions, joint_rates(support.support, xs.inner, free_ratios(support.support, None, pose)), x
+    )
 
 
 @generic
@@ -329,7 +331,7 @@ def renew_modes(support, x, xs):
 
 @renew_modes.register(ActuatedSupport)
 def _(support, x, xs):
-    fill_modes(support.contacts, forward_kinematics(support, xs).rates, x)
+    fill_modes(support.frictions, forward_kinematics(support, xs).rates, x)
 
 
 @renew_modes.register(GearedSupport)
@@ -345,7 +347,7 @@ def any_joint_held(support, xs):
 
 @any_joint_held.register(ActuatedSupport)
 def _(support, xs):
-    return any_in_list_held(support.contacts, xs.floats, 0)
+    return any_in_list_held(support.frictions, xs.floats, 0)
 
 
 @any_joint_held.register(GearedSupport)
@@ -385,7 +387,7 @@ def held_guard(support, best, pose, gravity, tau, force):
 @held_guard.register(ActuatedSupport)
 def _(support, best, pose, gravity, tau, force):
     loads = held_loads(support, pose, gravity, tau, force)
-    return contact_guards(support.contacts, best, pose.rates, loads, pose.floats, True, 0)
+    return smallest_friction_guard(support.frictions, best, pose.rates, loads, pose.floats, True, 0)
 
 
 @held_guard.register(GearedSupport)
@@ -397,23 +399,23 @@ def _(support, best, pose, gravity, tau, force):
 def _(support, best, xs):
     best = support_guard(support.support, best, xs.inner)
     rates = forward_kinematics(support, xs).rates
-    return contact_guards(support.contacts, best, rates, rates, xs.floats, False, 0)
+    return smallest_friction_guard(support.frictions, best, rates, rates, xs.floats, False, 0)
 
 
 @with_support_switching.register(ActuatedSupport)
 def _(support, switching):
-    return with_contact_switching(support.contacts, switching)
+    return with_friction_switching(support.frictions, switching)
 
 
 @generic
-def with_contact_switching(contacts, switching):
+def with_friction_switching(frictions, switching):
     """Return the result of `system.switching` with this friction of the joints."""
     return switching
 
 
-@with_contact_switching.register(JointContacts)
-def _(contacts, switching):
-    return Switching(EVENT_LOG_CAPACITY, 0, either(retake_of(contacts), retake_within(switching)))
+@with_friction_switching.register(FrictionList)
+def _(frictions, switching):
+    return Switching(EVENT_LOG_CAPACITY, 0, either(retake_of(frictions), retake_within(switching)))
 
 
 @generic
@@ -435,7 +437,7 @@ def place_of_contact(support, joint):
 
 @place_of_contact.register(ActuatedSupport)
 def _(support, joint):
-    return list_length(support.contacts) - place_in_list(support.contacts, joint)
+    return list_length(support.frictions) - place_in_list(support.frictions, joint)
 
 
 @place_of_contact.register(GearedSupport)
@@ -461,7 +463,7 @@ def mode_after_guard(support, joint, failed, solved, gravity, force):
 def _(support, joint, failed, solved, gravity, force):
     pose, tau = solved
     load = held_loads(support, pose, gravity, tau, force)[joint]
-    return mode_of_stopped_joint(support.contacts, joint, failed, load)
+    return mode_of_stopped_joint(support.frictions, joint, failed, load)
 
 
 @mode_after_guard.register(GearedSupport)

@@ -26,10 +26,10 @@ from crane_sim.models.guards import BACKWARDS, FORWARDS, Guard, decode, encode, 
 from crane_sim.models.supports import (
     add_imposed_efforts,
     add_yaw_moment,
-    contact_count,
     coordinate_count,
     drive_power,
     forward_kinematics,
+    friction_state_count,
     joint_motion,
     support_acceleration,
     support_base_energy,
@@ -175,7 +175,7 @@ def shaft_state(support, xs, i):
 @lean_kernel
 def first_drive_mode(support, x):
     """Return the index of the first drive's mode in a crane's state x; friction of joints stands behind them."""
-    return len(x) - len(support.drives.inertia) - contact_count(support.support)
+    return len(x) - len(support.drives.inertia) - friction_state_count(support.support)
 
 
 @lean_kernel
@@ -320,9 +320,9 @@ def describe_drive(support: Any, i: int, outcome: int) -> str:
     return f"drive {number} of the {support.coordinate(int(joint[i]))[0]} {what}"
 
 
-@contact_count.register(GearedSupport)
+@friction_state_count.register(GearedSupport)
 def _(support):
-    return contact_count(support.support)
+    return friction_state_count(support.support)
 
 
 @coordinate_count.register(GearedSupport)

@@ -1,9 +1,9 @@
 """Dry friction of joints that sticks and slips: stick is a constraint, and events separate the two.
 
-A joint's mode is a float of the state whose derivative is zero: 0 while it sticks, else the direction in which it
-slips. A joint that sticks does not accelerate, whatever its inertia; it breaks loose when what would accelerate it
-exceeds the static friction. Where several joints stick, each is judged by the effort that holds it while all others
-keep their modes, one after the other, the one whose guard is lowest first.
+A joint's friction state is a scalar of the crane's state: here its mode, whose derivative is zero, 0 while it sticks,
+else the direction in which it slips. A joint that sticks does not accelerate, whatever its inertia; it breaks loose
+when what would accelerate it exceeds the static friction. Where several joints stick, each is judged by the effort that
+holds it while all others keep their modes, one after the other, the one whose guard is lowest first.
 
 With a Stribeck velocity vs the friction of a joint that slips falls from the static to the Coulomb level continuously,
 F(v) = Fc + (Fs - Fc) exp(-(v / vs)²) + viscous |v| (Armstrong-Hélouvry, Dupont, Canudas de Wit, "A survey of models,
@@ -25,8 +25,8 @@ class Friction(NamedTuple):
     coulomb: NonNegative  # effort's unit, while it slips
     static: NonNegative  # effort's unit, up to which it sticks; at least the Coulomb friction
     viscous: NonNegative = 0.0  # effort's unit s/joint's unit, on top while it slips
-    stribeck: Positive | None = None  # joint's unit/s, velocity vs over which the static friction falls to the Coulomb
-    # one as exp(-(v/vs)²); left out: it falls at once
+    stribeck: Positive | None = None  # joint's unit/s, vs: velocity scale at which the friction falls from static to
+    # Coulomb, as exp(-(v/vs)²); left out: it falls at once
 
 
 @lean_generic
@@ -65,40 +65,40 @@ def _(part):
 
 
 @lean_generic
-def is_held(friction, contact):
-    """Return whether friction holds the joint, whose velocity is then 0; `contact` is its float of the state."""
+def is_held(friction, friction_state):
+    """Return whether friction holds the joint, whose velocity is then 0; `friction_state`: its mode or bristles."""
     return False
 
 
 @is_held.register(Friction)
-def _(friction, contact):
-    return contact == 0.0
+def _(friction, friction_state):
+    return friction_state == 0.0
 
 
 @lean_generic
-def contact_effort(friction, v, contact):
+def friction_effort(friction, v, friction_state):
     """Return the effort [N or N m] by which friction adds to the others' on a joint at velocity v."""
     return 0.0
 
 
-@contact_effort.register(Friction)
-def _(friction, v, contact):
-    return -contact * dry_friction(friction.stribeck, friction, v) - abs(contact) * friction.viscous * v
+@friction_effort.register(Friction)
+def _(friction, v, friction_state):
+    return -friction_state * dry_friction(friction.stribeck, friction, v) - abs(friction_state) * friction.viscous * v
 
 
 @lean_generic
-def contact_rate(friction, v, contact):
-    """Return the derivative of the joint's float of the state: modes change by events alone."""
+def friction_state_rate(friction, v, friction_state):
+    """Return the derivative of the joint's friction state: modes change by events alone."""
     return 0.0
 
 
 @lean_generic
-def initial_contact(friction, v):
-    """Return the float of the state of a joint that begins at velocity v."""
+def initial_friction_state(friction, v):
+    """Return the friction state of a joint that begins at velocity v."""
     return 1.0
 
 
-@initial_contact.register(Friction)
+@initial_friction_state.register(Friction)
 def _(friction, v):
     return 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
 

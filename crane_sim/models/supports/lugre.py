@@ -1,7 +1,7 @@
 """LuGre friction of joints: bristles that bend while a joint sticks, without events.
 
 Canudas de Wit, Olsson, Åström, Lischinsky, "A new model for control of systems with friction", IEEE Transactions on
-Automatic Control 40, 1995, eqs. 1 to 4, with z the mean deflection of the bristles, a float of the state:
+Automatic Control 40, 1995, eqs. 1 to 4, with the mean deflection z of the bristles, a scalar state:
 
     z' = v - σ0 |v| z / g(v),   F = σ0 z + σ1 z' + σ2 v,   g(v) = Fc + (Fs - Fc) exp(-(v / vs)²).
 
@@ -12,16 +12,16 @@ from math import exp
 from typing import NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.models.supports.friction import contact_effort, contact_rate, initial_contact
+from crane_sim.models.supports.friction import friction_effort, friction_state_rate, initial_friction_state
 from crane_sim.numerics.jit import lean_kernel
 
 
 class LuGre(NamedTuple):
-    """Dry friction of a joint by bristles: smooth, a joint that sticks creeps."""
+    """Dry friction of a joint by bristles: smooth, so a sticking joint creeps slowly."""
 
     coulomb: Positive  # effort's unit, in slow steady motion
     static: NonNegative  # effort's unit, up to which it sticks; at least the Coulomb friction
-    stribeck: Positive  # joint's unit/s, velocity vs over which the static friction falls to the Coulomb one
+    stribeck: Positive  # joint's unit/s, vs: velocity scale at which g(v) falls from static to Coulomb friction
     stiffness: Positive  # effort's unit/joint's unit, σ0 of the bristles
     damping: NonNegative  # effort's unit s/joint's unit, σ1 of the bristles
     viscous: NonNegative = 0.0  # effort's unit s/joint's unit, σ2
@@ -34,18 +34,18 @@ def steady_friction(friction, v):
     return friction.coulomb + (friction.static - friction.coulomb) * exp(-ratio * ratio)
 
 
-@contact_rate.register(LuGre)
-def _(friction, v, contact):
-    return v - friction.stiffness * abs(v) * contact / steady_friction(friction, v)
+@friction_state_rate.register(LuGre)
+def _(friction, v, deflection):
+    return v - friction.stiffness * abs(v) * deflection / steady_friction(friction, v)
 
 
-@contact_effort.register(LuGre)
-def _(friction, v, contact):
-    rate = contact_rate(friction, v, contact)
-    return -friction.stiffness * contact - friction.damping * rate - friction.viscous * v
+@friction_effort.register(LuGre)
+def _(friction, v, deflection):
+    rate = friction_state_rate(friction, v, deflection)
+    return -friction.stiffness * deflection - friction.damping * rate - friction.viscous * v
 
 
-@initial_contact.register(LuGre)
+@initial_friction_state.register(LuGre)
 def _(friction, v):
     sign = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
     return sign * steady_friction(friction, v) / friction.stiffness

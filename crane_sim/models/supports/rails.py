@@ -12,13 +12,13 @@ from crane_sim.files.types import Positive
 from crane_sim.models.supports.friction import (
     Friction,
     breakaway_mode,
-    contact_effort,
-    contact_rate,
+    friction_effort,
     friction_force,
     friction_guard,
     friction_response,
+    friction_state_rate,
     has_friction,
-    initial_contact,
+    initial_friction_state,
     linear_span,
     retake_of,
 )
@@ -106,7 +106,7 @@ def _(axis, tau, i, v, pull):
 
 @friction_response.register(LuGre)
 def _(friction, mass, force, v, mode):
-    return 1.0 / mass, (force + contact_effort(friction, v, mode)) / mass
+    return 1.0 / mass, (force + friction_effort(friction, v, mode)) / mass
 
 
 @lean_generic
@@ -122,23 +122,23 @@ def _(axis, power, v, mode):
 
 @add_bristle_power.register(LuGre)
 def _(axis, power, v, mode):
-    return power + contact_effort(axis, v, mode) * v
+    return power + friction_effort(axis, v, mode) * v
 
 
 @lean_generic
 def mode_rate(axis, v, mode):
-    """Return the derivative of an axis' float of the state: 0 unless it has bristles."""
+    """Return the derivative of an axis' friction state: 0 unless it has bristles."""
     return 0.0
 
 
 @mode_rate.register(ForceAxis)
 def _(axis, v, mode):
-    return contact_rate(axis.friction, v, mode)
+    return friction_state_rate(axis.friction, v, mode)
 
 
 @lean_generic
 def initial_mode(axis, v):
-    """Return the float of the state of an axis that begins at velocity v."""
+    """Return the friction state of an axis that begins at velocity v."""
     return np.sign(v)
 
 
@@ -149,7 +149,7 @@ def _(axis, v):
 
 @initial_mode.register(LuGre)
 def _(axis, v):
-    return initial_contact(axis, v)
+    return initial_friction_state(axis, v)
 
 
 @has_friction.register(ForceAxis)

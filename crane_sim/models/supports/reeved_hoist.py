@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.stops import WINCH
-from crane_sim.models.supports.friction import Friction, contact_effort, has_friction, retake_of
+from crane_sim.models.supports.friction import Friction, friction_effort, has_friction, retake_of
 from crane_sim.models.supports.hoist import hoist_modes, hoist_power, hoist_response
 from crane_sim.models.supports.reeving import (
     Drum,
@@ -99,7 +99,7 @@ def _(hoist, t, tau, x, at, motion):
     if hoist_modes(hoist) > 0 and mode == 0.0:
         return 0.0, 0.0
     force = lead_force(hoist.torque, hoist.reeving, tau[len(tau) - 1], length)
-    force += contact_effort(hoist.friction, rate, mode) / hoist.reeving.falls
+    force += friction_effort(hoist.friction, rate, mode) / hoist.reeving.falls
     return reeved_acceleration(hoist.reeving, sheave_factor(hoist.reeving.loss, mode), force, length, rate, gravity)
 
 
@@ -130,7 +130,7 @@ def _(hoist, tau, mode, motion, pull, gravity):
     dead_end = dead_end_of(reeving, factor, pull, motion, gravity)
     _, _, _, lost = follow_rope(reeving, factor, dead_end, motion, gravity)
     effort = reeving.falls * lead_force(hoist.torque, reeving, tau[len(tau) - 1], motion[0])
-    return (effort + contact_effort(hoist.friction, motion[1], mode) - lost) * motion[1]
+    return (effort + friction_effort(hoist.friction, motion[1], mode) - lost) * motion[1]
 
 
 @lean_generic

@@ -38,10 +38,10 @@ from crane_sim.models.moving_base import (
 from crane_sim.models.rotating_frame import inertial_acceleration, inertial_velocity
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports import (
-    contact_count,
     coordinate_count,
     drive_power,
     forward_kinematics,
+    friction_state_count,
     support_acceleration,
     tip_acceleration,
     tip_mobility,
@@ -49,7 +49,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import ActuatedSupport, with_contacts, write_contact_rates
+from crane_sim.models.supports.actuated_support import ActuatedSupport, with_friction_states, write_friction_rates
 from crane_sim.models.supports.backlash import (
     GearedSupport,
     drive_count,
@@ -169,7 +169,7 @@ def _(support, x, nq):
 
 @support_state.register(ActuatedSupport)
 def _(support, x, nq):
-    return with_contacts(support, support_state(support.support, x, nq), x)
+    return with_friction_states(support, support_state(support.support, x, nq), x)
 
 
 @lean_kernel
@@ -183,7 +183,7 @@ def suspended_layout(p):
 @lean_kernel
 def mode_count(p):
     """Return the number of floats of the state's modes: the winch's or those of exchanges, then those of drives."""
-    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + drive_count(p.support) + contact_count(p.support)
+    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + drive_count(p.support) + friction_state_count(p.support)
 
 
 @lean_generic
@@ -387,7 +387,7 @@ def write_suspended_derivative(p, t, x, u, out, work):
         out[2 * nq] = suspended_power(p, t, x, solved, work)
     for i in range(end, len(out)):
         out[i] = 0.0
-    write_contact_rates(p.support, solved.pose, out)
+    write_friction_rates(p.support, solved.pose, out)
 
 
 @lean_kernel

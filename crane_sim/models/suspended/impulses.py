@@ -25,10 +25,10 @@ from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_axes
 from crane_sim.models.supports import (
-    contact_count,
     coordinate_count,
     drive_power,
     forward_kinematics,
+    friction_state_count,
     support_acceleration,
     tip_mobility,
     yaw,
@@ -122,7 +122,7 @@ def posture_at_rest(support, x, nq):
     """
     still = x.copy()
     still[nq : 2 * nq] = 0.0
-    still[len(x) - contact_count(support) :] = 1.0
+    still[len(x) - friction_state_count(support) :] = 1.0
     xs = support_state(support, still, nq)
     return forward_kinematics(support, xs), sincos(yaw(support, xs))
 

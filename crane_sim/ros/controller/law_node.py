@@ -18,7 +18,7 @@ from crane_sim.scenes.scene import Scene
 
 
 class OutputTopic(NamedTuple):
-    """The topic of a node's answers."""
+    """The topic on which a node publishes its answers: commands or demands."""
 
     kind: Any  # message class
     name: str
@@ -33,7 +33,7 @@ class Diagnostics(NamedTuple):
 
 
 class LawNode:
-    """A law between the topic `joint_states` and that of its answers; a state that comes twice gets the same answer.
+    """A law that answers each state of `joint_states` with a command or a demand; equal states get the same answer.
 
     The law is built anew when the plant is reset, which shows in a stamp that does not increase.
 
@@ -59,15 +59,15 @@ class LawNode:
             JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS, raw=True
         )
 
-    def activate(self, active: bool) -> None:
-        """Answer from now on, beginning with the newest state, or be silent."""
-        self._activation.activate(active)
+    def set_active(self, active: bool) -> None:
+        """Answer states from now on, beginning with the newest one, or publish nothing."""
+        self._activation.set_active(active)
 
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are matched."""
         return missing_peers(self._states, self._answers, self._settings.expected_recorders)
 
-    def heartbeat(self) -> None:
+    def on_spin(self) -> None:
         """Publish diagnostics when they are due."""
         if self._execution_time.is_due():
             self._execution_time.publish(*self._diagnose())

@@ -1,4 +1,4 @@
-"""Nodes that answer messages: matched with their peers, activated, and finished with a summary."""
+"""Nodes that publish commands or demands in answer to states: their life from matching with peers to the summary."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -10,7 +10,7 @@ from crane_sim.ros.common.node_host import Fault, NodeHost
 
 
 class Responder(Protocol):
-    """A node that answers messages.
+    """A node that publishes commands or demands in answer to the states of a plant.
 
     Attributes:
         fault: one line on why it cannot go on, empty while it can.
@@ -18,16 +18,16 @@ class Responder(Protocol):
 
     fault: str
 
-    def activate(self, active: bool) -> None:
-        """Answer from now on, or be silent."""
+    def set_active(self, active: bool) -> None:
+        """Answer states from now on, or publish nothing."""
         ...
 
     def missing(self) -> str:
         """Return one line on the peers still missing, empty when all are matched."""
         ...
 
-    def heartbeat(self) -> None:
-        """Publish diagnostics when they are due."""
+    def on_spin(self) -> None:
+        """Do the periodic work, after every spin: publish diagnostics when they are due."""
         ...
 
     def finish(self) -> dict[str, Any]:
@@ -36,51 +36,51 @@ class Responder(Protocol):
 
 
 class ActivationBuffer:
-    """Buffer of the newest message of an inactive node, which it gets when it is activated; later ones pass through."""
+    """Buffers the newest message while inactive, delivers it on activation; later ones pass straight through."""
 
     def __init__(self, callback: Callable[[bytes], None]) -> None:
         """Create it inactive; `callback` is called with the serialized messages."""
         self._callback, self._active, self._newest = callback, False, b""
 
-    def activate(self, active: bool) -> None:
-        """Pass messages on from now on, beginning with the buffered one, or buffer them."""
+    def set_active(self, active: bool) -> None:
+        """Deliver messages from now on, beginning with the buffered one, or only buffer the newest one."""
         self._active, newest = active, self._newest
         self._newest = b""
         if active and newest:
             self._callback(newest)
 
     def receive(self, data: bytes) -> None:
-        """Pass on or buffer a serialized message."""
+        """Deliver or buffer a serialized message."""
         if self._active:
             self._callback(data)
         else:
             self._newest = data
 
 
-def missing_peers(states: Subscription, answers: Publisher, expected_recorders: int) -> str:
-    """Return one line on a missing publisher of the states, or missing subscribers of the answers; empty for none."""
+def missing_peers(states: Subscription, output: Publisher, expected_recorders: int) -> str:
+    """Return one line on a missing publisher of states, or missing subscribers of the output; empty for none."""
     if not states.get_publisher_count():
         return f"a publisher of {states.topic_name}"
-    number = 1 + expected_recorders - answers.get_subscription_count()
-    return f"{number} more subscriber(s) of {answers.topic_name}" if number > 0 else ""
+    number = 1 + expected_recorders - output.get_subscription_count()
+    return f"{number} more subscriber(s) of {output.topic_name}" if number > 0 else ""
 
 
 def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
     """Serve a node until the request to finish; raises Fault when it cannot go on.
 
-    Without `autostart` it is a standby: matched and ready, but silent until it is activated.
+    Without `autostart` it is a standby: matched and ready, but it publishes nothing until it is activated.
     """
 
-    def activate(active: bool) -> None:
+    def set_active(active: bool) -> None:
         host.pipes.report("active", active=active)
-        node.activate(active)
+        node.set_active(active)
 
-    host.manage(autostart, activate)
+    host.manage(autostart, set_active)
     host.wait(node.missing)
     host.pipes.report("ready")
     while not host.stop_reason:
         host.spin()
-        node.heartbeat()
+        node.on_spin()
         if node.fault:
             raise Fault(node.fault)
     host.pipes.report("done", summary=node.finish())

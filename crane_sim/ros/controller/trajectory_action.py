@@ -75,7 +75,7 @@ class TrajectoryAction:
             self._names, self._measure = coordinate_names(path, scene), make_motion_reader(path, scene)
             self._find_action()
 
-    def activate(self, active: bool) -> None:
+    def set_active(self, active: bool) -> None:
         """Accept goals from now on, or end them; a standby offers no server until it is activated."""
         self._accepts = active
         if not active:

@@ -7,7 +7,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.models.supports import coordinate_count
 from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.joint_contacts import JointContacts
+from crane_sim.models.supports.friction_list import FrictionList
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.swaying_tower import SwayingTower
@@ -22,7 +22,7 @@ def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -
     return any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
 
 
-def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Any:
+def add_friction_and_motors(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Any:
     """Return the support with friction and motors of its joints, as it is without any.
 
     Args:
@@ -34,15 +34,15 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
         SceneError: a joint is locked, its motor stands on a mast that bends, or its friction or motor is given twice.
     """
     names = [name for name, _, _ in joints]
-    contacts = None
+    frictions = None
     for i in reversed(range(len(names))):
         friction = _friction_of(names[i], file)
-        contacts = JointContacts(i, friction, contacts) if friction is not None else contacts
+        frictions = FrictionList(i, friction, frictions) if friction is not None else frictions
     _check_locked(support, file)
     motors = tuple(_motor_of(name, file) for name in names)
     if isinstance(support, Knuckle):  # its mass matrix has them
         motors = (0.0,) * len(names)
-    if contacts is None and not any(motors):
+    if frictions is None and not any(motors):
         return support
     if isinstance(support, SwayingTower) and any(motors):
         name = names[next(i for i, inertia in enumerate(motors) if inertia)]
@@ -51,7 +51,7 @@ def actuated(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) ->
             "leave out one of both"
         )
     motors += (0.0,) * (coordinate_count(support) - len(names))  # what bends has none
-    return ActuatedSupport(support, motors if any(motors) else None, contacts)
+    return ActuatedSupport(support, motors if any(motors) else None, frictions)
 
 
 def _check_locked(support: Any, file: Any) -> None:

@@ -34,7 +34,7 @@ Backlash = Mapping[str, Sequence[Drive]]
 SupportJoints = Sequence[tuple[str, str, str]]
 
 
-def known_joints(group: Any, names: Sequence[str]) -> Any:
+def check_joint_names(group: Any, names: Sequence[str]) -> Any:
     """Return a group of a file by joint as it is.
 
     Raises:
@@ -79,13 +79,13 @@ def drive_units(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
     return tuple(joints[i][1] for i, _, _ in _ordered(backlash, joints))
 
 
-def drive_start(backlash: Backlash, joints: SupportJoints, q: Any, v: Any) -> tuple[Any, Any]:
+def initial_drive_state(backlash: Backlash, joints: SupportJoints, q: Any, v: Any) -> tuple[Any, Any]:
     """Return (positions, velocities) of the drives at t = 0, the joints being at q and moving at v."""
     drives = _ordered(backlash, joints)
     return tuple(q[i] + drive.offset for i, _, drive in drives), tuple(v[i] for i, _, _ in drives)
 
 
-def geared(support: Any, backlash: Backlash, joints: SupportJoints) -> Any:
+def add_backlash(support: Any, backlash: Backlash, joints: SupportJoints) -> Any:
     """Return the support with its drives that have play, as it is without any.
 
     Raises:

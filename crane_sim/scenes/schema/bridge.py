@@ -52,7 +52,7 @@ class BridgeGroups(SupportedFile):
             ("trolley", "trolley.limits", self.trolley.limits), ("bridge", "bridge.limits", self.bridge.limits)
         )
 
-    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+    def _tip_radius_and_height(self, q: Any, bend: float) -> tuple[float, float]:
         """Raise NotImplementedError: the tip, a trolley on a bridge, has x and y, no radius about a slew."""
         raise NotImplementedError
 
@@ -63,7 +63,7 @@ class BridgeGroups(SupportedFile):
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of trolley and bridge."""
         masses = [self.trolley.mass, self.trolley.mass + self.bridge.mass]
-        return JointMobility(levers=np.eye(2, 4), inverse=np.diag([1.0 / mass for mass in masses]))
+        return JointMobility(jacobian_t=np.eye(2, 4), inverse_inertia=np.diag([1.0 / mass for mass in masses]))
 
     def support(self) -> Bridge:
         """Return the parameters of the support."""

@@ -37,34 +37,34 @@ class HoistedFile(SupportedFile, FallsFile):
         return (*(unit for _, _, unit in self.support_joints), self.hoist.effort_unit)
 
     @property
-    def _hung_mass(self) -> float:
+    def _suspended_mass(self) -> float:
         """Mass [kg] of all that hangs below the tip at t = 0."""
         return self.payload.mass
 
     @property
     def _driven_start(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """(q, v) of support and winch at t = 0."""
-        return self._start.q, self._start.v
+        return self._initial.q, self._initial.v
 
     @property
     def _length(self) -> float:
         """Unstretched length [m] of the falls at t = 0."""
-        return self._start.q[-1]
+        return self._initial.q[-1]
 
     @property
     def _load_start(self) -> LoadStart:
         """The load at t = 0."""
-        return self._start
+        return self._initial
 
     @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
-        return (*self._start.q, *self._load_q, *self._deflections(self._start.q), *self._drives[0])
+        return (*self._initial.q, *self._load_q, *self._deflections(self._initial.q), *self._initial_drive_state[0])
 
     @property
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0."""
-        return (*self._start.v, *self._load_v, *(0.0,) * len(self._bending), *self._drives[1])
+        return (*self._initial.v, *self._load_v, *(0.0,) * len(self._bending), *self._initial_drive_state[1])
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...]:
         """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,)."""
@@ -90,7 +90,7 @@ class HoistedFile(SupportedFile, FallsFile):
         winch, rubs = self.hoist.inertia(self._ropes, self._length)
         rates = [shaft_frequency(self.backlash), self._friction_rate(), rubs]
         if self._bending:
-            rates.append(structure_frequency(self.support(), self._place(self._start.q)))
+            rates.append(structure_frequency(self.support(), self._elevation_and_length(self._initial.q)))
         return self._requirements(winch, max(rates))
 
     def model(self) -> FallsCrane:

@@ -11,7 +11,7 @@ from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
 from crane_sim.models.effects import BoomSpring, JibSpring, RopeSpring
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.single_rope.joint_friction import Contacts
+from crane_sim.models.single_rope.joint_friction import JointFriction
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.friction import Friction as DryFriction
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
@@ -87,16 +87,16 @@ class KnuckleGroups(SupportedFile):
             ("jib", "jib.limits", self.jib.limits),
         )
 
-    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+    def _tip_radius_and_height(self, q: Any, bend: float) -> tuple[float, float]:
         """Return (radius, height) [m] of the jib's end at joint positions q; it does not bend."""
         rods = (self.boom.length, q[1]), (self.jib.length, q[2])
         return sum(a * cos(angle) for a, angle in rods), sum(a * sin(angle) for a, angle in rods)
 
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of slew, boom and jib at t = 0."""
-        (_, beta, gamma, *_), boom, jib = self._start.q, self.boom, self.jib
-        (a, b), radius = (boom.length, jib.length), self._reach(self._start.q, 0.0)[0]
-        levers = np.array(
+        (_, beta, gamma, *_), boom, jib = self._initial.q, self.boom, self.jib
+        (a, b), radius = (boom.length, jib.length), self._tip_radius_and_height(self._initial.q, 0.0)[0]
+        jacobian_t = np.array(
             [
                 [0.0, radius, 0.0, 1.0],
                 [-a * sin(beta), 0.0, a * cos(beta), 0.0],
@@ -110,7 +110,7 @@ class KnuckleGroups(SupportedFile):
             0.5 * jib.mass * a * b * cos(beta - gamma),
         )
         masses = [[turning, 0.0, 0.0], [0.0, luffing, mixed], [0.0, mixed, jib.inertia + 0.25 * jib.mass * b * b]]
-        return JointMobility(levers, np.linalg.inv(masses))
+        return JointMobility(jacobian_t, np.linalg.inv(masses))
 
     def support(self) -> Knuckle:
         """Return the parameters of the support.
@@ -132,7 +132,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     `swing_friction`, `springs.rope` and `friction.rope` are refused.
     """
 
-    contact_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
+    friction_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
     crane: Literal["knuckle"]  # the kind of crane
     initial: Initial  # the state at t = 0
     friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
@@ -141,15 +141,15 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
-    def further_keys(self) -> list[str]:
-        """Keys that the file has, and that the equations of one rope and a point mass do not know."""
+    def beyond_one_rope(self) -> list[str]:
+        """Keys of the file that the equations of one rope and a point mass do not support."""
         rope = {f"rope.{key}": getattr(self.rope, key) for key in ("reeving", "friction", "torsion")}
         body = {"payload.inertia": self.payload.inertia, "links": self.links, "events": self.events}
         return [key for key, value in (body | {"backlash": self.backlash} | rope).items() if value]
 
     @property
     def rope_only(self) -> list[str]:
-        """Keys that the file has, and that only the equations of one rope and a point mass know."""
+        """Keys of the file that only the equations of one rope and a point mass support."""
         groups = {"swing_friction": self.swing_friction, "springs.rope": self.springs.rope}
         groups |= {f"{key}.rope": getattr(self, key).get("rope") for key in ("friction", "lugre")}
         return [key for key, value in groups.items() if value is not None]
@@ -160,11 +160,11 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
         Raises:
             SceneError: groups contradict each other.
         """
-        if not self.further_keys:
+        if not self.beyond_one_rope:
             return self._crane_with_one_rope()
         for key in self.rope_only:
             raise SceneError(
-                f"{key}: belongs to one rope and a point mass, here is {self.further_keys[0]}; leave out one of both"
+                f"{key}: belongs to one rope and a point mass, here is {self.beyond_one_rope[0]}; leave out one of both"
                 + ("; the winch has rope.friction" if key == "friction.rope" else "")
             )
         return super().model()
@@ -184,13 +184,15 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
             friction=self._joint_friction(),
         )
 
-    def _joint_friction(self) -> Contacts | None:
+    def _joint_friction(self) -> JointFriction | None:
         """Return the friction of the joints above one rope and a point mass, None where none has any."""
         return validate_friction(self.friction, self.lugre, self.rope.drive)
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""
-        return super()._stops() if self.further_keys else self.rope.stops(bool(self.limits or self._joint_friction()))
+        return (
+            super()._stops() if self.beyond_one_rope else self.rope.stops(bool(self.limits or self._joint_friction()))
+        )
 
     def _cable(self) -> ForceRope | RateRope | LockedRope:
         drive = self.rope.drive

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from crane_sim.files.errors import SceneError
-from crane_sim.models.single_rope.joint_friction import Contacts
+from crane_sim.models.single_rope.joint_friction import JointFriction
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.knuckle_boom import Rod
 from crane_sim.models.supports.lugre import LuGre
@@ -36,7 +36,7 @@ def _check_mass(boom: Rod, jib: Rod) -> None:
         )
 
 
-def validate_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre], drive: str) -> Contacts | None:
+def validate_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre], drive: str) -> JointFriction | None:
     """Return the friction of the joints of a crane with one rope, None where no joint has any.
 
     Args:
@@ -46,7 +46,7 @@ def validate_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGr
     Raises:
         SceneError: a joint has both, a value is out of range, or no force drives the winch.
     """
-    parts, names = {}, Contacts._fields
+    parts, names = {}, JointFriction._fields
     for name in names:
         groups = {"friction": friction.get(name), "lugre": lugre.get(name)}
         given = [(key, part) for key, part in groups.items() if part is not None]
@@ -55,4 +55,4 @@ def validate_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGr
         if name == "rope" and given and drive != "force":
             raise SceneError(f"{given[0][0]}.rope: belongs to rope.drive: force, here it is {drive!r}")
         parts[name] = checked(f"{given[0][0]}.{name}", given[0][1]) if given else None
-    return Contacts(**parts) if any(parts.values()) else None
+    return JointFriction(**parts) if any(parts.values()) else None

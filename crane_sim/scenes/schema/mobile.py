@@ -71,25 +71,25 @@ class MobileGroups(SupportedFile):
         """Windages of the bodies by key, None where a body has none."""
         return super().windages | {"boom.windage": self.boom.windage}
 
-    def _place(self, q: Any) -> tuple[float, float]:
+    def _elevation_and_length(self, q: Any) -> tuple[float, float]:
         """Return (elevation [rad], length [m]) of the structure that carries the rope, at joint positions q."""
         return q[1], q[2]
 
-    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+    def _tip_radius_and_height(self, q: Any, bend: float) -> tuple[float, float]:
         """Return (radius, height) [m] of the boom's tip at joint positions q, bent upwards by `bend` [rad]."""
         ahead, above = self.superstructure.foot
         return ahead + q[2] * cos(q[1] + bend), above + q[2] * sin(q[1] + bend)
 
     def joint_mobility(self) -> JointMobility:
         """Return the mobility of slew, boom and telescope at t = 0; of a boom that bends, its outer section's alone."""
-        _, elevation, length, *_ = self._start.q
-        s, c, radius = sin(elevation), cos(elevation), self._reach(self._start.q, 0.0)[0]
+        _, elevation, length, *_ = self._initial.q
+        s, c, radius = sin(elevation), cos(elevation), self._tip_radius_and_height(self._initial.q, 0.0)[0]
         first = self.boom if self.flexibility is None else BaseSection(0.0, 0.0, 0.0)
         moving = TelescopicBoom(self.superstructure, first, self.telescope)
         about_z, about_root = outer_inertias(moving, elevation, length)
         about_z += self.superstructure.inertia if self.flexibility is None else 0.0
-        levers = np.array([[0.0, radius, 0.0, 1.0], [-length * s, 0.0, length * c, 0.0], [c, 0.0, s, 0.0]])
-        return JointMobility(levers, np.diag([1.0 / about_z, 1.0 / about_root, 1.0 / self.telescope.mass]))
+        jacobian_t = np.array([[0.0, radius, 0.0, 1.0], [-length * s, 0.0, length * c, 0.0], [c, 0.0, s, 0.0]])
+        return JointMobility(jacobian_t, np.diag([1.0 / about_z, 1.0 / about_root, 1.0 / self.telescope.mass]))
 
     def support(self) -> TelescopicBoom | FlexibleSupport:
         """Return the parameters of the support.
@@ -97,7 +97,7 @@ class MobileGroups(SupportedFile):
         Raises:
             SceneError: the telescoped section's centre of mass lies behind the foot pin, or nothing can bend.
         """
-        start = self._start.q
+        start = self._initial.q
         shortest = min(start[2], *(self.telescope.limits or (start[2],))[:1])
         if shortest < self.telescope.centre:
             raise SceneError(

@@ -214,8 +214,8 @@ class PendulumFile(PendulumGroups, RiggedFile):
         return self.initial.tip[2] + self.rope.length * self._direction[2] + sum(further)
 
     @property
-    def further_keys(self) -> list[str]:
-        """Keys that the file has, and that the equations of one rope and a point mass do not know."""
+    def beyond_one_rope(self) -> list[str]:
+        """Keys of the file that the equations of one rope and a point mass do not support."""
         body = {"payload.inertia": self.payload.inertia, "links": self.links, "events": self.events}
         return [key for key, value in (body | {"rope.torsion": self.rope.torsion}).items() if value]
 
@@ -236,11 +236,11 @@ class PendulumFile(PendulumGroups, RiggedFile):
             SceneError: groups contradict each other.
         """
         point, load = self.suspension.point(), self.payload.load()
-        if not self.further_keys:
+        if not self.beyond_one_rope:
             assert isinstance(load, PointLoad)
             return self._crane_with_one_rope(point, load)
         if self.swing_friction is not None:
-            raise SceneError(f"swing_friction: belongs to one rope and a point mass, here is {self.further_keys[0]}")
+            raise SceneError(f"swing_friction: belongs to one rope and a point mass, here is {self.beyond_one_rope[0]}")
         if self.rope.torsion is not None and self.payload.inertia is None:
             raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
         return self.suspended_crane(point, self.rope.length, None, self._stops(), ())

@@ -12,7 +12,7 @@ from crane_sim.scenes.schema.groups import Group, InlineUnion, tagged_union_vali
 from crane_sim.trajectories.joint_trajectory import Waypoints, read_trajectory
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.obstacle import Obstacle
+from crane_sim.trajectories.obstacle import ObstacleDetour
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import PiecewisePolynomial, reorder
 from crane_sim.trajectories.replanning import to_piecewise_polynomial
@@ -24,7 +24,7 @@ KINDS: dict[str, Any] = {
     "arc": Arc,
     "point_to_point": PointToPoint,
     "minimum_jerk": MinimumJerk,
-    "obstacle": Obstacle,
+    "obstacle": ObstacleDetour,
     "trajectory": Waypoints,
 }
 """The kinds of path, and their keys."""

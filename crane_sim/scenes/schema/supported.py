@@ -1,4 +1,4 @@
-"""Base class of scene files of cranes with driven joints between base and tip, whatever hangs below."""
+"""Base class of schemas of cranes whose driven joints move a tip, from which rope, falls or links hang."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -11,8 +11,14 @@ from pydantic import ValidationInfo, field_validator
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.scenes.schema.actuated import actuated
-from crane_sim.scenes.schema.backlash import JointDrives, SupportJoints, drive_start, geared, known_joints
+from crane_sim.scenes.schema.actuated import add_friction_and_motors
+from crane_sim.scenes.schema.backlash import (
+    JointDrives,
+    SupportJoints,
+    add_backlash,
+    check_joint_names,
+    initial_drive_state,
+)
 from crane_sim.scenes.schema.flexibility import Bending, deflections, inner_inertias, modes_of
 from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.limits import TravelLimits
@@ -20,32 +26,37 @@ from crane_sim.scenes.schema.scene_file import SceneFile
 
 
 class Tip(NamedTuple):
-    """Where the support's frame is, relative to the base and in its axes."""
+    """Pose of the support's frame relative to the base, in the base's axes."""
 
     position: tuple[float, float, float]  # m, of the tip
     yaw: float = 0.0  # rad, of the frame's axes about the vertical
 
 
 class JointMobility(NamedTuple):
-    """How a support's n joints move its tip, in the axes of its frame."""
+    """What the mobility of a support's tip is made of: Jacobian J and mass matrix M of its n joints.
 
-    levers: Any  # (n, 4) m or -, rates of the tip's x, y, z and of the frame's yaw for a unit rate of each joint
-    inverse: Any  # (n, n) the inverse of the joints' mass matrix, 0 for a joint that no effort moves
+    A mobility is an inverse inertia, here J M⁻¹ Jᵀ (Hogan, J. Dyn. Syst. Meas. Control 107, 1985), in the axes of the
+    support's frame.
+    """
+
+    jacobian_t: Any  # (n, 4) m or -, Jᵀ: rates of the tip's x, y, z and the frame's yaw for unit rates of the joints
+    inverse_inertia: Any  # (n, n) 1/kg or 1/(kg m²), M⁻¹; 0 for a joint that no effort moves
 
 
 class SupportedFile(SceneFile):
-    """The groups of all such cranes; a schema adds its support, its initial state, reference and inputs.
+    """Scene file of a crane whose tip a support carries: the groups that all of them have.
 
-    What the load hangs on is that of a subclass: `SuspendedFile` (one rope and links) or `HoistedFile` (falls).
+    A subclass says what the load hangs on: `SuspendedFile` (one rope and links) or `HoistedFile` (falls). The schema of
+    a crane adds its support, initial state, reference and inputs.
     """
 
     support_joints: ClassVar[SupportJoints]  # each (name, unit of its position, unit of its effort)
-    contact_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction; empty: the support's
+    friction_joints: ClassVar[tuple[str, ...]] = ()  # joints that can have friction; empty: all of the support's
     friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch of a `rope` has
     # `rope.friction`
-    lugre: dict[str, LuGre] = {}  # the same by bristles, of joints without `friction`
+    lugre: dict[str, LuGre] = {}  # by joint of the support: dry friction by bristles; a joint has this or `friction`
     backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
-    # have play; a joint that is left out has none
+    # have play; joints that are left out have none
 
     @abstractmethod
     def support(self) -> Any:
@@ -57,7 +68,7 @@ class SupportedFile(SceneFile):
 
     @abstractmethod
     def joint_mobility(self) -> JointMobility:
-        """Return the mobility of the support's joints at t = 0, motors and what bends it left out."""
+        """Return the mobility of the support's joints at t = 0, without motors and deflections of the structure."""
 
     @property
     @abstractmethod
@@ -65,27 +76,27 @@ class SupportedFile(SceneFile):
         """Travel limits of the support's joints that have some."""
 
     @abstractmethod
-    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+    def _tip_radius_and_height(self, q: Any, bend: float) -> tuple[float, float]:
         """Return (radius, height) [m] of the tip at joint positions q, the structure bent upwards by `bend` [rad]."""
 
-    def _place(self, q: Any) -> tuple[float, float]:
-        """Return (elevation [rad], length [m]) of the structure at joint positions q; of those that can bend."""
+    def _elevation_and_length(self, q: Any) -> tuple[float, float]:
+        """Return (elevation [rad], length [m]) of the structure at joint positions q, for a structure that can bend."""
         raise NotImplementedError
 
     @property
     @abstractmethod
-    def _hung_mass(self) -> float:
+    def _suspended_mass(self) -> float:
         """Mass [kg] of all that hangs below the tip at t = 0."""
 
     @field_validator("friction", "lugre", "backlash", mode="before")
     @classmethod
     def _check_names(cls, group: Any, info: ValidationInfo) -> Any:
-        """Reject groups of joints that the support does not have, before their values are read."""
+        """Reject groups of joints that the support lacks, before their values are read."""
         names = tuple(name for name, _, _ in cls.support_joints)
-        return known_joints(group, names if info.field_name == "backlash" else cls.contact_joints or names)
+        return check_joint_names(group, names if info.field_name == "backlash" else cls.friction_joints or names)
 
     @property
-    def _start(self) -> Any:
+    def _initial(self) -> Any:
         return getattr(self, "initial")  # noqa: B009  (every schema declares its own)
 
     @property
@@ -102,41 +113,43 @@ class SupportedFile(SceneFile):
         if not self._bending:
             return ()
         group = getattr(self, "flexibility", None)
-        return deflections(self.support(), group, self._place(q), getattr(self, "gravity", 0.0), self._hung_mass)
+        gravity, structure = getattr(self, "gravity", 0.0), self._elevation_and_length(q)
+        return deflections(self.support(), group, structure, gravity, self._suspended_mass)
 
     def tip(self, q: Any) -> Tip:
-        """Return where the support's frame is at joint positions q, the structure bent by the first payload."""
+        """Return the pose of the support's frame at joint positions q, the structure bent by the first payload."""
         angles = dict(zip(self._bending, self._deflections(q), strict=True))
-        radius, height = self._reach(q, angles.get("vertical_deflection", 0.0))
+        radius, height = self._tip_radius_and_height(q, angles.get("vertical_deflection", 0.0))
         yaw = q[0] + angles.get("lateral_deflection", 0.0) if self._slews else 0.0
         return Tip((radius * cos(yaw), radius * sin(yaw), height), yaw)
 
     def tip_mobility(self) -> Any:
         """Return the tip's mobility (4, 4) at t = 0: x, y, z [1/kg] and yaw [1/(kg m²)], in the axes of the base."""
-        (levers, inverse), (s, c) = self.joint_mobility(), (sin(yaw := self.tip(self._start.q).yaw), cos(yaw))
-        turn = np.eye(4)
-        turn[:2, :2] = [[c, -s], [s, c]]
-        return turn @ levers.T @ inverse @ levers @ turn.T
+        (jacobian_t, inverse), yaw = self.joint_mobility(), self.tip(self._initial.q).yaw
+        s, c = sin(yaw), cos(yaw)
+        rotation = np.eye(4)
+        rotation[:2, :2] = [[c, -s], [s, c]]
+        return rotation @ jacobian_t.T @ inverse @ jacobian_t @ rotation.T
 
     def _friction_rate(self) -> float:
-        """Return a bound [1/s] of frequencies and rates of the support's joints on their friction, 0 without."""
-        inverse, support = self.joint_mobility().inverse.diagonal().copy(), self.support()
+        """Return an upper bound [1/s] of the eigenvalues that friction gives the joints of the support; 0 without."""
+        inverse, support = self.joint_mobility().inverse_inertia.diagonal().copy(), self.support()
         if isinstance(support, FlexibleSupport):  # friction is on the side of the drives
-            inner = inner_inertias(support, self._place(self._start.q))
+            inner = inner_inertias(support, self._elevation_and_length(self._initial.q))
             for i, mode in enumerate((support.lateral, support.vertical)):
                 inverse[i] = 1.0 / inner[i] if mode is not None and np.isfinite(inner[i]) else inverse[i]
         rates = [0.0]
         for (name, _, _), mobility in zip(self.support_joints, inverse, strict=False):
-            rubbing = (group.get(name) for group in (self.friction, self.lugre))
-            rates += [friction_rate(part, 1.0 / mobility) for part in rubbing if mobility > 0.0]
+            friction_models = (group.get(name) for group in (self.friction, self.lugre))
+            rates += [friction_rate(part, 1.0 / mobility) for part in friction_models if mobility > 0.0]
         return max(rates)
 
     @property
-    def _drives(self) -> tuple[Any, Any]:
-        """(q, v) of drives with play."""
-        return drive_start(self.backlash, self.support_joints, self._start.q, self._start.v)
+    def _initial_drive_state(self) -> tuple[Any, Any]:
+        """Initial (positions, velocities) of the drives that have play."""
+        return initial_drive_state(self.backlash, self.support_joints, self._initial.q, self._initial.v)
 
     def _driven_support(self) -> Any:
-        """Return the support with its drives."""
+        """Return the support with friction, motors and play of its joints."""
         joints = self.support_joints
-        return geared(actuated(self.support(), self, joints), self.backlash, joints)
+        return add_backlash(add_friction_and_motors(self.support(), self, joints), self.backlash, joints)

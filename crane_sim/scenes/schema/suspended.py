@@ -44,7 +44,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
         return (*(unit for _, _, unit in self.support_joints), *self.rope.effort_unit)
 
     @property
-    def _hung_mass(self) -> float:
+    def _suspended_mass(self) -> float:
         """Mass [kg] of all that hangs below the tip at t = 0."""
         return self.payload.mass + sum(link.mass for link in self.links)
 
@@ -55,10 +55,10 @@ class SuspendedFile(SupportedFile, RiggedFile):
 
     def _rigging(self) -> tuple[Any, Any]:
         """Return (q, v) of further links and attitude."""
-        ns, q, v = len(self.support_joints), self._start.q, self._start.v
+        ns, q, v = len(self.support_joints), self._initial.q, self._initial.v
         yaw, rate = self.tip(q).yaw, v[0] if self._slews else 0.0
         rope = rope_direction(yaw, rate, q[ns + 1 : ns + 3], v[ns + 1 : ns + 3])
-        start = self._start.rigging or RiggingStart()
+        start = self._initial.rigging or RiggingStart()
         if self.rope.torsion is not None:
             start = start.nearest_to(yaw)
         return rigging_start(start, len(self.links), self.payload.inertia is not None, rope)
@@ -66,12 +66,17 @@ class SuspendedFile(SupportedFile, RiggedFile):
     @property
     def initial_q(self) -> tuple[float, ...]:
         """Joint positions at t = 0."""
-        return (*self._start.q, *self._rigging()[0], *self._deflections(self._start.q), *self._drives[0])
+        return (
+            *self._initial.q,
+            *self._rigging()[0],
+            *self._deflections(self._initial.q),
+            *self._initial_drive_state[0],
+        )
 
     @property
     def initial_v(self) -> tuple[float, ...]:
         """Joint velocities at t = 0."""
-        return (*self._start.v, *self._rigging()[1], *(0.0,) * len(self._bending), *self._drives[1])
+        return (*self._initial.v, *self._rigging()[1], *(0.0,) * len(self._bending), *self._initial_drive_state[1])
 
     @property
     def target(self) -> tuple[float, ...] | None:
@@ -82,12 +87,12 @@ class SuspendedFile(SupportedFile, RiggedFile):
     @property
     def rope_length(self) -> float:
         """Length of rope and further links at t = 0 [m]."""
-        return self._start.q[len(self.support_joints)] + sum(link.length for link in self.links)
+        return self._initial.q[len(self.support_joints)] + sum(link.length for link in self.links)
 
     @property
     def payload_height(self) -> float:
         """Height of the payload's attachment above the base's origin at t = 0 [m]."""
-        q, ns = self._start.q, len(self.support_joints)
+        q, ns = self._initial.q, len(self.support_joints)
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
         return self.tip(q).position[2] - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
 
@@ -96,7 +101,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
         smooth = not sampled and self._stops() is None
         stiffest = max(shaft_frequency(self.backlash), self._twist_frequency(), self._friction_rate())
         if self._bending:
-            stiffest = max(stiffest, structure_frequency(self.support(), self._place(self._start.q)))
+            stiffest = max(stiffest, structure_frequency(self.support(), self._elevation_and_length(self._initial.q)))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _stops(self) -> Stops | None:
@@ -114,7 +119,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
         Raises:
             SceneError: groups contradict each other.
         """
-        ns, start = len(self.support_joints), self._start
+        ns, start = len(self.support_joints), self._initial
         self.rope.check(start.q[ns], start.v[ns], ns)
         self.rope.check_surroundings(self)
         names = tuple(name for name, _, _ in self.support_joints)

@@ -70,11 +70,11 @@ class TowerGroups(SupportedFile):
         own = {f"slew.{key}": getattr(self.slew, key, None) for key in ("jib_windage", "counter_jib_windage")}
         return super().windages | own
 
-    def _place(self, q: Any) -> tuple[float, float]:
+    def _elevation_and_length(self, q: Any) -> tuple[float, float]:
         """Return (elevation [rad], length [m]) of the structure that carries the rope, at joint positions q."""
         return 0.0, q[1]
 
-    def _reach(self, q: Any, bend: float) -> tuple[float, float]:
+    def _tip_radius_and_height(self, q: Any, bend: float) -> tuple[float, float]:
         """Return (radius, height) [m] of the trolley at joint positions q, the jib bent upwards by `bend` [rad]."""
         return q[1] * cos(bend), q[1] * sin(bend)
 
@@ -88,7 +88,7 @@ class TowerGroups(SupportedFile):
         """Return the angles [rad] of the structure's modes with the first payload hanging at joint positions q."""
         if (tower := self._swaying) is None:
             return super()._deflections(q)
-        return angles_at_rest(tower, q[0], q[1], getattr(self, "gravity", 0.0), self._hung_mass)
+        return angles_at_rest(tower, q[0], q[1], getattr(self, "gravity", 0.0), self._suspended_mass)
 
     def tip(self, q: Any) -> Tip:
         """Return where the support's frame is at joint positions q, the structure bent by the first payload."""
@@ -100,20 +100,20 @@ class TowerGroups(SupportedFile):
         """Return the mobility of slew, trolley and what bends at t = 0; of a jib that bends, the jib's alone."""
         if (tower := self._swaying) is not None:
             return self._mobility_on_mast(tower)
-        radius, mass, bends = self._start.q[1], self.trolley.mass, self.flexibility is not None
+        radius, mass, bends = self._initial.q[1], self.trolley.mass, self.flexibility is not None
         jib = getattr(self.slew, "inertia", inf) if self.flexibility is None else self.flexibility.jib.about_axis
         turning = 1.0 / (jib + mass * radius * radius)
-        levers = np.array([[0.0, radius, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, bends * radius, 0.0]])
-        return JointMobility(levers, np.diag([turning, 1.0 / mass, turning]))
+        jacobian_t = np.array([[0.0, radius, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, bends * radius, 0.0]])
+        return JointMobility(jacobian_t, np.diag([turning, 1.0 / mass, turning]))
 
     def _mobility_on_mast(self, tower: SwayingTower) -> JointMobility:
         """Return the mobility of slew and trolley, and of the mast along and across the jib, each as if alone."""
-        height, radius, trolley = tower.height, self._start.q[1], tower.support.trolley.mass
+        height, radius, trolley = tower.height, self._initial.q[1], tower.support.trolley.mass
         moved = height**2 * (sum(tower.masses) + trolley)
-        levers = [[0, radius, 0, 1], [1, 0, 0, 0], [height, 0, -radius, 0], [0, height, 0, 0]]
+        jacobian_t = [[0, radius, 0, 1], [1, 0, 0, 0], [height, 0, -radius, 0], [0, height, 0, 0]]
         turning = 1.0 / (self.slew.inertia + trolley * radius**2)
-        inverse = np.diag([turning, 1.0 / trolley, 1.0 / tilt_inertia(tower, radius), 1.0 / moved])
-        return JointMobility(np.array(levers, dtype=float), inverse)
+        inverse_inertia = np.diag([turning, 1.0 / trolley, 1.0 / tilt_inertia(tower, radius), 1.0 / moved])
+        return JointMobility(np.array(jacobian_t, dtype=float), inverse_inertia)
 
     def support(self) -> TowerCrane | FlexibleSupport | SwayingTower:
         """Return the parameters of the support.
@@ -121,7 +121,7 @@ class TowerGroups(SupportedFile):
         Raises:
             SceneError: a locked slew turns, or should, or nothing can bend.
         """
-        start = self._start
+        start = self._initial
         if isinstance(self.slew, LockedSlew):
             goal = self.reference.q[0] if self.reference is not None and self.reference.q is not None else None
             if start.v[0] != 0.0:
