@@ -15,22 +15,23 @@ HEAD = """# The league over samples
 
 Written by {commands}, with [league_samples.json](league_samples.json).
 
-The trials of [the league](league.md), each with samples in place of a single run: every sample has another mass (by
-10 % at most, and so has a body's inertia), rope or sling (2 %), size of the disturbance (20 %) and sea, noise or
-turbulence, evenly spread over their ranges (Latin hypercube), and the laws know of none of them. All laws see the same
-samples.
+The trials and laws of [the league](league.md), which explains their names, with samples in place of a single run. Every
+sample has another mass (by 10 % at most; a body's inertia changes in proportion), rope or sling (2 %) and size of the
+disturbance (20 %), evenly spread over their ranges (Latin hypercube), and another sea, noise or turbulence. No law is
+designed with these values. All laws run on the same samples.
 
-- **Controlled**: the share of samples in which the run reached its end, the rope never swung to the horizontal, and the
-  payload stayed within 2 % of the way in the end; with Wilson's 95 % interval.
-- **Metrics** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). A run that
-  failed, whose scene is not possible, or that did not settle, counts as worse than any that has the metric; `-`: half
-  of the samples or more do not. They are defined as in [the league](league.md).
-- **From the best**: the error (MAE) less that of the law with the least median, mean of the pairs in which both have
-  one, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law; and the number of these
-  pairs where it is not that of the samples: of less than six the interval is too narrow.
-- **Better than**: the laws whose errors (MAE) on the same samples are larger by their ranks, significantly: Wilcoxon's
-  signed-rank test at 5 % for all pairs of laws in the trial together (Holm). Ranks can differ from medians and means
-  where two laws are nearly equal.
+- **Controlled** is the success rate: the share of samples in which the run reaches its end, the rope never swings to
+  the horizontal, and the final error of the payload is within 2 % of the travel; with Wilson's 95 % interval.
+- **Metrics** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). Runs that
+  fail, are infeasible or do not settle rank below all others; `-`: at least half the samples have no value. Metrics are
+  defined as in [the league](league.md).
+- **From the best**: the difference of the error (MAE) from that of the law with the smallest median. It is the mean
+  over the samples in which both laws have a value, with its 95 % interval (bootstrap), which is not adjusted for the
+  selection of that law. The number of these pairs is given where it is smaller than that of the samples; with less than
+  six pairs the interval is too narrow.
+- **Better than**: the laws whose errors (MAE) on the same samples are significantly larger: Wilcoxon's signed-rank test
+  at 5 % for all pairs of laws in the trial together (Holm). The test compares ranks, which can differ from medians and
+  means where two laws are nearly equal.
 """
 
 
@@ -98,13 +99,13 @@ def _list_commands(cells: Sequence[SampledCell]) -> str:
 
 
 def describe_samples(samples: int, laws: int) -> str:
-    """Return a line on the samples of a crane's trials, and on what so few of them cannot show."""
+    """Return a line on the number of samples of a crane's trials, and on the limits of few samples."""
     text = f"{samples} samples of each trial."
     pairs = laws * (laws - 1) // 2
     if pairs and pairs * 2.0 ** (1 - samples) >= SIGNIFICANCE:
-        text += f" They are too few to show a difference between its {laws} laws, whatever it is."
+        text += f" With so few, no difference between its {laws} laws can be significant."
     if 2.0 ** (1 - samples) > 1.0 - CONFIDENCE:
-        text += " No interval of so few holds a median with 95 %: those below are too narrow."
+        text += " With so few, no interval contains a median with 95 % confidence: those below are too narrow."
     return text
 
 
@@ -130,6 +131,6 @@ def list_reasons(cells: Sequence[SampledCell]) -> dict[str, list[str]]:
 
 def _failure(cell: SampledCell) -> str:
     """Return why runs of a cell failed, empty where none did."""
-    counts = {"scenes are not possible": cell.refused_runs, "runs ended before their time": cell.failed_runs}
+    counts = {"scenes are infeasible": cell.refused_runs, "runs failed": cell.failed_runs}
     parts = "".join(f"{count} of {cell.samples} {what}; " for what, count in counts.items() if count)
     return cell.failed and f"{parts}the first reason: {cell.failed}"
