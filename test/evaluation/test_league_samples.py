@@ -277,7 +277,7 @@ def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
 
 
 @pytest.mark.interpreted
-def test_scenes_that_are_not_possible_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_infeasible_scenes_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Where the first sample of a trial is refused, with others, its laws have cells with their number; it goes on.
 
     Page and terminal say how many.
@@ -289,7 +289,7 @@ def test_scenes_that_are_not_possible_are_counted(tmp_path: Path, capsys: pytest
     assert status[0, 0] == "refused" and 1 < refused[0] < 5
     assert [(cell.law, cell.refused_runs) for cell in cells] == [("energy", refused[0]), ("lqr", refused[1])]
     assert cells[0].controlled is not None and "cable.node_masses" in cells[0].failed
-    line = f"- trolley, energy, set-point: {refused[0]} of 5 scenes are not possible; the first reason: "
+    line = f"- trolley, energy, set-point: {refused[0]} of 5 scenes are infeasible; the first reason: "
     assert line in format_samples(cells)
     sampled_league(False, None, 5, tmp_path, [group])
     assert "\nRuns that failed\n" + line in capsys.readouterr().out

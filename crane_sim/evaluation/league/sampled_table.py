@@ -98,7 +98,7 @@ def _list_commands(cells: Sequence[SampledCell]) -> str:
 
 
 def describe_samples(samples: int, laws: int) -> str:
-    """Return a line on the samples of a crane's trials, and on what so few of them cannot show."""
+    """Return a line on the number of samples of a crane's trials, and on the limits of few samples."""
     text = f"{samples} samples of each trial."
     pairs = laws * (laws - 1) // 2
     if pairs and pairs * 2.0 ** (1 - samples) >= SIGNIFICANCE:
@@ -130,6 +130,6 @@ def list_reasons(cells: Sequence[SampledCell]) -> dict[str, list[str]]:
 
 def _failure(cell: SampledCell) -> str:
     """Return why runs of a cell failed, empty where none did."""
-    counts = {"scenes are not possible": cell.refused_runs, "runs ended before their time": cell.failed_runs}
+    counts = {"scenes are infeasible": cell.refused_runs, "runs failed": cell.failed_runs}
     parts = "".join(f"{count} of {cell.samples} {what}; " for what, count in counts.items() if count)
     return cell.failed and f"{parts}the first reason: {cell.failed}"

@@ -12,7 +12,7 @@ NO_EFFORT = 1e-9  # m/s², m, N or N m: smaller ones are rounding, whose digits 
 HEAD = """# The league: every law on every scene that suits it
 
 Written by `crane league --save docs`, with [league.json](league.json). [The same trials over
-samples](league_samples.md) have intervals, and say which differences between laws are significant.
+samples](league_samples.md) have intervals, and show which differences between laws are significant.
 """
 FIGURE = """
 ![heat map of errors, swing and accelerations](league.png)
@@ -28,11 +28,11 @@ study in `config/tuning` names, none of them a trial of this table: the best com
 residual swing and peak effort ([below](#tuned-gains)). Seas and the camera's noise are medians over ten
 seeds that nothing in the catalogue uses.
 
-- **Errors** are distances of the payload, in the axes of the base, from where it should be at that time: on the path,
-  or for cranes that are brought to a target, at the target from the start on. A shaped path arrives later by half a
-  swing (ZV) or a whole one (ZVD), which counts as error.
+- **Errors** are distances of the payload, in the axes of the base, from its desired position at that time: on the
+  path, or for cranes with a target, at the target from the start on. A shaped path arrives later by half a swing (ZV)
+  or a whole one (ZVD), which counts as error.
 - **Settling**: from the end of the path, or from the start where there is none, until the payload stays within 2 % of
-  the way; 0: it does from the path's end on. **Residual swing**: the largest in the last quarter, of the rope from
+  the way; 0: it is there from the path's end on. **Residual swing**: the largest in the last quarter, of the rope from
   the vertical of the world.
 - **Effort** is the largest of each actuated joint: a force or torque, also of drives that follow speeds; of winches
   by rate their command. **Tip acceleration** is relative to the base. **Saturated**: part of the periods in which a
@@ -47,16 +47,17 @@ seeds that nothing in the catalogue uses.
   path with its acceleration, without feedback of the payload. **ZV** and **ZVD** are paths shaped against the swing.
   The mass of a payload below an ideally driven point changes nothing.
 - The knuckle boom appears three times: as a small crane that carries the suspension point of the tracking laws, as
-  the knuckle paper's that is brought to a target, and as a ship's. Its paper's laws know no path, and these no
-  target.
-- The cranes of ports and sites have masses, lengths and drives of real machines. There **lqr** commands forces and
-  takes hook, sling and body for a point mass at the hook, a load on falls for what it is. The others command drives
-  that follow speeds, as frequency converters do: **speeds** leads them along a path to the target without feedback of
-  the load, **speeds, ZV** along one that is shaped against its swing, and **anti-swing** goes to the target with
-  feedback of the rope's angle, which a load on falls does not have. The energy laws are for knuckle boom and overhead
-  crane with one rope, the tracking laws for a point mass below knuckle boom or driven point, and refuse the rest.
-  Another mass is another density: its inertia changes, too. Another rope is another sling. The tower crane's gust is
-  the scene's own turbulent wind, which blows all the time and turns the load; a median over ten seeds, too.
+  the knuckle paper's that is brought to a target, and as a ship's. The laws of that paper follow no path, and the
+  tracking laws have no target.
+- The cranes of ports and sites have masses, lengths and drives of real machines. There **lqr** commands forces; its
+  nominal model has a point mass at the hook in place of hook, sling and body, but a load on falls as it is. The others
+  command drives that follow speeds, as frequency converters do: **speeds** moves them along a path to the target
+  without feedback of the load, **speeds, ZV** along one that is shaped against its swing, and **anti-swing** goes to
+  the target with feedback of the rope's angle, which a load on falls does not have. The energy laws are for knuckle
+  boom and overhead crane with one rope, the tracking laws for a point mass below knuckle boom or driven point; other
+  cranes are refused. With another mass the inertia changes in proportion. Another rope is another sling. The tower
+  crane's gust is the scene's own turbulent wind, which acts all the time and rotates the load; a median over ten seeds
+  as well.
 """
 TUNED_HEAD = """## Tuned gains
 
