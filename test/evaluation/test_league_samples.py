@@ -191,7 +191,7 @@ def test_a_page_says_where_samples_are_too_few() -> None:
         errors = {str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples) for i in range(laws)}
         told = not any(better_laws(errors).values())
         text = describe_samples(samples, laws)
-        assert (f"a difference between its {laws} laws" in text) == told
+        assert (f"no difference between its {laws} laws" in text) == told
         assert ("too narrow" in text) == (samples <= 5)  # 2 / 2**5: the median is outside of 5 values more often
     assert describe_samples(12, 8) == "12 samples of each trial."
 
@@ -242,7 +242,7 @@ def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
     save_samples([cell_of(last, 4)], tmp_path)
     page = (tmp_path / "league_samples.md").read_text()
     assert f"`crane {command_of(12, [first])}` and `crane {command_of(4, [last])}`" in page.splitlines()[2]
-    assert page.index("12 samples of each trial.") < page.index("4 samples of each trial. No interval")
+    assert page.index("12 samples of each trial.") < page.index("4 samples of each trial. With so few, no interval")
     (tmp_path / "league_samples.json").write_text('{"cells": [{"crane": 1}]}')
     with pytest.raises(SceneError, match="league_samples.json: cannot be read as the league's data: KeyError"):
         sampled_league(False, str(tmp_path), 2, tmp_path / "rows")
