@@ -87,7 +87,7 @@ def test_held_commands_are_the_demands() -> None:
     """What a period took is its demand, whatever was accepted for it later; none while the brakes acted."""
     assembler = StepAssembler(PERIOD_NS, None)
     demands: list[tuple[int, tuple | None]] = []
-    recorder = SimpleNamespace(accept_effort=lambda stamp, effort: demands.append((stamp, effort)))
+    recorder = SimpleNamespace(add_accepted=lambda stamp, effort: demands.append((stamp, effort)))
     scene = load_scene("knuckle_setpoint")
     callbacks = MessageDecoder(scene, recorder).callbacks()  # type: ignore[arg-type]
     codec, nan = JointStateCodec(scene.actuated, EFFORT), float("nan")

@@ -27,7 +27,7 @@ def test_invalid_bytes_end_no_recorder(data: bytes, monkeypatch: pytest.MonkeyPa
         subscriptions_module, "PolledSubscription", lambda _node, name, callback: callbacks.update({name: callback})
     )
     states: list[str] = []
-    recorder: Any = SimpleNamespace(simulation_state=states.append)
+    recorder: Any = SimpleNamespace(add_simulation_state=states.append)
     node: Any = SimpleNamespace()
     decoder = MessageDecoder(load_scene("knuckle_setpoint"), recorder)
     subscriptions = RecorderSubscriptions(node, [decoder.callbacks()])
