@@ -1,6 +1,7 @@
 """The page on the format of scene files agrees with the schemas, and the signs and origins on it with the model."""
 
 import re
+from functools import cache
 from itertools import chain
 from math import cos, pi, sin
 from pathlib import Path
@@ -16,6 +17,7 @@ from crane_sim.evaluation.documentation.scene_format import COMMAND, anchor, sce
 from crane_sim.evaluation.documentation.signs import SIGNS
 from crane_sim.laws import law_names, law_of
 from crane_sim.scenes.registry import ALL_SCHEMAS
+from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import world_points
 
 pytestmark = pytest.mark.interpreted
@@ -117,25 +119,31 @@ DIRECTIONS = {  # of the payload, for a small positive change of the joint
     "space": {"trolley": X, "bridge": Y, "link_1_x": X, "link_1_y": Y, "link_1_z": Z, "link_2_x": X},
     "elastic": {"node_2_x": X, "node_2_y": Y, "node_2_z": Z},
 }
-SCENES = {
-    "knuckle": load_scene("knuckle_setpoint"),
-    "tower": load_scene("tower_flexible_jib"),
-    "mast": load_scene("tower_sway"),
-    "mobile": load_scene("mobile_lift", {"flexibility": {"lateral": SPRING, "vertical": SPRING}}),
-    "bridge": load_scene("bridge_hook_and_sling"),
-    "gantry": load_scene("port_sts_container"),
-    "pendulum": load_scene("pendulum_free"),
-    "plane": load_scene(OVERHEAD | HOIST | {"cable": LINKS}),
-    "space": load_scene(SPATIAL | {"cable": LINKS, "initial": {"directions": [[0.6, 0.0, -0.8]]}}),
-    "elastic": load_scene(SPATIAL | {"cable": ELASTIC}),
+SCENES: dict[str, tuple[Any, ...]] = {  # scene and changes
+    "knuckle": ("knuckle_setpoint",),
+    "tower": ("tower_flexible_jib",),
+    "mast": ("tower_sway",),
+    "mobile": ("mobile_lift", {"flexibility": {"lateral": SPRING, "vertical": SPRING}}),
+    "bridge": ("bridge_hook_and_sling",),
+    "gantry": ("port_sts_container",),
+    "pendulum": ("pendulum_free",),
+    "plane": (OVERHEAD | HOIST | {"cable": LINKS},),
+    "space": (SPATIAL | {"cable": LINKS, "initial": {"directions": [[0.6, 0.0, -0.8]]}},),
+    "elastic": (SPATIAL | {"cable": ELASTIC},),
 }
 BASE_DIRECTIONS = {"surge": X, "sway": Y, "heave": Z, "roll": Z, "pitch": -Z, "yaw": Y}
 """Of a payload on the y axis for roll, else on the x axis, for a small positive motion of the base."""
 
 
+@cache
+def scene_of(name: str) -> Scene:
+    """Return a scene of SCENES."""
+    return load_scene(*SCENES[name])
+
+
 def payload(name: str, q: Any, changes: dict[str, Any] | None = None) -> np.ndarray:
     """Return the payload's position (3,) in the world."""
-    scene = SCENES[name] if changes is None else load_scene(SCENES[name].to_dict() | changes)
+    scene = scene_of(name) if changes is None else load_scene(scene_of(name).to_dict() | changes)
     return world_points(scene.model, 0.0, np.array(q, dtype=float), np.zeros(len(q)))[0][-1]
 
 
@@ -145,26 +153,26 @@ def test_no_sign_is_left_out() -> None:
     for name, directions in DIRECTIONS.items():
         crane = "overhead" if name in ("plane", "space", "elastic") else "tower" if name == "mast" else name
         tried |= {(crane, re.sub(r"_\d", "_k", joint) if crane != "pendulum" else joint) for joint in directions}
-        assert set(directions) <= set(SCENES[name].joint_names)
+        assert set(directions) <= set(scene_of(name).joint_names)
     assert tried | UNMOVED == {(sign.crane, sign.joint) for sign in SIGNS}
 
 
 @pytest.mark.parametrize("name", DIRECTIONS)
 def test_positive_is_where_the_page_says(name: str) -> None:
     """A small positive change of a joint moves the payload in the direction of the page."""
-    q = np.array(POSTURES.get(name, SCENES[name].initial_q), dtype=float)
+    q = np.array(POSTURES.get(name, scene_of(name).initial_q), dtype=float)
     for joint, direction in DIRECTIONS[name].items():
         changed = q.copy()
-        changed[SCENES[name].joint_names.index(joint)] += 1e-3
+        changed[scene_of(name).joint_names.index(joint)] += 1e-3
         moved = payload(name, changed) - payload(name, q)
         assert moved @ direction > 1e-4, joint  # lengths of 0.7 m and more, changed by 1e-3
 
 
 def test_zero_is_where_the_page_says() -> None:
     """With all joints at zero boom and jib are horizontal along x, cables hang, and origins are those of the page."""
-    support = SCENES["knuckle"].model.support
+    support = scene_of("knuckle").model.support
     assert payload("knuckle", [0, 0, 0, 2, 0, 0]) == pytest.approx([support.boom.length + support.jib.length, 0, -2])
-    assert payload("pendulum", [0, 0, 0, 0, 0, -1]) == pytest.approx([0, 0, -SCENES["pendulum"].model.cable.length])
+    assert payload("pendulum", [0, 0, 0, 0, 0, -1]) == pytest.approx([0, 0, -scene_of("pendulum").model.cable.length])
     assert payload("plane", [0, 1.5, 0, 0]) == pytest.approx([0, 0, -2.2])
     assert payload("space", [0, 0, 0, 0, -1, 0, 0, -1]) == pytest.approx([0, 0, -2.2])
     assert payload("elastic", [5, 6, 0, 0, -1, 1, 2, -3]) == pytest.approx([1, 2, -3])
@@ -173,7 +181,7 @@ def test_zero_is_where_the_page_says() -> None:
 def test_swing_of_a_knuckle_crane_is_the_pages_formula() -> None:
     """The payload is where the page's formula of the two swing angles puts it, at any slew."""
     slew, boom, jib, rope, t1, t2 = q = (0.7, 0.5, -0.2, 2.0, 0.4, -0.3)
-    support = SCENES["knuckle"].model.support
+    support = scene_of("knuckle").model.support
     out, left = np.array([cos(slew), sin(slew), 0]), np.array([-sin(slew), cos(slew), 0])
     reach = support.boom.length * cos(boom) + support.jib.length * cos(jib)
     height = support.boom.length * sin(boom) + support.jib.length * sin(jib)
