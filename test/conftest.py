@@ -18,7 +18,7 @@ from typing import Any
 import hypothesis
 import pytest
 import session_guard
-from worker_processes import pytest_runtest_protocol
+from interpreted import pytest_runtest_protocol
 
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 
