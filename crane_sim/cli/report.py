@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from crane_sim.files.catalogue import config_folder
+from crane_sim.recording.metric_units import plain_unit
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -49,31 +50,8 @@ _GROUPS = {
     "base": ("peak_base_acceleration", "peak_base_angular_acceleration"),
     "selected": ("method", "model", "model_error_estimate", "left_out"),
 }
-_UNITS = {
-    "wall_time": "s",
-    "real_time_factor": "x",
-    "peak_swing_deg": "deg",
-    "residual_swing_deg": "deg",
-    "peak_tilt_deg": "deg",
-    "peak_skew_deg": "deg",
-    "peak_trim_deg": "deg",
-    "peak_list_deg": "deg",
-    "peak_lateral_deflection_deg": "deg",
-    "peak_vertical_deflection_deg": "deg",
-    "min_rope_tension": "N",
-    "max_rope_tension": "N",
-    "max_lead_line_tension": "N",
-    "max_drum_torque": "N m",
-    "peak_contact_force": "N",
-    "sim_time": "s",
-    "model_error_estimate": "m",
-    "tracking_mse": "m²",
-    "tracking_mae": "m",
-    "tracking_peak": "m",
-    "peak_tip_acceleration": "m/s²",
-    "peak_base_acceleration": "m/s²",
-    "peak_base_angular_acceleration": "rad/s²",
-}
+_FURTHER_UNITS = {"real_time_factor": "x", "model_error_estimate": "m"}
+"""Units of what only the terminal shows with one."""
 
 _COMPUTE_TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
 
@@ -173,9 +151,8 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
         table.add_section()
         for key in keys:
             if key in summary and key not in hidden:
-                table.add_row(
-                    key.removesuffix("_deg").replace("_", " "), f"{_format_number(summary[key])} {_UNITS.get(key, '')}"
-                )
+                unit = plain_unit(key) or _FURTHER_UNITS.get(key, "")
+                table.add_row(key.removesuffix("_deg").replace("_", " "), f"{_format_number(summary[key])} {unit}")
     _add_commands(table, summary)
     console.print(table)
     _print_joints(console, summary, scene)

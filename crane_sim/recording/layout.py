@@ -175,11 +175,6 @@ class Layout(NamedTuple):
         """Return the indices of the coordinates that are plotted: of the cable's only those in `swings`."""
         return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith(COORDINATES)]
 
-    @property
-    def has_hidden_coordinates(self) -> bool:
-        """Return whether some coordinates are not plotted: a cable has too many."""
-        return len(self.moving) < len(self.joints)
-
 
 class Block(NamedTuple):
     """K consecutive control steps: the state at the start of each and the effort held over it (SI, radians)."""

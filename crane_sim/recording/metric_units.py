@@ -41,6 +41,11 @@ class MetricUnit(NamedTuple):
     factor: float
 
 
+def plain_unit(key: str) -> str:
+    """Return the unit of a metric, the same for all cranes: by the end of its name, else from UNITS; empty: none."""
+    return next((unit for ending, unit in _UNIT_SUFFIXES.items() if key.endswith(ending)), UNITS.get(key, ""))
+
+
 def metric_unit(name: str, crane: Crane) -> MetricUnit:
     """Return how a metric of a crane's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
     key, _, part = name.partition(".")
@@ -51,7 +56,7 @@ def metric_unit(name: str, crane: Crane) -> MetricUnit:
         return MetricUnit(label, *shown_unit(units.get(part, "")))
     if key in _EFFORT_METRICS:
         return MetricUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0)
-    return MetricUnit(label, _UNIT_SUFFIXES[ending] if ending else UNITS.get(key, ""), 1.0)
+    return MetricUnit(label, plain_unit(key), 1.0)
 
 
 def metric_row(name: str, cranes: Sequence[Crane], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
