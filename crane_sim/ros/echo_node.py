@@ -113,7 +113,7 @@ def serve(host: NodeHost, settings: SimpleNamespace) -> None:
     """Run the role of the parameters."""
     role = Ping(host.node, settings) if settings.role == "ping" else Pong(host.node, settings)
     host.wait(role.missing)
-    host.pipes.report("ready")
+    host.report_ready()
     host.pipes.report("done", summary=role.run(host))
     host.wait(lambda: "" if not host.pipes.attached else "the request finish")
 

@@ -56,7 +56,7 @@ def serve(host: NodeHost, settings: SimpleNamespace) -> None:
     """Write until the request to finish."""
     monitor = Monitor(host, settings)
     with Path(settings.file).open("w") as file:
-        host.pipes.report("ready")
+        host.report_ready()
         while not host.stop_reason:
             host.spin(_PERIOD)
             monitor.write(file)

@@ -105,7 +105,7 @@ class PlantNode:
         further = self._further_publishers(scene)
         held = HeldCommands(host.node, scene, settings.mode == RunMode.REALTIME) if scene.sampled else None
         self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads, further, held)
-        self._remark_on_transforms()
+        self._remark_on_missing_packages()
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()
         control = RunControl(host, self._simulation, self._scheduler, settings)
@@ -119,7 +119,7 @@ class PlantNode:
         host.manage(self._settings.autostart, self._activate)
         host.wait(self._missing, simulation.publish_clock_if_due)
         self._refuse_duplicate()
-        host.pipes.report("ready")
+        host.report_ready()
         host.wait(lambda: "" if host.started and host.active else "the request go", simulation.publish_clock_if_due)
         if not host.stop_reason:
             self._set_priority()
@@ -151,12 +151,17 @@ class PlantNode:
             publishers.append(TransformTopics(node, scene, settings))
         return publishers
 
-    def _remark_on_transforms(self) -> None:
-        """Say in the diagnostics, and in the log of a node without a supervisor, why transforms are off."""
-        if missing := missing_package(self._settings.publish_tf):
-            self._simulation.remarks["transforms"] = missing
-            if not self._host.pipes.attached:
-                self._host.node.get_logger().info(f"/tf and /tf_static are {missing}")
+    def _remark_on_missing_packages(self) -> None:
+        """Say in the diagnostics, and in the log of a node without a supervisor, what is off and why."""
+        reasons = {
+            "transforms": missing_package(self._settings.publish_tf),
+            "standard services": standard_services.missing_package(),
+        }
+        for subject, reason in reasons.items():
+            if reason:
+                self._simulation.remarks[subject] = reason
+            if reason and not self._host.pipes.attached:
+                self._host.node.get_logger().info(f"{subject} are {reason}")
 
     def _refuse_duplicate(self) -> None:
         """Raise Fault where another plant publishes the same joint states: each one's controller would drive both.

@@ -56,7 +56,7 @@ def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -
         if settings.live_port:
             host.node.get_logger().info(f"watch it live: crane view --live --port {settings.live_port}")
         host.wait(partial(subscriptions.missing, is_sensed(scene)))
-        host.pipes.report("ready")
+        host.report_ready()
     if outputs:
         _record_run(host, scene, subscriptions, outputs)
 
@@ -80,7 +80,7 @@ def _stand_by(
 
         warm_up(scene)
     host.wait(partial(subscriptions.missing, is_sensed(scene)))
-    host.pipes.report("ready")
+    host.report_ready()
     while not (host.started or host.stop_reason):
         host.spin(_PERIOD)
         subscriptions.dispatch()

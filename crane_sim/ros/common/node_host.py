@@ -1,5 +1,6 @@
 """The host of a node: its parameters, pipes to a supervisor, signals and spin loop."""
 
+import gc
 import json
 import os
 import select
@@ -100,6 +101,16 @@ class NodeHost:
     def active(self) -> bool:
         """Whether the node may work."""
         return self.node.active if isinstance(self.node, ManagedNode) else True
+
+    def report_ready(self) -> None:
+        """Report that the node is ready for its run; the garbage collector leaves alone what it has by now.
+
+        Its heap is large (messages, compiled code), and is needed to the end: each full collection would scan it, some
+        milliseconds, several times a second.
+        """
+        gc.collect()
+        gc.freeze()
+        self.pipes.report("ready")
 
     def spin(self, timeout: float = _POLL) -> None:
         """Serve callbacks for at most about `timeout` seconds, and read the control pipe every 50 ms."""

@@ -77,7 +77,7 @@ def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
 
     host.manage(autostart, set_active)
     host.wait(node.missing)
-    host.pipes.report("ready")
+    host.report_ready()
     while not host.stop_reason:
         host.spin()
         node.on_spin()

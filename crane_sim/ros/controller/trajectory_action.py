@@ -126,7 +126,7 @@ class TrajectoryAction:
         try:
             self._action = import_module(f"{_PACKAGE}.action").FollowJointTrajectory
         except ImportError:
-            self._node.get_logger().info(f"{_PACKAGE} is not here: no action {NAME} (docs/interfaces.md)")
+            self._node.get_logger().debug(f"no action {NAME}: {_PACKAGE} is not installed (docs/interfaces.md)")
 
     def _answer_goal(self, _: Any) -> GoalResponse:
         """Accept a goal; one that is wrong ends at once, with the code that says why: a rejection has none."""

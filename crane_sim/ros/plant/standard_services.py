@@ -17,18 +17,24 @@ from crane_sim.ros.plant.unsupported_services import offer_unsupported
 _PACKAGE = "simulation_interfaces"
 
 
+def missing_package() -> str:
+    """Return one line on why there are no standard services, empty where there are."""
+    try:
+        import_module(f"{_PACKAGE}.srv")
+    except ImportError:
+        return f"off: the package {_PACKAGE} is not installed, `./crane interfaces` builds it"
+    return ""
+
+
 def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: str) -> "StandardServices | None":
-    """Offer the standard services; without their package one line of the log says that they are off.
+    """Offer the standard services, where their package is installed.
 
     Args:
         node: offers them.
         control, simulation: of the run.
         prefix: begins the names of frames, and of entities.
     """
-    try:
-        import_module(f"{_PACKAGE}.srv")
-    except ImportError:
-        node.get_logger().info(f"{_PACKAGE} is not here: no standard services (docs/interfaces.md)")
+    if missing_package():
         return None
     entities = Entities(simulation.plant, prefix)
     EntityServices(node, _PACKAGE, entities, lambda: simulation.stamp)
