@@ -28,6 +28,7 @@ __all__ = ["pytest_runtest_protocol"]
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")
 
+_LONGEST = {"test_architecture.py", "test_study_runs.py", "test_batch.py", "test_catalogue_runs.py"}
 _AGAIN = 60.0  # s from a test's limit until its clean-up is interrupted, too
 
 
@@ -115,7 +116,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects."""
+    """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects; the longest files are first.
+
+    At the end of the tests a worker has nothing to do while the other one runs a file of minutes.
+    """
+    items.sort(key=lambda item: item.path.name not in _LONGEST)
     for item in items:
         mark = item.get_closest_marker("long")
         if mark is None or "cases" not in mark.kwargs:

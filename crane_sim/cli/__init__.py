@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 
 from crane_sim import process_signals
 
@@ -9,6 +10,7 @@ from crane_sim import process_signals
 def main() -> int:
     """Run the command; return its exit code: 0 done, 1 a fault while running, 2 bad input."""
     process_signals.exit_on_signal(_on_interrupt)
+    warnings.showwarning = _show_warning
     import click
 
     from crane_sim.cli.commands import app
@@ -44,6 +46,16 @@ def _fail(message: str, code: int) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     print(f"crane: {message}", file=sys.stderr, flush=True)
     return code
+
+
+def _show_warning(
+    message: Warning | str, category: type[Warning], file_name: str, line_number: int, *_: object
+) -> None:
+    """Print a warning in one line where it is meant for users, as of a deprecated key, else with its place."""
+    if issubclass(category, FutureWarning):
+        print(f"crane: warning: {message}", file=sys.stderr)
+    else:
+        print(warnings.formatwarning(message, category, file_name, line_number), file=sys.stderr, end="")
 
 
 def _on_interrupt() -> None:

@@ -84,7 +84,7 @@ def compare(*runs: RecordedRun | Rollout | Path | str, names: Sequence[str] = ()
     read = tuple(_read_run(run) for run in runs)
     if names and len(names) != len(runs):
         raise SceneError(f"names = {list(names)}: must be one for each of {len(runs)} runs")
-    labels = tuple(names) or _number_duplicates([run.path.stem if run.path else run.name for run in read])
+    labels = tuple(names) or _label_runs(read)
     for run, name in zip(read[1:], labels[1:], strict=True):
         _check_same_crane(read[0], labels[0], run, name)
     t = _common_time(read)
@@ -101,9 +101,13 @@ def _read_run(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
     return import_module("crane_sim.recording.rerun.rollout").recorded_run(run)  # by name: a layer above, optional
 
 
-def _number_duplicates(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names, with numbers where several are the same."""
-    return tuple(f"{name} ({i + 1})" if names.count(name) > 1 else name for i, name in enumerate(names))
+def _label_runs(runs: Sequence[RecordedRun]) -> tuple[str, ...]:
+    """Return the names of files or scenes; of equal ones with the files' suffixes, or with numbers."""
+    names = [run.path.stem if run.path else run.name for run in runs]
+    files = [run.path.name if run.path else run.name for run in runs]
+    pairs = zip(names, files, strict=True)
+    labels = [file if names.count(name) > 1 and files.count(file) == 1 else name for name, file in pairs]
+    return tuple(f"{label} ({i + 1})" if labels.count(label) > 1 else label for i, label in enumerate(labels))
 
 
 def _check_same_crane(first: RecordedRun, first_name: str, run: RecordedRun, name: str) -> None:

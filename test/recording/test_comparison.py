@@ -49,6 +49,8 @@ def test_a_run_is_itself(run: crane_sim.RecordedRun) -> None:
     assert set(comparison.metric_differences(1).values()) == {0.0}
     assert {(each.largest, each.rms) for each in comparison.differences[0].values()} == {(0.0, 0.0)}
     assert comparison.names == ("a (1)", "a (2)") and len(comparison.t) == len(run.t)
+    bag = replace(run, path=Path("a.mcap"))
+    assert crane_sim.compare(run, bag).names == ("a.rrd", "a.mcap")
 
 
 def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:

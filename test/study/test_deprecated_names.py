@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from command_line import crane
 
 import crane_sim
 from crane_sim import study as studies
@@ -45,6 +46,15 @@ def test_the_deprecated_key_works(metric: str, tmp_path: Path) -> None:
         assert studies.load_study(file).metrics == metric
     with pytest.warns(FutureWarning), pytest.raises(SceneError, match="figures"):
         studies.load_study(STUDY | {"figures": metric, "metrics": metric})
+
+
+def test_the_command_warns_in_one_line(metric: str, tmp_path: Path) -> None:
+    """A deprecated key in a file is one line of the terminal, without a line of the simulator's source."""
+    (tmp_path / "study.yaml").write_text(json.dumps(STUDY | {"figures": metric, "designs": "grid"}))
+    done = crane("sweep", "study.yaml", cwd=tmp_path)
+    warning, error = done.stderr.splitlines()
+    assert warning == "crane: warning: study: figures is now called metrics"
+    assert error.startswith("crane: study: unknown key 'designs'") and done.returncode == 2
 
 
 def test_a_finished_folder_of_the_previous_release_is_read(metric: str, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.evaluation.report.panels import PREFIXES, UNITS_WITH_PREFIX
 from crane_sim.recording.layout import label
-from crane_sim.recording.metric_units import UNITS
+from crane_sim.recording.metric_units import plain_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -56,7 +56,7 @@ def _display_name(key: str) -> str:
 
 
 def _unit(key: str) -> str:
-    return "°" if key.endswith("_deg") else UNITS.get(key, "")
+    return plain_unit(key).replace("deg", "°")
 
 
 def _format(value: Any, unit: str) -> str:
