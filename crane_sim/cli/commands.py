@@ -51,7 +51,7 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
     loaded = load_scene_with_options(scene, **scene_changes)
     options.check_scene(loaded)
     arguments = options.arguments(loaded.name)
-    with report.compiling(quiet=as_json):
+    with report.compiling(quiet=as_json, evaluated=loaded):
         _warm_plant(loaded)
     with report.progress(loaded, quiet=as_json or not sys.stderr.isatty()) as reporter:
         summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
@@ -77,7 +77,7 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
 
     check_recording(record)
     loaded = load_scene_with_options(scene, **changes)
-    with report.compiling(quiet=as_json):
+    with report.compiling(quiet=as_json, evaluated=loaded):
         roll_out(replace(loaded, duration=loaded.period))
     failure = {}
     try:

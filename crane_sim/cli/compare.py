@@ -83,7 +83,7 @@ def _simulate(source: str, laws: Sequence[str], quiet: bool) -> list[Rollout]:
     scenes = [load_scene_with_options(source, law=law) for law in laws]
     rollouts = []
     for scene in scenes:
-        with report.compiling(quiet=quiet):
+        with report.compiling(quiet=quiet, evaluated=scene):
             try:
                 rollouts.append(simulate(scene))
             except SimulationError as error:

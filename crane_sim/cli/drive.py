@@ -59,7 +59,7 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     _check_device(given)
     loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
     speeds, assignment = _parse_speeds(given["speeds"]), make_lever_assignment(loaded.actuated, given["mapping"])
-    with report.compiling(quiet=as_json):
+    with report.compiling(quiet=as_json, evaluated=loaded):
         ready = with_operator_drives(loaded, given["duration"], speeds)
         _warm(ready)
     console = _open_console(ready, assignment, given, as_json)

@@ -8,7 +8,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -125,14 +125,19 @@ def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
 
 
 @contextmanager
-def compiling(quiet: bool) -> Iterator[None]:
-    """Show a status line while a kind of scene is compiled; show none where nothing needs compiling."""
+def compiling(quiet: bool, evaluated: "Scene | None" = None) -> Iterator[None]:
+    """Show a status line while a kind of scene is compiled; show none where nothing needs compiling.
+
+    Of a scene that is `evaluated` in the block, a second process compiles what evaluates its runs.
+    """
     from crane_sim.numerics.jit import watch_compiling
+    from crane_sim.simulation.parallel_compilation import compile_evaluation_beside
 
     console = Console(stderr=True, quiet=quiet)
     status = console.status("compiling this kind of scene (the first time only, up to a minute)")
     try:
-        with watch_compiling(status.start):
+        beside = nullcontext() if evaluated is None else compile_evaluation_beside(evaluated)
+        with watch_compiling(status.start), beside:
             yield
     finally:
         status.stop()

@@ -280,7 +280,9 @@ def simulate(
     counted |= {"rejected": integration.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
-    result = _rollout(scene, run, *shown, counted, _summary(scene, run), events_of(integration, model, periods[-1]))
+    result = make_rollout(
+        scene, run, *shown, counted, summarize(scene, run), events_of(integration, model, periods[-1])
+    )
     if len(rows) <= scene.steps:
         _end_early(result, integration, model)
     return result
@@ -333,7 +335,8 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     return np.minimum(instants, end)
 
 
-def _summary(scene: Scene, run: RawRun) -> dict[str, Any]:
+def summarize(scene: Scene, run: RawRun) -> dict[str, Any]:
+    """Return the metrics of a run: the summary, without what was measured by the clock."""
     model, rows, integration, nq = scene.model, run.rows, run.integration, len(scene.joint_names)
     metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
     t = np.arange(len(rows), dtype=np.float64) * scene.period
@@ -347,7 +350,8 @@ def _summary(scene: Scene, run: RawRun) -> dict[str, Any]:
     return head | found | noted_events(integration, model, t[-1]) | further
 
 
-def _rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
+def make_rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
+    """Return a run with what is derived from its states, rows (K, width) at instants t (K,) [s]."""
     nq = len(scene.joint_names)
     q, v, u, _, tensions = split(rows, nq, len(scene.actuated))
     parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.segments(scene)]
