@@ -17,7 +17,7 @@ from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.driven_point import Lift, Servo
 from crane_sim.models.supports.driven_point import Point as DrivenPoint
-from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -33,7 +33,7 @@ SUPPORTS = {
     "point": DrivenPoint(Servo(4.0, 3.0), Lift()),
 }
 FREE = ["tower", "bridge"]  # supports some of whose momentum no drive takes
-HOISTS = {"force": ForceHoist(1.5), "rate": RateHoist(), "massless": MasslessHoist(1.0)}
+HOISTS = {"force": ForceHoist(1.5), "rate": MotionHoist(), "massless": MasslessHoist(1.0)}
 NODES, LENGTHS = (2.0, 1.5), (2.5, 1.2, 0.8)  # kg, m
 HOOK = {
     "mass": 3.0,
@@ -346,7 +346,7 @@ def test_a_rope_that_would_push_ends_the_run() -> None:
     load, exchange = exchange_of(Payload(mass=3.0), [LoadEvent.model_validate(event)])
     chain = Chain(np.array([3.0]), np.array([5.0]))
     for taut in (0.0, 1.0):
-        p = SuspendedCrane(SUPPORTS["bridge"], chain, load, RateHoist(), stops=Stops(taut=taut), exchange=exchange)
+        p = SuspendedCrane(SUPPORTS["bridge"], chain, load, MotionHoist(), stops=Stops(taut=taut), exchange=exchange)
         x = system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.zeros(5))
         assert system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))[2] == (taut == 0.0)
     assert "a link would push" in system.describe_event(p, encode(Guard.PAYLOAD, 0))[0]

@@ -22,7 +22,7 @@ from point_masses import (
 
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
-from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
+from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.overhead.spatial import SpatialCrane
@@ -32,7 +32,7 @@ from crane_sim.models.supports.driven_point import Lift, Servo
 from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.friction_list import FrictionList
-from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.rails import FixedAxis, ForceAxis
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
@@ -232,9 +232,9 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
 
 
 def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
-    """Below a boom, both models have the same accelerations and tension, with a winch by force and by rate."""
+    """Below a boom, both models have the same accelerations and tension, by a winch's force and imposed motion."""
     q, v = (0.3, 0.6, -0.2, 2.5, 0.4, -0.3), (0.2, -0.1, 0.3, 0.2, -0.5, 0.4)
-    for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (RateRope(0.4), RateHoist(0.4), 0.3)):
+    for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (MotionRope(0.4), MotionHoist(0.4), 0.3)):
         simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
         cable = Chain(np.array([1.4]), np.array([2.5]))
         crane = SuspendedCrane(simple.support, cable, simple.load, hoist, drag=simple.drag, base=simple.base)

@@ -64,8 +64,8 @@ from crane_sim.models.supports.backlash import (
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.friction import retake_of
 from crane_sim.models.supports.hoist import (
+    MotionHoist,
     PrescribedHoist,
-    RateHoist,
     hoist_modes,
     hoist_reflected_mass,
     limit_hoist,
@@ -239,7 +239,7 @@ def _(p, u):
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
     lossy = lossy or p.contact is not None or p.exchange is not None or takes_energy(p.support)
-    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
+    imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 

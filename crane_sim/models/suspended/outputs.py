@@ -37,7 +37,7 @@ from crane_sim.models.supports.backlash import (
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.flexible import FlexibleSupport
-from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import TowerCrane
@@ -307,7 +307,7 @@ def _(p, u):
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
     lossy = lossy or takes_energy(p.support) or p.torsion is not None
-    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
+    imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 

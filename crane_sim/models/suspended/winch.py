@@ -5,7 +5,7 @@ from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH, make_switching
 from crane_sim.models.supports import coordinate_count
 from crane_sim.models.supports.friction import retake_of
-from crane_sim.models.supports.hoist import RateHoist, hoist_modes
+from crane_sim.models.supports.hoist import MotionHoist, hoist_modes
 from crane_sim.models.supports.reeved_hoist import (
     ReevedHoist,
     mode_of_stopped_winch,
@@ -71,7 +71,7 @@ def fall_guard(hoist, best, p, x, motion, tension):
     return best
 
 
-@fall_guard.register(RateHoist)
+@fall_guard.register(MotionHoist)
 @fall_guard.register(ReevedHoist)
 def _(hoist, best, p, x, motion, tension):
     return smallest_tension(hoist.reeving, best, p, x, motion, tension)

@@ -12,7 +12,7 @@ from crane_sim.files.types import Angle
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
-from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.contact import ContactGroup
@@ -156,7 +156,7 @@ class FallsFile(LoadFile):
         return contact_of(self.contact, self.events, load, self._load_q)
 
     def falls_crane(
-        self, support: Any, hoist: ForceHoist | RateHoist | ReevedHoist | None, limits: Any, joints: Any
+        self, support: Any, hoist: ForceHoist | MotionHoist | ReevedHoist | None, limits: Any, joints: Any
     ) -> FallsCrane:
         """Return the parameters of the crane.
 
