@@ -27,7 +27,7 @@ from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports.actuated_support import ActuatedSupport, held_loads
+from crane_sim.models.supports.actuated_support import ActuatedSupport, constraint_efforts
 from crane_sim.models.supports.driven_point import Lift, Servo
 from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.friction import Friction
@@ -317,16 +317,16 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
     assert not got[list(held)].any()
     loose, forces = crane._replace(support=support._replace(frictions=None)), np.array([*efforts[:ns], winch])
-    forces[list(held)] -= [held_load(crane, t, x, u, i) for i in held]
+    forces[list(held)] -= [constraint_effort(crane, t, x, u, i) for i in held]
     freed = system.acceleration(loose, t, x[:-ns], tuple(map(float, forces)))
     np.testing.assert_allclose(freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # as above
 
 
-def held_load(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: int) -> float:
+def constraint_effort(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: int) -> float:
     """Return the effort that friction holds on a joint that sticks."""
     work = system.workspace(crane)
     solved = solve_dynamics(crane, t, x, u, work)
-    return float(held_loads(crane.support, solved.pose, crane.gravity, solved.tau, solved.tip_force)[joint])
+    return float(constraint_efforts(crane.support, solved.pose, crane.gravity, solved.tau, solved.tip_force)[joint])
 
 
 def test_a_slew_that_sticks_is_a_locked_one() -> None:

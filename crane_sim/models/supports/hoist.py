@@ -11,7 +11,7 @@ from crane_sim.models.supports.friction import (
     friction_guard,
     friction_response,
     has_friction,
-    retake_of,
+    step_control_of,
 )
 from crane_sim.models.supports.reeving import Reeving
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
@@ -183,9 +183,9 @@ def _(hoist, mode, tau, tension):
     return breakaway_mode(hoist.friction, mode, tau[len(tau) - 1] + tension)
 
 
-@retake_of.register(ForceHoist)
+@step_control_of.register(ForceHoist)
 def _(part):
-    return retake_of(part.friction)
+    return step_control_of(part.friction)
 
 
 @hoist_response.register(MasslessHoist)

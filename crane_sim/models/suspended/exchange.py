@@ -161,7 +161,7 @@ def with_exchange_switching(exchange, switching):
 
 @with_exchange_switching.register(Exchange)
 def _(exchange, switching):
-    # no retake: a step to an exchange at the start of a period would have no size
+    # no `step_control`: a step to an exchange at the start of a period would have no size
     return Switching(EVENT_LOG_CAPACITY, 0, None)
 
 
