@@ -57,7 +57,7 @@ from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
 
-ROUNDING = 1e-12  # of momentum: a jump across the link has an impulse of 0, whose sign is that of rounding
+ROUNDING = 1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
 
 
 @generic
