@@ -37,7 +37,7 @@ def _fill(servo: Any, group: ActuatorGroup, settings: ServoGroup) -> None:
     """Write the parameters of a servo drive into its record."""
     servo.kind, servo.ideal = COMMANDS.index(group.drive), settings.gain == inf
     servo.gain = 0.0 if servo.ideal else settings.gain
-    servo.idealness = servo.gain / settings.integral_time if settings.integral_time else 0.0
+    servo.stiffness = servo.gain / settings.integral_time if settings.integral_time else 0.0
     servo.position_gain = settings.position_gain or 0.0
     servo.max_speed = settings.max_speed or inf
     servo.max_acceleration, servo.max_jerk = settings.max_acceleration or inf, settings.max_jerk or inf

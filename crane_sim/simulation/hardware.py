@@ -127,7 +127,7 @@ def joint_mechanics(scene: Scene) -> JointMechanics:
 
 def holding_efforts(scene: Scene, config: HardwareConfig) -> Array:
     """Return the efforts (nu,) that servo drives with an integral begin with: those which hold the crane at rest."""
-    integral = config.servos.idealness > 0.0
+    integral = config.servos.stiffness > 0.0
     if not integral.any():
         return np.zeros(len(integral))
     return np.clip(integral * joint_mechanics(scene).static_load, config.drives.low, config.drives.high)
