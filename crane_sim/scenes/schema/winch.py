@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import LengthRange, Positive
-from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
+from crane_sim.models.stops import LOOKAHEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
@@ -58,7 +58,7 @@ class Winch(Group):
         low, high = self.limits or (0.0, inf)
         if low > MIN_LENGTH or not (imposed or self.limits is not None):
             return Stops(low, high, taut=float(stop))
-        return Stops(MIN_LENGTH, high, LEAD_TIME, float(stop))
+        return Stops(MIN_LENGTH, high, LOOKAHEAD_TIME, float(stop))
 
     def hoist(self) -> MasslessHoist | MotionHoist | None:
         """Return the drive of a first link; None: its length stays."""
