@@ -1,4 +1,4 @@
-"""Loads exchanged in a run: the loads of its schedule, and how one of them passes into the next.
+"""Pick-up and release of loads in a run: the loads of its schedule, and how one of them passes into the next.
 
 What is let go leaves with the motion that it has and takes its momentum along, so nothing jumps. What is taken up
 joins the load by a perfectly inelastic impact: the two have their momentum and their angular momentum about the
