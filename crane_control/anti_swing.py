@@ -26,7 +26,7 @@ STEP = 1e-4  # rad or m, of differences: their error is its square
 
 
 class Settings(NamedTuple):
-    """Speeds of all actuated joints, for drives with `drive: velocity` and winches by rate."""
+    """Speeds of all actuated joints, for drives with `drive: velocity` and winches with `drive: rate`."""
 
     speeds: dict[str, Table] | None = None  # by joint: the operator's, in the joint's unit/s; left out: to
     # `reference.q`; joints that are not named stand still

@@ -20,14 +20,14 @@ from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, re
 
 
 class Settings(NamedTuple):
-    """For cranes all of whose drives take speeds, or all positions (`actuators.JOINT.drive`); winches by rate, too."""
+    """Cranes whose drives (`actuators.JOINT.drive`) all take speeds, or positions; winches of `drive: rate` too."""
 
     drive: Literal["velocity", "position"] = "velocity"  # what the drives take
     position_gain: NonNegative = 1.0  # 1/s, h: speed for a deviation from the path, of drives that take speeds
 
 
 SETTINGS = {"control": Settings}
-WINCH_RATE = "m/s"  # unit of the effort of a winch that imposes a rate
+WINCH_RATE = "m/s"  # unit of the command of a winch that imposes a velocity
 
 
 class JointRow(NamedTuple):

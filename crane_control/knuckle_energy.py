@@ -18,7 +18,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
-from crane_sim.models.cables.rope import RateRope, add_rope_energy, rope_kinematics
+from crane_sim.models.cables.rope import MotionRope, add_rope_energy, rope_kinematics
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports import forward_kinematics, support_potential
 from crane_sim.numerics.jit import entry_point, generic, kernel
@@ -173,7 +173,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
 
     if nominal.reference is None:
         raise SceneError("reference: is missing, the energy law needs a target")
-    if isinstance(nominal.model.cable, RateRope):
+    if isinstance(nominal.model.cable, MotionRope):
         raise SceneError("rope.drive = 'rate': the energy law commands a rope force; possible: force, locked")
     nu = len(nominal.actuated)
     for name, gains in (("kp", options.kp), ("kd", options.kd)):

@@ -196,7 +196,7 @@ class OuterLoop(Protocol):
 
     @property
     def demand(self) -> tuple[float, ...]:
-        """Setpoint (3 n,): positions, velocities, accelerations."""
+        """The inner loop's setpoint (3 n,): positions, velocities, accelerations."""
         ...
 
     def due(self, t: float) -> bool:

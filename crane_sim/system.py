@@ -24,8 +24,11 @@ EVENT_LOG_CAPACITY = 1000
 """Number of events that the log of a run keeps."""
 
 
-class Retake(NamedTuple):
-    """Marks equations that change fast just before an event, which a longer step can miss: as friction by Stribeck."""
+class EventStepControl(NamedTuple):
+    """Marks equations where the step that ends at an event is error-controlled, too: it is repeated until it passes.
+
+    Needed where they change fast just before an event, which a longer step can miss: as friction by Stribeck.
+    """
 
 
 class Switching(NamedTuple):
@@ -35,7 +38,7 @@ class Switching(NamedTuple):
     positions: int = (
         0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
     )
-    retake: Any = None  # `Retake`: a step that an event ends is repeated until it is within the tolerance, too
+    step_control: Any = None  # `EventStepControl`, or None: the step that ends at an event is not repeated
 
 
 @stage_generic

@@ -1,9 +1,9 @@
 """An extended Kalman filter of one swinging payload and a disturbance at an unknown frequency, axis by axis.
 
-The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, ω the pendulum frequency; θ
-and b are random walks, λ is an unknown constant. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. The cable's direction is
-measured, so the measured y is that on a cable of the nominal length: tip + λ (y - tip), λ the nominal length over the
-true one.
+The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, with the pendulum frequency ω
+and the squared disturbance frequency θ; θ and the bias b are random walks, λ, the nominal length of the cable over the
+true one, is an unknown constant. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. The payload's position is computed from the
+measured direction of the cable with the nominal length, so it reads tip + λ (y - tip).
 """
 
 from math import cos, sin, sqrt
@@ -32,7 +32,7 @@ class Filter(NamedTuple):
     """The filter of both axes."""
 
     measurement_variances: tuple[float, float]  # m² of a measured position, m²/s² of a measured velocity
-    theta: float  # 1/s², initial
+    theta: float  # 1/s², initial squared disturbance frequency
     initial_variance: Any  # (7,) of the state
     process_noise: Any  # (7,) variance per second
     bounds: tuple[float, float]  # 1/s², of θ
@@ -146,14 +146,14 @@ def correct(ekf, i, component, measured, omega_sq, tip, tip_rate, age):
     """Correct axis i by a measured component Y or V of its state, `age` seconds old; see `measurement_model`."""
     x, p, work = ekf.state.x[i], ekf.state.covariance[i], ekf.state.work[1]
     gain, row = work[0], work[1]
-    sensitivity, expected = measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age)
+    jacobian_row, expected = measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age)
     innovation, variance = measured - expected, ekf.measurement_variances[component]
     for k in range(N):
         row[k] = 0.0
         for m in range(N):
-            row[k] += sensitivity[m] * p[m, k]
+            row[k] += jacobian_row[m] * p[m, k]
     for k in range(N):
-        variance += row[k] * sensitivity[k]
+        variance += row[k] * jacobian_row[k]
     for k in range(N):
         gain[k] = row[k] / variance
         x[k] += gain[k] * innovation

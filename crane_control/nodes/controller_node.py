@@ -28,7 +28,7 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
     "law": Option("", "control law; empty: the scene's own"),
     "mode": Option(
-        RunMode.LOCKSTEP.value, "wait for an outer loop, or hold its last demand as in real time", choices=RUN_MODES
+        RunMode.LOCKSTEP.value, "wait for an outer loop, or hold its last setpoint as in real time", choices=RUN_MODES
     ),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
     "stop_time": Option(

@@ -18,9 +18,9 @@ from crane_sim.ros.controller.states import State
 PARAMETERS = {
     "scene": Option("offshore_two_rate", "scene: a name of the catalogue or a path"),
     "law": Option("", "control law; empty: the scene's own"),
-    "expected_recorders": Option(0, "subscribers of the demands besides the controller", 0, 100),
+    "expected_recorders": Option(0, "subscribers of the setpoints besides the controller", 0, 100),
 }
-_DEMANDS = OutputTopic(JointTrajectory, "tip_demand", messages.STREAM_QOS)
+_SETPOINTS = OutputTopic(JointTrajectory, "tip_demand", messages.STREAM_QOS)
 
 
 class TwoRateLaw(NamedTuple):
@@ -35,10 +35,10 @@ class TrackerNode(LawNode):
 
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """See `LawNode`."""
-        super().__init__(node, settings, lambda settings: make_two_rate_law(settings).law, _DEMANDS)
-        self._answered = 0  # ns, stamp of the newest demand
+        super().__init__(node, settings, lambda settings: make_two_rate_law(settings).law, _SETPOINTS)
+        self._answered = 0  # ns, stamp of the newest setpoint
         outer = outer_loop_of(self._law)
-        self._demand = messages.demand_message(outer.names if outer else ())
+        self._setpoint = messages.setpoint_message(outer.names if outer else ())
 
     def finish(self) -> dict[str, Any]:
         """Return the outer loop's entries of the run's summary."""
@@ -50,13 +50,13 @@ class TrackerNode(LawNode):
     def _answer(self, state: State) -> None:
         self._last_state = state
         if state.stamp == self._answered or self._evaluate(state):
-            self._answers.publish(self._demand)
+            self._answers.publish(self._setpoint)
 
     def _evaluate(self, state: State) -> bool:
         outer = outer_loop_of(self._law)
         if outer is None or not outer.due(state.t) or self._ask_law(state) is None:
             return False
-        messages.set_demand(self._demand, state.stamp, outer.demand)
+        messages.set_setpoint(self._setpoint, state.stamp, outer.demand)
         self._answered = state.stamp
         return True
 
@@ -71,7 +71,7 @@ def make_two_rate_law(settings: SimpleNamespace) -> TwoRateLaw:
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:
-    """Answer states with demands until the request to finish."""
+    """Answer states with setpoints until the request to finish."""
     serve_responder(host, TrackerNode(host.node, settings), settings.autostart)
 
 

@@ -25,7 +25,7 @@ from crane_control.tracking.tip_servo import (
     compute_tracking_acceleration,
 )
 from crane_control.tracking.tracker import TipSetpoint
-from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope, rope_kinematics
+from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope, rope_kinematics
 from crane_sim.models.effects import add_spring
 from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.rotating_frame import inertial_velocity
@@ -127,7 +127,7 @@ def _(rope, efforts, rope_state, acceleration, tension):
     return (*efforts, -tension - add_spring(rope.spring, 0.0, rope_state.length))
 
 
-@append_winch_effort.register(RateRope)
+@append_winch_effort.register(MotionRope)
 def _(rope, efforts, rope_state, acceleration, tension):
     return (*efforts, compute_winch_input(rope.time_constant, rope_state, acceleration))
 

@@ -24,8 +24,8 @@ class PositionServo(NamedTuple):
 def _(servo, t, setpoint, cable):
     """Return position commands (2,) [m] for which the plant's servo accelerates the point as the setpoint asks."""
     x, v, a = setpoint
-    lead, gain = servo.kd / servo.kp, 1.0 / servo.kp
-    return x[0] + lead * v[0] + gain * a[0], x[1] + lead * v[1] + gain * a[1]
+    lead, per_kp = servo.kd / servo.kp, 1.0 / servo.kp  # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
+    return x[0] + lead * v[0] + per_kp * a[0], x[1] + lead * v[1] + per_kp * a[1]
 
 
 def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
@@ -47,7 +47,8 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
             f"gravity = {nominal.model.gravity:g}: {law} needs gravity, without it nothing moves the payload"
         )
     path = nominal.trajectory
-    if path is None or path.of_joints or path.coordinates.tail is None:
+    has_one_coordinate = path is not None and path.coordinates.tail is None
+    if path is None or path.of_joints or has_one_coordinate:
         raise SceneError(f"reference.path: {law} needs one of the payload's x and y")
     length = nominal.initial_q[3] if nominal.crane == "knuckle" else nominal.model.cable.length
     return Pendulum(length, nominal.model.gravity), path

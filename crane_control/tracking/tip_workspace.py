@@ -8,7 +8,7 @@ import numpy as np
 from crane_control.tracking.knuckle_boom import BoomServo
 from crane_control.tracking.tip_servo import Servo
 from crane_sim.files.errors import SceneError
-from crane_sim.models.cables.rope import RateRope
+from crane_sim.models.cables.rope import MotionRope
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import AnyBase
@@ -46,7 +46,7 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | Non
                 f"{what} {radius:.4g} m from the tower's axis; control.law = {name!r} drives the tip "
                 f"{min_radius:.4g} to {max_radius:.4g} m from it, at the height of {height:.4g} m at which it begins"
             )
-    boom_model = model._replace(cable=RateRope(), energy_meter=None, base=base, force=None, wind=None, friction=None)
+    boom_model = model._replace(cable=MotionRope(), energy_meter=None, base=base, force=None, wind=None, friction=None)
     return BoomServo(servo.kp, servo.kd, height, (min_radius, max_radius), length, model.cable, boom_model)
 
 

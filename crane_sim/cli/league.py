@@ -35,7 +35,7 @@ def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) 
             cells.append(cell)
             status.update(f"simulating: {cell.crane}, {cell.law} is done")
     if as_json:
-        print(json.dumps(document(cells)))
+        print(json.dumps(json_data(cells)))
     else:
         print_tables(tables_by_crane(cells))
     if folder is not None:
@@ -55,7 +55,7 @@ def sampled_league(
     with show_progress("runs", quiet=as_json or not sys.stderr.isatty()) as on_progress:
         cells = list(evaluate_samples(samples, output, groups, on_progress=on_progress))
     if as_json:
-        print(json.dumps(sampled_document(cells)))
+        print(json.dumps(sampled_json_data(cells)))
     else:
         print_tables(sampled_tables(cells))
         for title, lines in list_reasons(cells).items():
@@ -65,8 +65,8 @@ def sampled_league(
         save_samples(cells, Path(folder))
 
 
-def sampled_document(cells: Sequence[SampledCell]) -> dict[str, Any]:
-    """Return the cells over samples as a document, with rounded digits, null in place of what is not finite."""
+def sampled_json_data(cells: Sequence[SampledCell]) -> dict[str, Any]:
+    """Return the cells as the data of league_samples.json, with rounded digits, null for what is not finite."""
     return json_value({"cells": round_floats([_nested(cell) for cell in cells])})
 
 
@@ -83,7 +83,7 @@ def save_samples(cells: Sequence[SampledCell], folder: Path) -> None:
     Raises:
         SceneError: the folder cannot be written, or its data is not this league's.
     """
-    data = sampled_document(join_cells(read_cells(folder), cells))
+    data = sampled_json_data(join_cells(read_cells(folder), cells))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / FILE).write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
@@ -92,8 +92,8 @@ def save_samples(cells: Sequence[SampledCell], folder: Path) -> None:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 
 
-def document(cells: Sequence[Cell]) -> dict[str, Any]:
-    """Return the cells as a document, with rounded digits."""
+def json_data(cells: Sequence[Cell]) -> dict[str, Any]:
+    """Return the cells as the data of league.json, with rounded digits."""
     rows = [cell._asdict() | {"metrics": cell.metrics and cell.metrics._asdict()} for cell in cells]
     return {"cells": round_floats(rows)}
 
@@ -106,7 +106,7 @@ def save_comparison(cells: Sequence[Cell], folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "league.json").write_text(json.dumps(document(cells), indent=1, ensure_ascii=False) + "\n")
+        (folder / "league.json").write_text(json.dumps(json_data(cells), indent=1, ensure_ascii=False) + "\n")
         drawn = save_figure(draw_league, cells, folder / "league.png", dpi=100)
         (folder / "league.md").write_text(format_comparison(cells, drawn))
     except OSError as error:

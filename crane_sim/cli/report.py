@@ -53,7 +53,7 @@ _GROUPS = {
 _FURTHER_UNITS = {"real_time_factor": "x", "model_error_estimate": "m"}
 """Units of what only the terminal shows with one."""
 
-_COMPUTE_TIMES = {"law_us": "law per step", "tracker_us": "tracker per demand"}
+_COMPUTE_TIMES = {"law_us": "law per step", "tracker_us": "tracker per setpoint"}
 
 _ZERO_TOLERANCE = 1e-20  # in any unit: smaller values are rounding errors of zero
 
@@ -233,7 +233,7 @@ def _add_commands(table: Table, summary: dict[str, Any]) -> None:
         table.add_row("commands", ", ".join(f"{count} {name}" for name, count in commands.items()))
     if demands := summary.get("demands"):
         held = f"held for up to {_format_number(demands['longest_hold'])} s"
-        table.add_row("demands", f"{demands['received']} received, {demands['late']} late, {held}")
+        table.add_row("setpoints", f"{demands['received']} received, {demands['late']} late, {held}")
     for key, title in _COMPUTE_TIMES.items():
         if key in summary:
             table.add_row(title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs")

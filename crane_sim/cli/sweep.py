@@ -46,10 +46,10 @@ def sweep(
     """
     from crane_sim import study as studies
     from crane_sim.study import object_store
-    from crane_sim.study.sensitivity import HEADS
+    from crane_sim.study.sensitivity import COLUMN_HEADINGS
 
     checked = studies.load_study(study)
-    if scheduler is not None or copy_to is not None or checked.design in HEADS:
+    if scheduler is not None or copy_to is not None or checked.design in COLUMN_HEADINGS:
         install_groups("study")
     if copy_to is not None:
         object_store.check_store(copy_to)
@@ -61,9 +61,9 @@ def sweep(
     if as_json:
         from crane_sim.study.summary import summarise
 
-        found = summarise(result)
+        summary = summarise(result)
         # figures: deprecated name of metrics, for one release
-        print(json.dumps(report.json_value(found | {"figures": found["metrics"]})))
+        print(json.dumps(report.json_value(summary | {"figures": summary["metrics"]})))
     else:
         print_result(result, Console(width=None if sys.stdout.isatty() else WIDE))
 
@@ -86,19 +86,19 @@ def print_result(result: StudyResult, console: Console) -> None:
     """Print failures first, then the metrics of each variant and what they differ in."""
     from crane_sim.study.summary import first_errors, summarise
 
-    found = summarise(result)
-    for variant, count in found["failures"].items():
+    summary = summarise(result)
+    for variant, count in summary["failures"].items():
         if count:
-            samples = found["runs"] // len(found["failures"])
+            samples = summary["runs"] // len(summary["failures"])
             console.print(f"{escape(variant)}: {count} of {samples} runs failed", style="bold red", highlight=False)
     for line in first_errors(result):
         console.print(line, highlight=False, soft_wrap=True, markup=False)
-    console.print(_metrics(found))
-    if len(found["failures"]) > 1:
-        console.print(_differences(found))
-    for name, by_variant in found["sensitivities"].items():
+    console.print(_metrics(summary))
+    if len(summary["failures"]) > 1:
+        console.print(_differences(summary))
+    for name, by_variant in summary["sensitivities"].items():
         console.print(_sensitivities(name, by_variant, result.study.design))
-    console.print(found["table"], highlight=False, soft_wrap=True, markup=False)
+    console.print(summary["table"], highlight=False, soft_wrap=True, markup=False)
 
 
 def _table_of_metrics(title: str, *numbers: str) -> Table:
@@ -108,24 +108,24 @@ def _table_of_metrics(title: str, *numbers: str) -> Table:
     return Table(*names, *columns, title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
 
 
-def _metrics(found: dict[str, Any]) -> Table:
+def _metrics(summary: dict[str, Any]) -> Table:
     """Return the table of the spread of metrics, of the summary of a study."""
     keys = ("runs", "least", "median", "greatest")
     table = _table_of_metrics("metrics", *keys)
-    for name, by_variant in found["metrics"].items():
-        for i, variant in enumerate(found["failures"]):
+    for name, by_variant in summary["metrics"].items():
+        for i, variant in enumerate(summary["failures"]):
             table.add_row(
                 "" if i else escape(name), escape(variant), *(format_cell(by_variant[variant][k]) for k in keys)
             )
     return table
 
 
-def _differences(found: dict[str, Any]) -> Table:
+def _differences(summary: dict[str, Any]) -> Table:
     """Return the table of what variants differ in, on the same samples, of the summary of a study."""
-    first, *others = found["failures"]  # variants
+    first, *others = summary["failures"]  # variants
     title = f"differences from {escape(first)} on the same samples: mean with its 95 % interval, Wilcoxon's p"
     table = _table_of_metrics(title, "pairs", "mean", "from", "to", "smaller", "p")
-    for name, by_variant in found["metrics"].items():
+    for name, by_variant in summary["metrics"].items():
         for i, other in enumerate(others):
             each = by_variant[f"{other} - {first}"]
             numbers = (format_cell(each[key]) for key in ("pairs", "mean", "low", "high"))
@@ -137,10 +137,10 @@ def _differences(found: dict[str, Any]) -> Table:
 
 def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], design: str) -> Table:
     """Return the table of how a metric depends on the parameters."""
-    from crane_sim.study.sensitivity import HEADS
+    from crane_sim.study.sensitivity import COLUMN_HEADINGS
 
     title = f"sensitivity of {metric} ({design.capitalize()})"
-    table = Table("variant", "parameter", *HEADS[design], title=title, title_justify="left")
+    table = Table("variant", "parameter", *COLUMN_HEADINGS[design], title=title, title_justify="left")
     for variant, rows in by_variant.items():
         for row in rows:
             numbers = row["strength"], row["interval"], row["interaction"]

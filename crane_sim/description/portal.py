@@ -1,7 +1,7 @@
 """What the trolley of a gantry crane runs on: a portal, or the portal and the boom of a ship-to-shore crane.
 
 A scene's `legs` say where it stands. Where the rail reaches further beyond them than they are apart, that part is a
-boom, which stays hold from a mast; otherwise the structure is a bare portal.
+boom held by forestays from a mast; otherwise the structure is a bare portal.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
 MAST = 0.38  # of the boom's length: height of the mast above the girders
-STAYED = (0.45, 0.93)  # of the boom's length: where stays hold it
+STAYED = (0.45, 0.93)  # of the boom's length: where its forestays are fixed
 
 
 class Portal(NamedTuple):
@@ -26,8 +26,8 @@ class Portal(NamedTuple):
     ends: tuple[float, float]  # x, of the girders
     legs: tuple[float, float]  # x, of the pairs of legs
     depth: float  # of the ground below the rail
-    aside: float  # of the girders from the middle
-    straddle: float  # of the legs from the middle
+    half_gauge: float  # y of the girders, which carry the rails, from the middle
+    half_span: float  # y of the legs from the middle
 
     @property
     def unit(self) -> float:
@@ -35,7 +35,7 @@ class Portal(NamedTuple):
         return self.depth / 30.0
 
     @property
-    def head(self) -> float:
+    def leg_top(self) -> float:
         """Height [m] of the legs' upper ends, above the girders."""
         return 1.0 + 1.8 * self.unit
 
@@ -50,7 +50,7 @@ class Portal(NamedTuple):
     @property
     def top(self) -> float:
         """Height [m] of the highest part."""
-        return self.head + (0.0 if self.boom is None else MAST * abs(self.boom[1] - self.boom[0]))
+        return self.leg_top + (0.0 if self.boom is None else MAST * abs(self.boom[1] - self.boom[0]))
 
 
 def depth_of(scene: Scene) -> float:
@@ -69,8 +69,8 @@ def portal_of(scene: Scene) -> Portal:
     unit = depth / 30.0
     if file.legs is None:
         return Portal((left, right), (left + 2.0 * unit, right - 2.0 * unit), depth, 4.5 * unit, 4.5 * unit)
-    straddle = max(4.5 * unit, 0.75 * box_edges(scene.model.load)[1])  # so that the load passes between them
-    return Portal((left, right), file.legs, depth, 4.5 * unit, straddle)
+    half_span = max(4.5 * unit, 0.75 * box_edges(scene.model.load)[1])  # so that the load passes between them
+    return Portal((left, right), file.legs, depth, 4.5 * unit, half_span)
 
 
 def portal_visual(portal: Portal) -> list[Shape]:
@@ -78,15 +78,15 @@ def portal_visual(portal: Portal) -> list[Shape]:
     (left, right), unit = portal.ends, portal.unit
     shapes: list[Shape] = []
     for side in (1.0, -1.0):
-        at = (0.5 * (left + right), side * portal.aside, 1.0)
+        at = (0.5 * (left + right), side * portal.half_gauge, 1.0)
         shapes.append(Shape((right - left, unit, 1.6 * unit), at, YELLOW))
         for x in portal.legs:
-            shapes += _leg(x, side * portal.straddle, portal)
+            shapes += _leg(x, side * portal.half_span, portal)
     return shapes if portal.boom is None else shapes + _frame(portal) + _mast(portal, *portal.boom)
 
 
 def _leg(x: float, y: float, portal: Portal) -> list[Shape]:
-    unit, top = portal.unit, 0.0 if portal.boom is None else portal.head
+    unit, top = portal.unit, 0.0 if portal.boom is None else portal.leg_top
     return [
         Shape((unit, unit, top + portal.depth), (x, y, 0.5 * (top - portal.depth)), GREY),
         Shape((2.5 * unit, 1.4 * unit, unit), (x, y, 0.5 * unit - portal.depth), DARK),
@@ -95,14 +95,14 @@ def _leg(x: float, y: float, portal: Portal) -> list[Shape]:
 
 def _frame(portal: Portal) -> list[Shape]:
     """Return the beams between the legs: along the quay low down and above the girders, across it in the middle."""
-    unit, (near, far), width = portal.unit, portal.legs, 2.0 * portal.straddle
+    unit, (near, far), width = portal.unit, portal.legs, 2.0 * portal.half_span
     shapes = [
         Shape((unit, width, unit), (x, 0.0, z), GREY)
         for x in portal.legs
-        for z in (2.5 * unit - portal.depth, portal.head - 0.5 * unit)
+        for z in (2.5 * unit - portal.depth, portal.leg_top - 0.5 * unit)
     ]
     for side in (1.0, -1.0):
-        at = (0.5 * (near + far), side * portal.straddle, -0.55 * portal.depth)
+        at = (0.5 * (near + far), side * portal.half_span, -0.55 * portal.depth)
         shapes.append(Shape((far - near, unit, 1.4 * unit), at, GREY))
     return shapes
 
@@ -112,13 +112,13 @@ def _mast(portal: Portal, root: float, tip: float) -> list[Shape]:
     unit, (near, far) = portal.unit, portal.legs
     other, out = (far if root == near else near), 1.0 if tip > root else -1.0
     apex, beam = (root, portal.top), 1.0 + 0.8 * unit
-    feet = [*((root + share * (tip - root), beam) for share in STAYED), (other, portal.head)]
-    shapes = [Shape((0.8 * unit, 2.0 * portal.aside + unit, 0.8 * unit), (root, 0.0, portal.top), YELLOW)]
-    for y in (portal.aside, -portal.aside):
+    feet = [*((root + share * (tip - root), beam) for share in STAYED), (other, portal.leg_top)]
+    shapes = [Shape((0.8 * unit, 2.0 * portal.half_gauge + unit, 0.8 * unit), (root, 0.0, portal.top), YELLOW)]
+    for y in (portal.half_gauge, -portal.half_gauge):
         stays = [tube(apex, foot, 0.18 * unit, STEEL) for foot in feet]
         post = Shape(
-            (unit, 0.8 * unit, portal.top - portal.head), (root, 0.0, 0.5 * (portal.top + portal.head)), YELLOW
+            (unit, 0.8 * unit, portal.top - portal.leg_top), (root, 0.0, 0.5 * (portal.top + portal.leg_top)), YELLOW
         )
         shapes += [shape._replace(at=(shape.at[0], y, shape.at[2])) for shape in (*stays, post)]
-    house = (0.35 * (far - near), 1.6 * portal.aside, 4.0 * unit)
-    return [*shapes, Shape(house, (other + 0.1 * out * (far - near), 0.0, portal.head + 0.5 * house[2]), GREY)]
+    house = (0.35 * (far - near), 1.6 * portal.half_gauge, 4.0 * unit)
+    return [*shapes, Shape(house, (other + 0.1 * out * (far - near), 0.0, portal.leg_top + 0.5 * house[2]), GREY)]

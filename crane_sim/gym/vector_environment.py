@@ -30,7 +30,7 @@ from crane_sim.gym.task import (
     task_scene,
     with_seed,
 )
-from crane_sim.numerics.lanes import put_column, tree_column
+from crane_sim.numerics.lanes import put_entry, take_entry
 from crane_sim.scenes.scene import Scene, SceneSource
 from crane_sim.simulation.batch import columns
 from crane_sim.simulation.goals import follows_path
@@ -128,7 +128,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         """
         commands, arrays, fresh = self._checked(actions), self._arrays, self._ended
         self._begin_again(fresh)
-        arrays.waiting[:], arrays.failed[:] = fresh, False
+        arrays.left_out[:], arrays.failed[:] = fresh, False
         self._advance(commands)
         info, failed = self._measure(), arrays.failed.copy()
         rewards = self._reward(fresh, info["error"])
@@ -164,8 +164,8 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.scenes[i], arrays = scene, self._arrays
         if scene.model is not previous.model:
             self._put_goal(i, scene)
-        integration, q, v, seen, hardware = make_initial(scene)
-        arrays.periods[i], arrays.seen[i] = 0, [*seen[0], *seen[1]]
+        integration, q, v, measured, hardware = make_initial(scene)
+        arrays.periods[i], arrays.measured[i] = 0, [*measured[0], *measured[1]]
         points, tip = world_points(scene.model, 0.0, np.array(q), np.array(v))
         arrays.tip[i], arrays.payload[i] = points[tip], points[-1]
         return Cranes(scene.method, scene.model, hardware.state if hardware is not None else None, integration)
@@ -173,7 +173,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     def _put_goal(self, i: int, scene: Scene) -> None:
         """Note the goal of crane i."""
         if self._targets is None:
-            put_column(self._paths, i, scene.trajectory)
+            put_entry(self._paths, i, scene.trajectory)
         else:
             goal = goal_of(scene)
             self._targets.position[i], self._targets.shown[i] = goal.position[0], goal.shown[0]
@@ -181,7 +181,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     def _begin_again(self, ended: Flags) -> None:
         """Begin new episodes of the cranes whose last one ended."""
         for i in np.flatnonzero(ended).tolist():
-            put_column(self._cranes, i, self._begin(i, None))
+            put_entry(self._cranes, i, self._begin(i, None))
 
     def _restart(self, info: dict[str, Any]) -> dict[str, Any]:
         """Begin new episodes where one ended; return their start's info, with what the others have, and of the end."""
@@ -234,7 +234,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         return Goal(path[:, 0], np.concatenate([path[:, 0], path[:, 1]], axis=1))
 
     def _observe(self) -> Array:
-        return np.concatenate([self._arrays.seen, self._goals().shown], axis=1)
+        return np.concatenate([self._arrays.measured, self._goals().shown], axis=1)
 
     def _payloads(self) -> Array:
         """Return the payloads (n, 3) [m] in the axes of their bases."""
@@ -248,7 +248,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         reasons = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(self._arrays.failed).tolist():
             try:
-                check_status(tree_column(self._cranes.integration, i), self.scenes[i].model)
+                check_status(take_entry(self._cranes.integration, i), self.scenes[i].model)
             except SimulationError as error:
                 reasons[i] = str(error)
         return reasons
@@ -281,9 +281,9 @@ def _allocate(scene: Scene, n: int) -> CraneArrays:
     nq = len(scene.joint_names)
     return CraneArrays(
         periods=np.zeros(n, np.int64),
-        waiting=np.zeros(n, np.bool_),
+        left_out=np.zeros(n, np.bool_),
         failed=np.zeros(n, np.bool_),
-        seen=np.empty((n, 2 * nq)),
+        measured=np.empty((n, 2 * nq)),
         tip=np.empty((n, 3)),
         payload=np.empty((n, 3)),
         rows=np.empty((n, row_width(scene.model, nq, len(scene.actuated)))),

@@ -7,7 +7,8 @@ effort is that of a potential, |effort| <= capacity, plus a damper, and moving t
 brake never supplies more energy than its spring has stored.
 
 Where an effort is no force the same element serves: it is an acceleration for a drive that imposes accelerations; a
-drive by rate gets zero; a drive by position gets the anchor's position as its setpoint (`position_drive` is 1).
+winch with `drive: rate` gets zero; a drive by position gets the anchor's position as its setpoint (`position_drive` is
+1).
 """
 
 from crane_sim.numerics.jit import lean_kernel

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.hardware.brakes import clip, compute_brake_effort
+from crane_sim.hardware.ideal_servos import add_imposed_efforts
 from crane_sim.hardware.servos import command_servos, demanded_effort, enter_phases, latch_servos
-from crane_sim.hardware.stiff_servos import add_imposed_efforts
 from crane_sim.numerics.arrays import copy_into, store
 from crane_sim.numerics.jit import lean_kernel, routine
 
@@ -34,12 +34,12 @@ def ramp_time(distance, rate, lag):
 @lean_kernel
 def effort_at(drive, s):
     """Return the effort of a drive, s seconds after the start of the period."""
-    origin, target, rate, lag = drive.origin, drive.target, drive.rate_limit, drive.lag
-    change = target - origin
+    start, target, rate, lag = drive.start_effort, drive.target, drive.rate_limit, drive.lag
+    change = target - start
     distance, direction = abs(change), 1.0 if change >= 0.0 else -1.0
     ramp = ramp_time(distance, rate, lag)
     if s < ramp:
-        return origin + direction * rate * s
+        return start + direction * rate * s
     if lag == 0.0:
         return target
     remaining = distance if ramp == 0.0 else rate * lag
@@ -70,7 +70,7 @@ def drive_efforts(p, u, t, x):
     for i in range(len(drives)):
         drive = drives[i]
         demanded = demanded_effort(u.servos, drive, i, t, effort_at(drive, t - u.begin))
-        effort = motor_effort(drive, drive.factor * demanded)
+        effort = motor_effort(drive, drive.effort_fraction * demanded)
         drive.effort = compute_brake_effort(drive) if drive.engaged else effort
     add_imposed_efforts(u.servos, drives, p, t, x)
     return system.saturate(p, system.efforts_from_row(p, drives.effort))
@@ -95,7 +95,7 @@ def accept_command(p, u, x, queue, k, command):
     for i in range(len(drives)):
         drive = drives[i]
         saturated = saturated or drive.target != drive.effort
-        drive.origin = drive.target if k == 0 else drive.origin
+        drive.start_effort = drive.target if k == 0 else drive.start_effort
     return saturated
 
 
@@ -105,7 +105,7 @@ def next_breakpoint(u, t, end):
     least = 1e-9 * (end - u.begin)  # s: a breakpoint closer to either end is rounding, and ignored
     for i in range(len(u.records)):
         drive = u.records[i]
-        break_time = u.begin + ramp_time(abs(drive.target - drive.origin), drive.rate_limit, drive.lag)
+        break_time = u.begin + ramp_time(abs(drive.target - drive.start_effort), drive.rate_limit, drive.lag)
         if not drive.engaged and t + least < break_time < end - least:
             end = break_time
     return enter_phases(u.servos, t, end, least)
@@ -117,5 +117,5 @@ def latch_efforts(p, u, t, x):
     copy_into(u.records.effort, system.effort(u, p, t, x))
     for i in range(len(u.records)):
         drive = u.records[i]
-        drive.origin = drive.effort if drive.engaged else effort_at(drive, t - u.begin)
+        drive.start_effort = drive.effort if drive.engaged else effort_at(drive, t - u.begin)
     latch_servos(u.servos, u.records, t)

@@ -75,8 +75,8 @@ def apply_to_drives(faults, active, drives, braking):
                 factor = faults.value[i] if faults.kind[i] == EFFORT_LOSS else factor
                 engaged = engaged or faults.kind[i] == JOINT_STUCK
         if engaged and not drive.engaged:
-            engage(drive, drive.factor * drive.origin)
-        drive.engaged, drive.factor = engaged, factor
+            engage(drive, drive.effort_fraction * drive.start_effort)
+        drive.engaged, drive.effort_fraction = engaged, factor
 
 
 @routine

@@ -31,9 +31,9 @@ DRIVE = np.dtype(
         ("no_load_speed", float),  # of the joint [1/s]: there it is 0
         ("deadband", float),  # commands below it count as 0
         ("delay", np.int64),  # periods
-        ("origin", float),  # effort at the start of the period
+        ("start_effort", float),  # at the start of the period
         ("target", float),  # effort that is approached
-        ("factor", float),  # fraction of the effort that acts on the joint
+        ("effort_fraction", float),  # of the effort, acts on the joint: below 1 by a fault (`effort_loss`)
         # at the last evaluation
         ("effort", float),
         ("position", float),
@@ -48,7 +48,7 @@ SERVO = np.dtype(
         ("gain", float),  # effort for a deviation of the speed
         ("stiffness", float),  # gain over integral time: effort for a deviation of the position
         ("position_gain", float),  # 1/s, speed for a deviation of the position
-        ("stiff", np.bool_),  # the gain is infinite: the effort makes the joint follow its reference
+        ("ideal", np.bool_),  # the gain is infinite: the effort makes the joint follow its reference
         ("offset", float),  # m or rad, between reference and spring's end at the start of the period
         ("correction", float),  # m/s or rad/s, of the position loop in this period
         ("integral", float),  # effort of the integral at the start of the period
@@ -108,7 +108,7 @@ def make_records(kind: Any, count: int) -> Any:
 def ideal_drives(nu: int) -> Any:
     """Return records of drives without any effect (nu,)."""
     drives = make_records(DRIVE, nu)
-    drives.factor, drives.rate_limit, drives.low, drives.high = 1.0, np.inf, -np.inf, np.inf
+    drives.effort_fraction, drives.rate_limit, drives.low, drives.high = 1.0, np.inf, -np.inf, np.inf
     drives.switch_low, drives.switch_high = -np.inf, np.inf
     drives.peak, drives.no_load_speed = np.inf, np.inf
     return drives

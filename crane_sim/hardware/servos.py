@@ -13,7 +13,7 @@ that at the start of the period.
 
 A position loop adds the speed k_x (x_r - x), which it samples once a period, to v_r: a cascade.
 
-With an infinite gain the effort is that which makes the joint's acceleration the reference's (`stiff_servos`).
+With an infinite gain the effort is that which makes the joint's acceleration the reference's (`ideal_servos`).
 """
 
 from typing import Any, NamedTuple
@@ -33,7 +33,7 @@ class Servos(NamedTuple):
 
     loops: Any  # records of SERVO (nu,)
     phases: Any  # (nu, PHASES, 4), of the references
-    stiff: Any  # `stiff_servos.StiffServos`, None where every gain is finite
+    ideal: Any  # `ideal_servos.IdealServos`, None where every gain is finite
 
 
 @lean_kernel
@@ -56,7 +56,7 @@ def loop_effort(loop, drive, t):
 
 @generic
 def demanded_effort(servos, drive, i, t, effort):
-    """Return the effort that the drive of joint i demands at time t [s]: `effort` unless it is a servo drive."""
+    """Return the effort that the drive of joint i commands at time t [s]: `effort` unless it is a servo drive."""
     return effort
 
 
@@ -65,7 +65,7 @@ def _(servos, drive, i, t, effort):
     loop = servos.loops[i]
     if loop.kind == EFFORT:
         return effort
-    return 0.0 if loop.stiff else min(max(loop_effort(loop, drive, t), drive.low), drive.high)
+    return 0.0 if loop.ideal else min(max(loop_effort(loop, drive, t), drive.low), drive.high)
 
 
 @generic
@@ -100,7 +100,7 @@ def plan_references(servos, drives, p, t, x, first):
             if loop.kind == POSITION:
                 loop.correction = clip(loop.position_gain * (reference_at(loop, t)[0] - q[i]), loop.max_speed)
             drive.position, drive.velocity = q[i], v[i]
-            limited = limited or not (loop.stiff or drive.low <= loop_effort(loop, drive, t) <= drive.high)
+            limited = limited or not (loop.ideal or drive.low <= loop_effort(loop, drive, t) <= drive.high)
             drive.effort, drive.target = 0.0, 0.0
     return limited
 
@@ -159,7 +159,7 @@ def _(servos, t, end, least):
 def latch_servos(servos, drives, t):
     """Move the servo drives' integrals to the end of a period, time t [s], at which `drives` were evaluated.
 
-    Brake and drive take over from each other what they hold.
+    The transfer between brake and drive is bumpless: a drive begins with the brake's effort, and the other way round.
     """
 
 
@@ -170,7 +170,7 @@ def _(servos, drives, t):
         if loop.kind != EFFORT and drive.engaged:
             loop.restarts, loop.integral = True, drive.effort
         elif loop.kind != EFFORT:
-            drive.origin = drive.effort
+            drive.start_effort = drive.effort
             latch_integral(loop, drive, t)
 
 
@@ -179,9 +179,9 @@ def latch_integral(loop, drive, t):
     """Move the integral of a speed loop to the end of a period, clamped where the effort is limited."""
     x = reference_at(loop, t)[0]
     offset = loop.offset + loop.correction * (t - loop.begin)
-    integral, excess = loop.stiffness * (x + offset - drive.position), loop_effort(loop, drive, t) * drive.factor
-    grows = integral - loop.integral
-    if loop.stiffness > 0.0 and (excess - drive.effort) * grows > 0.0:
+    integral = loop.stiffness * (x + offset - drive.position)
+    unlimited_effort, grows = loop_effort(loop, drive, t) * drive.effort_fraction, integral - loop.integral
+    if loop.stiffness > 0.0 and (unlimited_effort - drive.effort) * grows > 0.0:
         offset = drive.position + loop.integral / loop.stiffness - x
     else:
         loop.integral = integral

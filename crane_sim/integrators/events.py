@@ -28,7 +28,7 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
-from crane_sim.system import Retake, Switching, apply_reset_map, guard, rhs, rhs_into, switching
+from crane_sim.system import EventStepControl, Switching, apply_reset_map, guard, rhs, rhs_into, switching
 
 FIRST, SECOND, BETWEEN = MAX_STAGES + 1, MAX_STAGES + 2, MAX_STAGES + 3  # rows of a scratch
 
@@ -227,7 +227,7 @@ def _(switches, method, p, u, integration):
         return integration
     low, high, n = bracket(method, p, u, integration)
     integration = add_evaluations(integration, n)
-    return integration if low == high else end_at_event(switches.retake, method, p, u, integration, low, high)
+    return integration if low == high else end_at_event(switches.step_control, method, p, u, integration, low, high)
 
 
 @kernel
@@ -349,18 +349,18 @@ def at_begin(integration, h):
 
 
 @generic
-def end_at_event(retake, method, p, u, integration, low, high):
+def end_at_event(step_control, method, p, u, integration, low, high):
     """Return the integration that ends at its first event, between `low` and `high`, and switched."""
     return truncate_at_event(method, p, u, integration, low, high)
 
 
-@end_at_event.register(Retake)
-def _(retake, method, p, u, integration, low, high):
-    return retake_to_event(method, p, u, integration, low, high)
+@end_at_event.register(EventStepControl)
+def _(step_control, method, p, u, integration, low, high):
+    return repeat_step_to_event(method, p, u, integration, low, high)
 
 
 @routine
-def retake_to_event(method, p, u, integration, low, high):
+def repeat_step_to_event(method, p, u, integration, low, high):
     """Return the result of `truncate_at_event`, of steps up to the event whose errors are within the tolerance.
 
     A step that goes beyond an event can miss what the equations do just before it: its stages are few. One that ends

@@ -45,10 +45,12 @@ C = (
      -54.66780262877968, -9.48861652309627),
 )
 NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
-DRIFTS = (GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)
+# sums of gamma's rows, weights of the derivative in time
+GAMMA_SUMS = (GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)
 # fmt: on
 ORDER, STAGES = 5, 8
-_DENSE_A, _DENSE_C, _NODES, _DRIFTS = to_dense_tableau(A), to_dense_tableau(C), np.array(NODES), np.array(DRIFTS)
+_DENSE_A, _DENSE_C = to_dense_tableau(A), to_dense_tableau(C)
+_NODES, _GAMMA_SUMS = np.array(NODES), np.array(GAMMA_SUMS)
 AHEAD = 1e-4
 """Part of a step that differences in time reach: forwards, since inputs may have a kink where a step begins."""
 
@@ -95,7 +97,7 @@ def rosenbrock_step(p, t, x, u, h, k1):
             for i in range(len(x)):
                 ks[s, i] += weight * ks[j, i]
         for i in range(len(x)):
-            ks[s, i] += h * _DRIFTS[s] * change[i]
+            ks[s, i] += h * _GAMMA_SUMS[s] * change[i]
         solve_shifted(p, factors, ks[s])
     for i in range(len(x)):
         y[i] += ks[STAGES - 1, i]

@@ -1,4 +1,4 @@
-"""A meter makes the energy supplied a state, for runs whose work and losses cannot be had exactly from samples."""
+"""An energy meter: a state that integrates the external work, where samples would not give it exactly."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from crane_sim.numerics.jit import lean_generic
 
 
 class Meter(NamedTuple):
-    """The presence of a meter."""
+    """Marks a crane whose state has the integral of the external power [J]: of drives, base, wind and losses."""
 
 
 @lean_generic

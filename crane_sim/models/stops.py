@@ -8,7 +8,9 @@ from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.system import Switching
 
 MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
-LEAD_TIME = 0.01  # s: the length is extrapolated by its rate over it, since a length that passes zero would grow again
+LOOKAHEAD_TIME = (
+    0.01  # s: the length is extrapolated by its rate over it, as a length that passes zero would grow again
+)
 WINCH = 3  # index of the winch among the joints that friction can hold
 
 
@@ -17,7 +19,7 @@ class Stops(NamedTuple):
 
     shortest: float = 0.0  # m, of the rope
     longest: float = inf
-    lead: float = 0.0  # s, time over which the length is extrapolated by its rate
+    lookahead: float = 0.0  # s, time over which the length is extrapolated by its rate
     taut: float = 0.0  # 1: a run ends when the rope goes slack, 0: the rope is a rod that can push
 
 
@@ -40,7 +42,7 @@ def _(stops, positions):
 @lean_kernel
 def length_guard(stops, length, rate):
     """Return the smaller guard of a rope's shortest and longest length, at this length [m] and rate [m/s]."""
-    best = length + stops.lead * min(rate, 0.0) - stops.shortest, encode(Guard.LENGTH, LOWER)
+    best = length + stops.lookahead * min(rate, 0.0) - stops.shortest, encode(Guard.LENGTH, LOWER)
     return smaller_guard(best, stops.longest - length, encode(Guard.LENGTH, UPPER))
 
 

@@ -151,19 +151,19 @@ def _use_wide_vectors(typing_context):
 
 
 @lower_to(_pick)
-def tree_column(columns: Any, i: int) -> Any:
-    """Return the tree of crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
+def take_entry(columns: Any, i: int) -> Any:
+    """Return crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
     if not isinstance(columns, tuple):
         return None if columns is None else columns[i]
-    return _rebuilt(columns, [tree_column(part, i) for part in columns])
+    return _rebuilt(columns, [take_entry(part, i) for part in columns])
 
 
 @lower_to(_put)
-def put_column(columns: Any, i: int, tree: Any) -> None:
-    """Write the tree of crane i into entry i of every array of a tree of columns."""
+def put_entry(columns: Any, i: int, tree: Any) -> None:
+    """Write the numbers of crane i into entry i of every array of a tree of columns."""
     if isinstance(columns, tuple):
         for part, entry in zip(columns, tree, strict=True):
-            put_column(part, i, entry)
+            put_entry(part, i, entry)
     elif columns is not None:
         columns[i] = tree
 

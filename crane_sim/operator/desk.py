@@ -6,7 +6,7 @@
 - Emergency stop: latched; a release counts only while the dead man's switch is open and all levers rest.
 - Brakes: on from the emergency stop until the first lever that counts after its release. A drive that is weaker than
   its brake would be dragged along by a load that still swings.
-- Loss: without a sign of life for longer than the time-out, every speed is zero.
+- Loss: without a heartbeat for longer than the time-out, every speed is zero.
 - Soft limits: see `hardware.soft_limits`.
 """
 
@@ -57,26 +57,26 @@ class Desk:
     """
 
     def __init__(self, joints: Sequence[DrivenJoint], timeout: float, assisted: bool = False) -> None:
-        """Begin interlocked; `timeout`: s without a sign of life until the device counts as lost."""
+        """Begin interlocked; `timeout`: s without a heartbeat until the device counts as lost."""
         self._joints, self._timeout = tuple(joints), timeout
         self.mode, self.stopped, self.assisted = Mode.INTERLOCKED, False, assisted
         self.braked = False
-        self._interlocked, self._last_sign, self._switched = True, -inf, False
+        self._interlocked, self._last_heartbeat, self._switched = True, -inf, False
 
-    def sign_of_life(self, now: float) -> None:
-        """Note that the device is there at `now` [s]."""
-        self._last_sign = now
+    def heartbeat(self, now: float) -> None:
+        """Note a heartbeat of the device at `now` [s]."""
+        self._last_heartbeat = now
 
     def lose(self) -> None:
         """Note that the device is gone."""
-        self._last_sign = -inf
+        self._last_heartbeat = -inf
 
     def take(self, demand: Demand, now: float) -> tuple[float, ...]:
         """Return the operator's speeds (nu,), exactly the levers' fractions of the largest; zero where interlocked."""
         self._switch_assistance(demand.assistance)
         at_rest = not any(demand.axes)
         self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.held))
-        lost = now - self._last_sign > self._timeout
+        lost = now - self._last_heartbeat > self._timeout
         self._interlocked = self.stopped or lost or (self._interlocked and not at_rest)
         self.mode = self._mode(lost, demand.held)
         self.braked = self.stopped or (self.braked and (at_rest or self.mode != Mode.MOVING))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from crane_sim.files.errors import SceneError, shorten, unknown_key
 
-AXES = ("left stick across", "left stick along", "right stick across", "right stick along")
+AXES = ("left stick horizontal", "left stick vertical", "right stick horizontal", "right stick vertical")
 """Names of the axes of a game controller, by their numbers."""
 NO_AXIS = -1
 BUTTON_NAMES = {1: "B", 3: "Y", 6: "start", 9: "left shoulder"}

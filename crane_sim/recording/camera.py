@@ -100,7 +100,7 @@ def _beside_bridge(scene: Scene, size: float, ground: float) -> Framing:
 def of_gantry(scene: Scene) -> Framing:
     """Return how to draw a gantry crane, from the ends of its rail to those of its way."""
     portal, across = portal_of(scene), _span_of(scene, 1)
-    along, depth, aside = portal.ends, portal.depth, max(0.2 * portal.depth, portal.straddle)
+    along, depth, aside = portal.ends, portal.depth, max(0.2 * portal.depth, portal.half_span)
     sides = along, (across[0] - aside, across[1] + aside), (-depth, max(0.1 * depth, portal.top))
     eye, look_at = _look(_corners(*sides), -60.0, 14.0)
     return Framing(

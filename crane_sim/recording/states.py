@@ -24,6 +24,7 @@ Changes = list[tuple[float, str]]  # (s, state from then on), in the order of ti
 
 BRAKES, EFFORTS, CONTACT = "brakes", "efforts", "contact"
 CONTROLLER, COMMANDS, STOP, SIMULATION = "controller", "commands", "emergency stop", "simulation"
+"""Names of timelines; those in the line above from messages of a plant."""
 MIN_FORCE = 1e-6  # N: smaller tensions and forces are rounding errors of 0
 
 NORMAL_COLOR, STOPPING_COLOR, FAULT_COLOR = "#c3cad1", "#c8332b", "#9450b3"

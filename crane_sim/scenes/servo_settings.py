@@ -35,8 +35,8 @@ def servos_of(file: SceneFile) -> Any:
 
 def _fill(servo: Any, group: ActuatorGroup, settings: ServoGroup) -> None:
     """Write the parameters of a servo drive into its record."""
-    servo.kind, servo.stiff = COMMANDS.index(group.drive), settings.gain == inf
-    servo.gain = 0.0 if servo.stiff else settings.gain
+    servo.kind, servo.ideal = COMMANDS.index(group.drive), settings.gain == inf
+    servo.gain = 0.0 if servo.ideal else settings.gain
     servo.stiffness = servo.gain / settings.integral_time if settings.integral_time else 0.0
     servo.position_gain = settings.position_gain or 0.0
     servo.max_speed = settings.max_speed or inf

@@ -11,13 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.hardware.faults import SCHEDULED, SENSOR_LOSS, FaultLog
+from crane_sim.hardware.ideal_servos import IdealServos
 from crane_sim.hardware.payloads import apply_payload_fault
 from crane_sim.hardware.random import seed_to_uint64
 from crane_sim.hardware.records import TOTALS, ideal_sensors, make_records
 from crane_sim.hardware.reference_profiles import PHASES
 from crane_sim.hardware.servos import Servos
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
-from crane_sim.hardware.stiff_servos import StiffServos
 from crane_sim.models.supports import coordinate_count
 from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.backlash import GearedSupport
@@ -185,7 +185,7 @@ class HardwareRun:
 
     def set_initial_effort(self, efforts: Sequence[float]) -> None:
         """Set the efforts (nu,) that the drives begin with."""
-        self.state.drives.origin = efforts
+        self.state.drives.start_effort = efforts
 
     def override_fault(self, name: str, on: bool) -> None:
         """Activate or clear a fault from the next period on, independent of its schedule."""
@@ -281,8 +281,8 @@ def _initial_servos(loops: Any) -> Servos | None:
     """Return the servo drives at the start of a run; None where all drives are commanded efforts."""
     if loops is None:
         return None
-    stiff = StiffServos(np.flatnonzero(loops.stiff)) if loops.stiff.any() else None
-    return Servos(loops.copy(), np.zeros((len(loops), PHASES, 4)), stiff)
+    ideal = IdealServos(np.flatnonzero(loops.ideal)) if loops.ideal.any() else None
+    return Servos(loops.copy(), np.zeros((len(loops), PHASES, 4)), ideal)
 
 
 def _initial_hardware(seed: int, config: HardwareConfig) -> HardwareState:

@@ -16,7 +16,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.numerics.column import NotVectorisable, arrays_of
 from crane_sim.numerics.jit import entry_point
-from crane_sim.numerics.lanes import tree_column
+from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.columns import columns, group_indices, kind_of
@@ -64,7 +64,7 @@ def fill_accelerations(models, points, out):
     """
     nq = out.shape[2]
     for i in range(len(points)):
-        p = tree_column(models, i)
+        p = take_entry(models, i)
         for k in range(points.shape[1]):
             z = points[i, k]
             u = system.efforts_from_row(p, z[2 * nq :])

@@ -6,7 +6,7 @@ They are gathered by the compiled functions that `metrics.Metrics` calls block b
 from typing import Any, NamedTuple
 
 from crane_sim.numerics.jit import entry_point, generic, lean_kernel, routine_generic
-from crane_sim.numerics.lanes import tree_column
+from crane_sim.numerics.lanes import take_entry
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants
 from crane_sim.simulation.extremes import note_range
 from crane_sim.simulation.metrics import read_meters
@@ -82,8 +82,8 @@ def output_of(lanes, clock, run, scratch, states):
 def run_cranes_with_metrics(cranes, clock, runs, scratch, first, last):
     """Run cranes `first` to `last` (excluded): columns of `Driven`; fill `RunColumns`, and the states of each run."""
     for i in range(first, last):
-        method, p, source = tree_column(cranes, i)
-        run, states = tree_column(runs, i), scratch.states[i - first]
+        method, p, source = take_entry(cranes, i)
+        run, states = take_entry(runs, i), scratch.states[i - first]
         integration, _, _ = begin(p, run.q, run.v)
         run.balance.start[0] = read_meters(p, integration.x)[0]
         out = output_of(scratch.lanes, clock, run, scratch, states)

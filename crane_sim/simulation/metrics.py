@@ -13,7 +13,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.models.moving_base import pose_at, rotate_to_base
 from crane_sim.numerics.jit import entry_point
-from crane_sim.numerics.lanes import tree_column
+from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.extremes import Extremes
@@ -71,7 +71,7 @@ def in_bases(bases, t, points):
     """Return points of the world (n, 3) [m] at times t (n,), each in the axes of its base; `bases` are columns."""
     out = np.empty_like(points)
     for i in range(len(points)):
-        out[i] = in_base(tree_column(bases, i), t[i : i + 1], points[i : i + 1])[0]
+        out[i] = in_base(take_entry(bases, i), t[i : i + 1], points[i : i + 1])[0]
     return out
 
 

@@ -20,7 +20,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.integrators.integration import equal_step, periods_per_step, status_of
 from crane_sim.numerics.jit import entry_point, generic, kernel, routine, routine_returning
-from crane_sim.numerics.lanes import LANES, lane, put_lane, tree_column, use_wide_vectors
+from crane_sim.numerics.lanes import LANES, lane, put_lane, take_entry, use_wide_vectors
 from crane_sim.numerics.states import dimension, replace_field
 from crane_sim.stepping.periods import Output, finish, integrate_period, write
 
@@ -62,7 +62,7 @@ class BatchArrays(NamedTuple):
 def simulate_range(cranes, grid, arrays, first, last):
     """Simulate cranes `first` to `last` (excluded), one after the other."""
     for i in range(first, last):
-        method, p, source = tree_column(cranes, i)
+        method, p, source = take_entry(cranes, i)
         integration = start(p, 0.0, state_at_start(p, arrays, i), make_event_log(system.switching(p)))
         integration, periods_done = integrate_run(source, method, p, integration, grid, arrays.rows[i])
         store_result(p, grid, arrays, i, integration, periods_done)
@@ -162,34 +162,34 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         like = first_lane(cranes, arrays, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in range(LANES):
-            put_lane(xs, j, state_at_start(tree_column(cranes, block + j).model, arrays, block + j))
+            put_lane(xs, j, state_at_start(take_entry(cranes, block + j).model, arrays, block + j))
         t, taken, i, span = 0.0, 0, 0, held_periods(like[2], method, grid.period)
         for k in range(0, grid.steps, span):
             for j in range(LANES):
-                crane = tree_column(cranes, block + j)
+                crane = take_entry(cranes, block + j)
                 put_lane(us, j, held_efforts(crane.source, crane.model, k * grid.period, lane(like[0], xs, j)))
             end = min(k + span, grid.steps) * grid.period
             while t < end:
                 h, after = equal_step(method.step, t, end)
                 while i < len(grid.times) and grid.times[i] < after:
                     for j in range(LANES):
-                        crane, x, u = tree_column(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
+                        crane, x, u = take_entry(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
                         sample(method, crane, x, u, t, grid.times[i], arrays.rows[block + j], i)
                     i += 1
                 for j in range(LANES):  # the loop that becomes vector instructions
-                    crane, x = tree_column(cranes, block + j), lane(like[0], xs, j)
+                    crane, x = take_entry(cranes, block + j), lane(like[0], xs, j)
                     x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h, None)
                     put_lane(xs, j, x)
                 t, taken = after, taken + 1
         for j in range(LANES):
-            crane, x, u = tree_column(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
+            crane, x, u = take_entry(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
             end_lane(method, crane, x, u, grid, arrays, block + j, taken, i)
 
 
 @kernel
 def first_lane(cranes, arrays, block):
     """Return (state, held efforts, source) of the first crane of a block: what the lanes look like."""
-    crane = tree_column(cranes, block)
+    crane = take_entry(cranes, block)
     x = state_at_start(crane.model, arrays, block)
     return x, held_efforts(crane.source, crane.model, 0.0, x), crane.source
 

@@ -10,7 +10,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.integrators import OK
 from crane_sim.numerics.jit import entry_point, generic
-from crane_sim.numerics.lanes import put_column, tree_column
+from crane_sim.numerics.lanes import put_entry, take_entry
 from crane_sim.stepping.hardware_periods import HardwareState, hardware_step
 from crane_sim.stepping.periods import zero_order_hold_step
 
@@ -28,9 +28,9 @@ class CraneArrays(NamedTuple):
     """What n cranes show of their states, at the end of the last period that they finished."""
 
     periods: Any  # (n,) periods passed
-    waiting: Any  # (n,) cranes that are left out
+    left_out: Any  # (n,) bool, cranes that are not advanced
     failed: Any  # (n,) whether the integration ended before the end of the period
-    seen: Any  # (n, 2 nq), measured positions and velocities
+    measured: Any  # (n, 2 nq), positions and velocities by the sensors, the true ones without
     tip: Any  # (n, 3) m, in the world
     payload: Any  # (n, 3) m
     rows: Any  # (n, width), of the last period's start, see `stepping.rows`
@@ -48,8 +48,8 @@ def advance_crane(hardware, crane, command, k, period, rows, i):
 @advance_crane.register(HardwareState)
 def _(hardware, crane, command, k, period, rows, i):
     step_args = (command, crane.integration, k, period, rows, i)
-    integration, joints, seen, _ = hardware_step(crane.method, crane.model, hardware, *step_args)
-    return integration, joints, seen
+    integration, joints, measured, _ = hardware_step(crane.method, crane.model, hardware, *step_args)
+    return integration, joints, measured
 
 
 @entry_point
@@ -63,20 +63,20 @@ def advance_cranes(cranes, commands, period, out, first, last):
         out: `CraneArrays` to fill; of a crane that fails only `failed` and `rows` change.
         first, last: which cranes.
     """
-    nq = out.seen.shape[1] // 2
+    nq = out.measured.shape[1] // 2
     for i in range(first, last):
-        if out.waiting[i]:
+        if out.left_out[i]:
             continue
-        crane, k = tree_column(cranes, i), out.periods[i]
+        crane, k = take_entry(cranes, i), out.periods[i]
         p, end = crane.model, (k + 1) * period
         command = system.efforts_from_row(p, commands[i])
-        integration, joints, seen = advance_crane(crane.hardware, crane, command, k, period, out.rows, i)
-        put_column(cranes.integration, i, integration)
+        integration, joints, measured = advance_crane(crane.hardware, crane, command, k, period, out.rows, i)
+        put_entry(cranes.integration, i, integration)
         out.failed[i] = integration.status != OK and integration.t < end
         if not out.failed[i]:
             out.periods[i] = k + 1
             for j in range(nq):
-                out.seen[i, j], out.seen[i, j + nq] = seen[0][j], seen[1][j]
+                out.measured[i, j], out.measured[i, j + nq] = measured[0][j], measured[1][j]
             points = np.empty((system.point_count(p), 3))
             system.points(p, end, system.state(p, end, joints[0], joints[1]), points)
             out.tip[i], out.payload[i] = points[system.tip_index(p)], points[-1]

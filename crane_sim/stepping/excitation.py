@@ -86,7 +86,7 @@ def integrate_with_drives(method, p, drives, servos, excitation, q, v, out):
         accept_command(p, u, integration.x, queue, i, system.efforts_from_row(p, excitation.commands[i]))
         if i < excitation.first:
             for j in range(len(drives)):
-                drives[j].origin = effort_at(drives[j], times[i + 1] - times[i])
+                drives[j].start_effort = effort_at(drives[j], times[i + 1] - times[i])
             continue
         integration = apply_pending_events(system.switching(p), p, u, integration)
         while integration.status == OK and integration.t < times[i + 1]:

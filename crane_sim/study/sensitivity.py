@@ -14,8 +14,8 @@ from crane_sim.study.result import StudyResult
 from crane_sim.study.schema import MORRIS, SALTELLI
 
 CONFIDENCE = 0.95
-HEADS = {MORRIS: ("μ*", "± 95 %", "σ"), SALTELLI: ("total index", "± 95 %", "of it interaction")}
-"""What strength, interval and interaction are by design."""
+COLUMN_HEADINGS = {MORRIS: ("μ*", "± 95 %", "σ"), SALTELLI: ("total index", "± 95 %", "of it interaction")}
+"""Headings of the columns strength, interval and interaction, by design of sensitivity."""
 
 
 class Sensitivity(NamedTuple):

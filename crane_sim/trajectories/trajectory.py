@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.jit import entry_point, lean_generic, lean_kernel
-from crane_sim.numerics.lanes import tree_column
+from crane_sim.numerics.lanes import take_entry
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
 
@@ -98,9 +98,9 @@ def sample_trajectories(trajectories, t):
         trajectories: columns of them.
         t: times.
     """
-    out = np.empty((len(t), 3, len(reference_at(tree_column(trajectories, 0), 0.0)[0])))
+    out = np.empty((len(t), 3, len(reference_at(take_entry(trajectories, 0), 0.0)[0])))
     for i in range(len(t)):
-        out[i] = sample_trajectory(tree_column(trajectories, i), t[i : i + 1])[0]
+        out[i] = sample_trajectory(take_entry(trajectories, i), t[i : i + 1])[0]
     return out
 
 

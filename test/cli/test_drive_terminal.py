@@ -68,7 +68,7 @@ def test_the_table_of_levers() -> None:
     assignment = make_lever_assignment(("slew", "rope"))
     keys, sticks = (printed(make_lever_table((SLEW, ROPE), assignment, device)) for device in ("keyboard", "joy"))
     assert "a / d" in keys and "5.73°/s" in keys and "none" in keys and "1.00 m .. 7.00 m" in keys
-    assert "left stick across" in sticks and "right stick along" in sticks
+    assert "left stick horizontal" in sticks and "right stick vertical" in sticks
     assert "emergency stop: B" in format_lever_note(assignment, "gamepad") and "space" in format_lever_note(
         assignment, "keyboard"
     )

@@ -30,8 +30,10 @@ def test_a_ship_to_shore_crane_has_a_boom(name: str) -> None:
     root, tip = portal.boom
     assert tip < scene.initial_q[0] < root and portal.ends[1] > legs[1]
     heights = [shape.at[2] + 0.5 * shape.size[2] for shape in portal_visual(portal) if len(shape.size) == 3]
-    assert max(heights) == pytest.approx(portal.top, abs=portal.unit) and portal.top > portal.head + 0.3 * (root - tip)
-    assert portal.straddle > 0.5 * box_edges(scene.model.load)[1] + 1.0  # the load passes between the legs
+    assert max(heights) == pytest.approx(portal.top, abs=portal.unit) and portal.top > portal.leg_top + 0.3 * (
+        root - tip
+    )
+    assert portal.half_span > 0.5 * box_edges(scene.model.load)[1] + 1.0  # the load passes between the legs
 
 
 def test_a_container_has_its_true_size() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crane_sim.cli.league import sampled_document, sampled_league, save_samples
+from crane_sim.cli.league import sampled_json_data, sampled_league, save_samples
 from crane_sim.evaluation.documentation.pages import PAGES
 from crane_sim.evaluation.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
 from crane_sim.evaluation.league.cells import compute_metrics, evaluate
@@ -215,7 +215,7 @@ def test_page_and_data_are_written(tmp_path: Path) -> None:
     assert "| energy | set-point | 0 % (0 … 39) |" in page and "- trolley, other, gust: it has no camera" in page
     assert PAGES["league_samples"].read_rows(page) == [f"{cell.crane}, {cell.law}, {cell.trial}" for cell in cells]
     kept = json.loads((tmp_path / "league_samples.json").read_text())
-    assert kept == json.loads(json.dumps(sampled_document(cells)))
+    assert kept == json.loads(json.dumps(sampled_json_data(cells)))
     assert kept["cells"][0]["metrics"]["payload_settling"]["value"] is None
     assert kept["cells"][0]["metrics"]["payload_mae"]["value"] > 0.0
 

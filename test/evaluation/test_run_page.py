@@ -25,7 +25,7 @@ SCENES = {
     "overhead": ("overhead_energy", 0.4),
     "gantry": ("port_sts_container", 0.6),
 }
-"""Cranes on ships, above rails and with falls; the long test has all others."""
+"""A crane on a ship, an overhead crane, and one with falls; the long test has all others."""
 SLOW = {"overhead_long_cable", "overhead_steel", "pendulum_sea"}  # minutes without compilation
 CATALOGUE = sorted(scene_files().keys() - SLOW)
 TOGETHER = 8  # pages in a browser, which draws in 16 at most
@@ -97,8 +97,8 @@ def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answ
 
 
 @pytest.mark.interpreted
-def test_pages_are_alone_and_without_errors(answers: dict[str, Any]) -> None:
-    """No page logs an error or a warning, or requests anything from anywhere; none is wider than its window."""
+def test_pages_are_self_contained_and_without_errors(answers: dict[str, Any]) -> None:
+    """Pages are self-contained: no request, no error or warning is logged; none is wider than its window."""
     check_quiet(answers)
 
 

@@ -22,7 +22,7 @@ KINDS: dict[str, tuple[str, dict[str, Any], float]] = {
     "sensors, drives and a limit that ends episodes": ("overhead_energy", NOISY | LIMITED, 3000.0),
     "uncertain load": ("knuckle_setpoint", {"uncertain": UNCERTAIN}, 5.0),
     "path on a moving base": ("offshore_resonant", {}, 1.0),
-    "law in continuous time": ("knuckle_continuous", {}, 5.0),
+    "law evaluated in every stage": ("knuckle_continuous", {}, 5.0),
 }
 
 

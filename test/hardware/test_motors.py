@@ -110,7 +110,11 @@ IMPOSSIBLE: dict[str, tuple[Any, dict[str, Any], str]] = {
     "half a curve": (KNUCKLE, {"actuators.slew.motor": {"ratio": 9, "torque": 1}}, "slew.motor.no_load_speed: is miss"),
     "rising": (KNUCKLE, {"actuators.slew.motor": MOTOR | {"base_speed": 120}}, "base_speed = 120: .* no_load_speed"),
     "winch": (KNUCKLE, {"actuators.rope.motor": MOTOR}, "rope.motor.inertia: .* rope.drive: force"),
-    "by rate": (KNUCKLE, {"actuators.all.motor": MOTOR, "rope.drive": "rate"}, "all.motor: .* rope is driven in m/s²"),
+    "imposed": (
+        KNUCKLE,
+        {"actuators.all.motor": MOTOR, "rope.drive": "rate"},
+        "all.motor: .* rope is driven in m/s²",
+    ),
     "massless": (OVERHEAD, {"actuators.hoist.motor": MOTOR, "hoist": {"drive": "force"}}, "motor.inertia: .* hoist.in"),
     "switch": (KNUCKLE, {"actuators.slew.limit_switches": [0.1, 1]}, "slew.limit_switches = .*: the slew starts outs"),
     "switch and limit": (

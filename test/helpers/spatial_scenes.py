@@ -55,8 +55,8 @@ def turned(name: str, azimuth: float, **groups: Any) -> crane_sim.Scene:
     return scene_of(spec["m_i"], spec["l_i"], directions.tolist(), rates.tolist(), **replaced | groups)
 
 
-def distance(run: Rollout, name: str, azimuth: float = 0.0) -> float:
-    """Return the largest error [m] of the nodes at a reference's instants, in units of the tolerance."""
+def error_in_tolerances(run: Rollout, name: str, azimuth: float = 0.0) -> float:
+    """Return the largest position error of the nodes at a reference's instants, divided by its tolerance [m]."""
     case, (c, s) = REFERENCE[name], (np.cos(azimuth), np.sin(azimuth))
     expected = np.array(case["node_positions_xyz"])
     rotated = np.stack([c * expected[..., 0] - s * expected[..., 1], s * expected[..., 0], expected[..., 2]], axis=-1)

@@ -1,4 +1,4 @@
-"""Messages of plant and tracker to the fast half of a two-rate law, and test doubles of its node and slow half."""
+"""Messages of plant and tracker to the inner loop of a two-rate law; test doubles of its node and outer loop."""
 
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -31,13 +31,13 @@ class OneTopicNode:
         return SimpleNamespace(warning=lambda line, **_: self.lines.append(line))
 
 
-class FakeSlowHalf:
-    """A slow half that is due every ten steps."""
+class FakeOuterLoop:
+    """An outer loop that is due every ten steps."""
 
     interval, names = 0.04, ("tip_x", "tip_y")
 
     def __init__(self) -> None:
-        """Create it without a demand."""
+        """Create it without a setpoint."""
         self.demand: tuple[float, ...] = ()
 
     def due(self, t: float) -> bool:
@@ -45,15 +45,15 @@ class FakeSlowHalf:
         return round(t / PERIOD) % 10 == 0
 
     def take(self, demand: tuple[float, ...]) -> None:
-        """Record the demand."""
+        """Record the setpoint."""
         self.demand = demand
 
 
-def make_demand(step: int, x: float) -> JointTrajectory:
-    """Return the message of a demand that was made for a step."""
-    demand = messages.demand_message(FakeSlowHalf.names)
-    messages.set_demand(demand, (step + 1) * 4_000_000, (x, 0.0, 0.0, 0.0, 0.0, 0.0))
-    return demand
+def make_setpoint_message(step: int, x: float) -> JointTrajectory:
+    """Return the outer loop's message: its setpoint for the state before a step, tip_x = `x` [m]."""
+    setpoint = messages.setpoint_message(FakeOuterLoop.names)
+    messages.set_setpoint(setpoint, (step + 1) * 4_000_000, (x, 0.0, 0.0, 0.0, 0.0, 0.0))
+    return setpoint
 
 
 def make_state(step: int) -> State:
@@ -65,14 +65,14 @@ class SetpointFixture(NamedTuple):
     """Setpoints with their surroundings."""
 
     node: OneTopicNode
-    answered: list[State]  # states that had waited for their demand
+    answered: list[State]  # states that had waited for their setpoint
     setpoints: Setpoints
-    half: FakeSlowHalf
+    outer_loop: FakeOuterLoop
 
 
-def make_setpoints(lockstep: bool) -> SetpointFixture:
+def make_setpoint_fixture(lockstep: bool) -> SetpointFixture:
     """Return setpoints with doubles of their surroundings."""
     node, answered = OneTopicNode("tip_demand"), []
     return SetpointFixture(
-        node, answered, Setpoints(node, FakeSlowHalf.names, lockstep, answered.append), FakeSlowHalf()
+        node, answered, Setpoints(node, FakeOuterLoop.names, lockstep, answered.append), FakeOuterLoop()
     )  # type: ignore[arg-type]

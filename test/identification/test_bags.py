@@ -59,7 +59,7 @@ def rig(duration: float) -> dict[str, tuple[str, list[Row]]]:
 
 
 def test_a_bag_gives_the_true_parameters(tmp_path: Path) -> None:
-    """From a bag with lost and partial states the true values are within three deviations, a chance of 5e-3 to fail."""
+    """From a bag with lost and partial states the true values are within three standard errors; chance 5e-3 to fail."""
     bag = write_bag(tmp_path / "bag", rig(10.0))
     found = crane_sim.identify(SCENE, bag, [*TRUTH])
     for each in found.estimates:

@@ -83,31 +83,31 @@ def weight(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
     return np.prod([inner @ weight(branch, alpha, beta) for branch in tree] + [np.ones(len(alpha))], axis=0)
 
 
-def classical() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (alpha, gamma, and what turns weights of increments into those of stages) of the method."""
+def rosenbrock_form() -> tuple[np.ndarray, np.ndarray]:
+    """Return the coefficients (alpha, gamma) for stages k; the method's own, and weights, are for u = gamma k."""
     gamma = np.linalg.inv(np.eye(rodas.STAGES) / rodas.GAMMA - to_dense_tableau(rodas.C))
-    return to_dense_tableau(rodas.A) @ gamma, gamma, gamma
+    return to_dense_tableau(rodas.A) @ gamma, gamma
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
 def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
     """The weights satisfy every condition up to order 5, those without the last increment up to order 4 only."""
-    alpha, gamma, back = classical()
+    alpha, gamma = rosenbrock_form()
     b, last = np.array(rodas.B), np.eye(rodas.STAGES)[-1]
-    defects = [
-        [abs(row @ back @ weight(tree, alpha, alpha + gamma) - 1.0 / density(tree)) for tree in trees(order)]
+    residuals = [
+        [abs(row @ gamma @ weight(tree, alpha, alpha + gamma) - 1.0 / density(tree)) for tree in trees(order)]
         for row in (b, b - last)
     ]
     assert len(trees(order)) == (1, 1, 2, 4, 9)[order - 1]
-    assert max(defects[0]) < 1e-13  # the digits given carry 1e-16, magnified by entries up to 100
-    assert max(defects[1]) < 1e-13 if order < 5 else max(defects[1]) > 1e-3
+    assert max(residuals[0]) < 1e-13  # the digits given carry 1e-16, magnified by entries up to 100
+    assert max(residuals[1]) < 1e-13 if order < 5 else max(residuals[1]) > 1e-3
 
 
-def test_rows_sum_to_nodes_and_drifts() -> None:
-    """Nodes are the sums of their rows, and the derivative in time has consistent weights."""
-    alpha, gamma, _ = classical()
+def test_rows_sum_to_nodes_and_gamma_sums() -> None:
+    """The nodes are the row sums of alpha; the weights of the derivative in time are those of gamma."""
+    alpha, gamma = rosenbrock_form()
     assert np.allclose(alpha.sum(axis=1), rodas.NODES, rtol=0, atol=1e-13)
-    assert np.allclose(gamma.sum(axis=1), rodas.DRIFTS, rtol=0, atol=1e-13)
+    assert np.allclose(gamma.sum(axis=1), rodas.GAMMA_SUMS, rtol=0, atol=1e-13)
 
 
 def test_measured_order() -> None:
@@ -175,8 +175,8 @@ def test_linear_systems() -> None:
     assert np.allclose(right, expected, rtol=0, atol=1e-13)  # diagonally dominant: rounding alone
 
 
-def test_a_model_of_tuples_is_rejected() -> None:
-    """A scene whose model keeps its state in tuples is rejected by a single-line error."""
+def test_a_model_whose_state_is_no_array_is_rejected() -> None:
+    """A scene of a model whose state is not an array is rejected by a single-line error."""
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene("knuckle_setpoint", {"integrator": {"method": "rodas"}})
     assert "integrator.method = 'rodas'" in str(caught.value) and "\n" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Loads exchanged in a run, against the momentum of point masses, and in whole runs."""
+"""Pick-up and release of loads by the hook, against the momentum of point masses, and in whole runs."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.driven_point import Lift, Servo
 from crane_sim.models.supports.driven_point import Point as DrivenPoint
-from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -33,7 +33,7 @@ SUPPORTS = {
     "point": DrivenPoint(Servo(4.0, 3.0), Lift()),
 }
 FREE = ["tower", "bridge"]  # supports some of whose momentum no drive takes
-HOISTS = {"force": ForceHoist(1.5), "rate": RateHoist(), "massless": MasslessHoist(1.0)}
+HOISTS = {"force": ForceHoist(1.5), "rate": MotionHoist(), "massless": MasslessHoist(1.0)}
 NODES, LENGTHS = (2.0, 1.5), (2.5, 1.2, 0.8)  # kg, m
 HOOK = {
     "mass": 3.0,
@@ -61,7 +61,7 @@ V = (0.15, 0.4, -0.3, 0.2, 0.5, -0.4, 0.1, 0.3, -0.2, 0.4)
 
 
 def composite() -> dict[str, Any]:
-    """Return the payload of hook and what it takes up, by the theorem of parallel axes."""
+    """Return the payload of hook and load that is picked up, by the theorem of parallel axes."""
     mass, hook = HOOK["mass"] + TAKEN_MASS, -np.array(HOOK["attachment"])
     centre = (HOOK["mass"] * hook + TAKEN_MASS * TAKEN_CENTER) / mass
     inertia = np.zeros((3, 3))
@@ -72,12 +72,12 @@ def composite() -> dict[str, Any]:
 
 
 def loads(rigid: bool) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the payloads before and after the exchange, as groups of a scene."""
+    """Return the payloads before and after the pick-up, as groups of a scene."""
     return (HOOK, composite()) if rigid else ({"mass": HOOK["mass"]}, {"mass": HOOK["mass"] + TAKEN_MASS})
 
 
 def crane(name: str, hoist: str, rigid: bool, *events: dict[str, Any]) -> SuspendedCrane:
-    """Return the crane with a schedule of exchanges."""
+    """Return the crane with a schedule of pick-ups and releases."""
     schedule = [LoadEvent.model_validate(event) for event in events]
     load, exchange = exchange_of(Payload.model_validate(loads(rigid)[0]), schedule)
     chain = Chain(np.array([*NODES, load.mass]), np.array(LENGTHS))
@@ -105,7 +105,7 @@ def quaternion(angles: Any) -> list[Any]:
 
 
 def places(name: str, q: Any, rigid: bool) -> tuple[list[tuple[Any, Point]], list[tuple[Any, Point]], list[Any]]:
-    """Return (points of the crane with its hook, points of what it takes up, joint coordinates) at coordinates q.
+    """Return (points of the crane with its hook, points of the load it picks up, joint coordinates) at coordinates q.
 
     Bridge: the bridge's own mass is a point at x = 0, which only y moves.
     """
@@ -152,7 +152,7 @@ def along(elevation: Any, distance: Any) -> Point:
 
 
 def start(name: str, rigid: bool) -> tuple[list[Any], list[Any]]:
-    """Return the coordinates before an exchange, and their rates."""
+    """Return the coordinates before the pick-up, and their rates."""
     n = 10 if rigid else 7
     return [mpf(a) for a in (*START[name], *Q[:n])], [mpf(a) for a in (*RATES[name], *V[:n])]
 
@@ -182,7 +182,7 @@ class Reference:
         return self.jacobian * mpmath.matrix(list(v))
 
     def jumped(self, v: Any, velocity: Any) -> Any:
-        """Return the rates of the coordinates after points have joined: M v = J' m (velocities before)."""
+        """Return the rates after the load, at `velocity`, was picked up: M v = J' m (velocities before)."""
         before, size = self.velocities(v), len(self.masses)
         for k in range(self.count, size):
             for c in range(3):
@@ -207,19 +207,19 @@ class Reference:
 
 
 def exchange_now(p: SuspendedCrane, x: Any, k: int = 0) -> Any:
-    """Return the state after exchange k."""
+    """Return the state after exchange k, a pick-up or a release."""
     y, event, continues = system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, k))
     assert continues and event == encode(Guard.PAYLOAD, k, 1)
     return y
 
 
-def up(rigid: bool, **more: Any) -> dict[str, Any]:
-    """Return the event that takes the load up."""
+def pick_up(rigid: bool, **more: Any) -> dict[str, Any]:
+    """Return the event of the load's pick-up."""
     return {"at": 1.0, "set": {"payload": loads(rigid)[1]}, "velocity": VELOCITY} | more
 
 
-def down(rigid: bool) -> dict[str, Any]:
-    """Return the event that lets it go."""
+def release(rigid: bool) -> dict[str, Any]:
+    """Return the event of its release."""
     return {"at": 2.0, "set": {"payload": loads(rigid)[0]}}
 
 
@@ -228,9 +228,9 @@ def down(rigid: bool) -> dict[str, Any]:
 @pytest.mark.parametrize("hoist", HOISTS)
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> None:
-    """After a load is taken up all velocities are those that the projected momentum of point masses gives."""
+    """After a pick-up all velocities are those that the projected momentum of point masses gives."""
     with mp.workdps(60):
-        reference, p = Reference(name, hoist, rigid), crane(name, hoist, rigid, up(rigid))
+        reference, p = Reference(name, hoist, rigid), crane(name, hoist, rigid, pick_up(rigid))
         v = start(name, rigid)[1]
         q, rates = reference.joint_rates(v)
         expected = reference.joint_rates(reference.jumped(v, VELOCITY))[1]
@@ -244,9 +244,9 @@ def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> 
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 @pytest.mark.parametrize("name", FREE)
 def test_momentum_from_the_free_hook_to_the_load_and_back(name: str, rigid: bool) -> None:
-    """Taking up and letting go keep what no rail takes: linear momentum on a bridge, angular momentum on a tower."""
+    """Pick-up and release conserve what no rail takes: linear momentum on a bridge, angular momentum on a tower."""
     with mp.workdps(60):
-        reference, p = Reference(name, "force", rigid), crane(name, "force", rigid, up(rigid), down(rigid))
+        reference, p = Reference(name, "force", rigid), crane(name, "force", rigid, pick_up(rigid), release(rigid))
         q, rates = reference.joint_rates(start(name, rigid)[1])
         x = system.state(p, 0.0, q, rates)
         laden = exchange_now(p, x)
@@ -255,7 +255,7 @@ def test_momentum_from_the_free_hook_to_the_load_and_back(name: str, rigid: bool
         before = momentum(name, reference, [*velocities_of(p, x, reference)[: reference.count], *given])
         joined = momentum(name, reference, velocities_of(p, laden, reference))
         apart = momentum(name, reference, velocities_of(p, free, reference))
-    np.testing.assert_array_equal(free[:-2], laden[:-2])  # letting go: nothing that stays jumps
+    np.testing.assert_array_equal(free[:-2], laden[:-2])  # release: nothing that stays jumps
     np.testing.assert_allclose(joined, before, rtol=1e-12)
     np.testing.assert_allclose(apart, before, rtol=1e-12)
 
@@ -284,9 +284,9 @@ def momentum(name: str, reference: Reference, velocities: Any) -> list[float]:
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 @pytest.mark.parametrize("hoist", HOISTS)
 @pytest.mark.parametrize("name", ["tower", "knuckle", "point"])
-def test_the_meter_takes_what_the_impact_loses(name: str, hoist: str, rigid: bool, velocity: Any) -> None:
-    """The meter's jump, computed from impulses, is that of the crane's energy; what joins loses by the impact."""
-    p = crane(name, hoist, rigid, up(rigid, velocity=velocity), down(rigid))
+def test_the_energy_meter_jumps_as_the_energy_does(name: str, hoist: str, rigid: bool, velocity: Any) -> None:
+    """At pick-up and release the meter jumps, by the impulses, as the crane's energy does; an impact dissipates."""
+    p = crane(name, hoist, rigid, pick_up(rigid, velocity=velocity), release(rigid))
     with mp.workdps(60):
         reference = Reference(name, hoist, rigid)
         q, rates = reference.joint_rates(start(name, rigid)[1])
@@ -315,7 +315,7 @@ def energy_scale(p: SuspendedCrane, x: Any) -> float:
 
 @pytest.mark.interpreted
 def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
-    """A point of 3 kg that moves up at 2 m/s on a free rope and takes up 1 kg at rest: both at 1.5 m/s."""
+    """A point of 3 kg that moves up at 2 m/s on a free rope picks up 1 kg at rest: both at 1.5 m/s."""
     schedule = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 4.0}}})]
     load, exchange = exchange_of(Payload(mass=3.0), schedule)
     chain = Chain(np.array([3.0]), np.array([5.0]))
@@ -330,8 +330,8 @@ def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
 
 @pytest.mark.interpreted
 def test_a_state_has_the_load_of_its_time() -> None:
-    """A state made of joints has the first load up to the time of the exchange, and the second one after it."""
-    p = crane("bridge", "rate", True, up(True))
+    """A state made of joints has the hook alone up to the time of the pick-up, and the load after it."""
+    p = crane("bridge", "rate", True, pick_up(True))
     q, v = np.array([0.0, 0.0, 2.5, 0.1, 0.2, 0, 0, -1, 0, 0, -1, 1, 0, 0, 0]), np.zeros(15)
     before, after = (system.potential(p, system.state(p, t, q, v)) for t in (1.0, 1.0 + 1e-12))
     assert isinstance(p.load, RigidLoad) and isinstance(p.exchange, Exchange)
@@ -341,12 +341,12 @@ def test_a_state_has_the_load_of_its_time() -> None:
 
 @pytest.mark.interpreted
 def test_a_rope_that_would_push_ends_the_run() -> None:
-    """Where ropes cannot push, a body that comes up from below under them ends the run, and the text says why."""
+    """Where ropes cannot push, picking up a body that moves up from below ends the run, and the text says why."""
     event = {"at": 1.0, "set": {"payload": {"mass": 4.0}}, "velocity": (0.0, 0.0, 2.0)}
     load, exchange = exchange_of(Payload(mass=3.0), [LoadEvent.model_validate(event)])
     chain = Chain(np.array([3.0]), np.array([5.0]))
     for taut in (0.0, 1.0):
-        p = SuspendedCrane(SUPPORTS["bridge"], chain, load, RateHoist(), stops=Stops(taut=taut), exchange=exchange)
+        p = SuspendedCrane(SUPPORTS["bridge"], chain, load, MotionHoist(), stops=Stops(taut=taut), exchange=exchange)
         x = system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.zeros(5))
         assert system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))[2] == (taut == 0.0)
     assert "a link would push" in system.describe_event(p, encode(Guard.PAYLOAD, 0))[0]
@@ -354,9 +354,9 @@ def test_a_rope_that_would_push_ends_the_run() -> None:
 
 @pytest.mark.interpreted
 def test_an_impact_across_the_cable_ends_no_run() -> None:
-    """A swinging load that takes up one at rest jumps across the rope: its impulse of 0 pushes at no angle.
+    """A cable impulse that is zero up to rounding does not count as pushing: a swinging load picks up one at rest.
 
-    Of these twelve, rounding makes the impulses of three negative.
+    Its velocity jumps across the rope. Of these twelve angles, rounding makes the impulses of three negative.
     """
     event = {"at": 1.0, "set": {"payload": {"mass": 900.0}}}
     load, exchange = exchange_of(Payload(mass=100.0), [LoadEvent.model_validate(event)])
@@ -388,7 +388,7 @@ HEAVY = {"mass": 530.0, "inertia": [300.0, 350.0, 250.0], "attachment": [0.1, 0.
 
 @pytest.mark.interpreted
 def test_a_run_with_exchanges_keeps_its_energy() -> None:
-    """A crane that slews in the wind, takes a body up and lets it go again: the balance closes and the texts say so."""
+    """A crane slews in the wind, picks a body up and releases it: the energy balance closes, the texts name both."""
     events = [
         {"at": 2.0, "set": {"payload": HEAVY}, "velocity": [0.2, 0.0, 0.1]},
         {"at": 4.5, "set": {"payload": HOOK | {"mass": 30.0}}},

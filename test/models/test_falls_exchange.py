@@ -1,4 +1,4 @@
-"""Loads exchanged on falls, against point masses, and on the ground in whole runs."""
+"""Pick-up and release of loads on falls, against point masses, and on the ground in whole runs."""
 
 from typing import Any
 
@@ -44,7 +44,7 @@ def composite() -> dict[str, Any]:
 
 
 def crane(name: str, sea: bool = False, velocity: Any = VELOCITY) -> FallsCrane:
-    """Return a crane that takes a body up at 1 s and lets it go at 2 s."""
+    """Return a crane that picks a body up at 1 s and releases it at 2 s."""
     events = [
         {"at": 1.0, "set": {"payload": composite()}, "velocity": velocity},
         {"at": 2.0, "set": {"payload": OWN}},
@@ -111,7 +111,7 @@ def momentum(q: Any, v: Any, bodies: Any) -> Any:
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_momentum_of_both_bodies_is_that_of_the_one(name: str) -> None:
-    """Taking up and letting go keep momentum and angular momentum, and nothing but the load's velocities jumps."""
+    """Pick-up and release conserve momentum and angular momentum; nothing but the load's velocities jumps."""
     p = crane(name)
     x = state_of(p, name, 0.0)
     laden = exchange_now(p, x, 0)
@@ -126,8 +126,8 @@ def test_momentum_of_both_bodies_is_that_of_the_one(name: str) -> None:
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("velocity", [VELOCITY, "hook", None], ids=["moving", "with the spreader", "at rest"])
-def test_the_meter_takes_what_the_impact_loses(velocity: Any) -> None:
-    """The meter's jump is that of the crane's energy; joining loses energy unless both move alike."""
+def test_the_energy_meter_jumps_as_the_energy_does(velocity: Any) -> None:
+    """At pick-up and release the meter jumps as the crane's energy does; an impact dissipates."""
     p = crane("bridge", velocity=velocity)
     x = state_of(p, "bridge", 0.0)
     laden = exchange_now(p, x, 0)

@@ -119,7 +119,11 @@ def test_friction_without_strength_is_none() -> None:
 
 SPRING = {"model": "elastic", "lengths": 2.0, "node_masses": 5.0, "stiffness": 1e4}
 IMPOSSIBLE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
-    "rope by rate": (KNUCKLE, {"friction.rope": BOOM["rope"], "rope.drive": "rate"}, "friction.rope: .* rope.drive"),
+    "imposed rope": (
+        KNUCKLE,
+        {"friction.rope": BOOM["rope"], "rope.drive": "rate"},
+        "friction.rope: .* rope.drive",
+    ),
     "static below": (KNUCKLE, {"friction.boom": {"coulomb": 2, "static": 1}}, "friction.boom.static = 1.0: .* coulomb"),
     "too large": (KNUCKLE, {"friction.jib": {"coulomb": 1, "static": 1e13}}, "friction.jib.static = 1.*: must be at m"),
     "no velocity": (TROLLEY, {"friction.trolley.stribeck": 0.0}, "friction.trolley.stribeck = 0.0: must be greater"),

@@ -28,17 +28,23 @@ def rate(f: Callable[[float], Array]) -> Array:
     return np.tensordot(STENCIL, values, 1) / STEP
 
 
-def of_masses(masses: Array, place: Callable[[float], Array], base: Any = SHIP) -> float:
-    """Return the kinetic and potential energy [J] of masses (n,), whose points of the base are `place` from TIME on."""
+def energy_of(masses: Array, points_in_base: Callable[[float], Array], base: Any = SHIP) -> float:
+    """Return the kinetic and potential energy [J] in the world of masses (n,), at TIME.
+
+    Args:
+        masses: kg.
+        points_in_base: their points (n, 3) [m] in the base's frame, s seconds after TIME.
+        base: its motion.
+    """
 
     def world(s: float) -> Array:
         rotate, origin = pose(base, TIME + s)
-        return origin[0] + place(s) @ rotate[0].T
+        return origin[0] + points_in_base(s) @ rotate[0].T
 
     return float(0.5 * masses @ np.sum(rate(world) ** 2, axis=1) + G * masses @ world(0.0)[:, 2])
 
 
-def drawn(angles: Array) -> Array:
+def unit_vectors(angles: Array) -> Array:
     """Return unit vectors (n, 3) in the x-z plane at elevations (n,)."""
     return np.stack([np.cos(angles), 0.0 * angles, np.sin(angles)], axis=1)
 
@@ -47,7 +53,7 @@ def knuckle_points(q: Array) -> tuple[Array, Array]:
     """Return masses (5,) and points (5, 3) of boom, jib and payload, rods as two halves at the places of GAUSS."""
     s, c = np.sin(q[0]), np.cos(q[0])
     slewed = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    boom, jib = BOOM[0] * drawn(q[1:2])[0], JIB[0] * drawn(q[2:3])[0]
+    boom, jib = BOOM[0] * unit_vectors(q[1:2])[0], JIB[0] * unit_vectors(q[2:3])[0]
     (s1, c1), (s2, c2) = ((np.sin(a), np.cos(a)) for a in q[4:6])
     rope = q[3] * np.array([s2, c2 * s1, -c1 * c2])
     local = np.array([*(a * boom for a in GAUSS), *(boom + a * jib for a in GAUSS), boom + jib + rope])
@@ -70,7 +76,7 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
     }
     q, v = np.array([0.2, 0.7, -0.3, 2.0, 0.1, -0.2]), np.array([0.5, -0.3, 0.4, 0.2, -0.6, 0.7])
     masses = knuckle_points(q)[0]
-    actual = of_masses(masses, lambda s: knuckle_points(q + s * v)[1])
+    actual = energy_of(masses, lambda s: knuckle_points(q + s * v)[1])
 
     def axes(s: float) -> Array:  # the tower's first two, in the world: its inertia is about its third one
         a = q[0] + s * v[0]
@@ -87,7 +93,7 @@ def pendulum() -> tuple[crane_sim.Scene, Array, Array, float]:
     document = {"crane": "pendulum", "duration": 0.1, "rope": {"length": length}, "payload": {"mass": mass}}
     scene = crane_sim.load_scene(document | {"base_motion": SHIP, "initial": {"tip": [1.0, -0.4, 0.7]}})
     q, v = np.array([1.0, -0.4, 0.7, 0.6, 0.0, -0.8]), np.array([0.3, 0.2, -0.1, 0.4, 0.5, 0.3])
-    return scene, q, v, of_masses(np.array([mass]), lambda s: (q + s * v)[None, :3] + length * (q + s * v)[None, 3:])
+    return scene, q, v, energy_of(np.array([mass]), lambda s: (q + s * v)[None, :3] + length * (q + s * v)[None, 3:])
 
 
 def overhead_plane() -> tuple[crane_sim.Scene, Array, Array, float]:
@@ -99,24 +105,27 @@ def overhead_plane() -> tuple[crane_sim.Scene, Array, Array, float]:
     q, v = np.array([0.3, 0.4, -0.2, 0.1]), np.array([0.8, 0.3, 0.6, -0.5])
 
     def links(s: float) -> Array:
-        return drawn((q + s * v)[1:] - 0.5 * np.pi)
+        return unit_vectors((q + s * v)[1:] - 0.5 * np.pi)
 
-    def place(s: float) -> Array:
+    def points_in_base(s: float) -> Array:
         start = np.array([q[0] + s * v[0], 0.0, 0.0])
         return start + np.cumsum(np.vstack([np.zeros(3), np.array(LENGTHS)[:, None] * links(s)]), axis=0)
 
     def rotate(s: float) -> Array:
         return links(s) @ pose(PLANE, TIME + s)[0][0].T
 
-    actual = of_masses(np.array([trolley, *MASSES]), place, PLANE)
+    actual = energy_of(np.array([trolley, *MASSES]), points_in_base, PLANE)
     return scene, q, v, actual + 0.5 * inertia * float(np.sum(rate(rotate) ** 2))
 
 
-def on_a_bridge(local: Array, moves: Array) -> float:
-    """Return the energy in the world of trolley, nodes and the bridge's own 3 kg where x = 0, given on the base."""
-    beam, beam_moves = np.array([0.0, local[0, 1], 0.0]), np.array([0.0, moves[0, 1], 0.0])
-    at, by = np.vstack([local, beam]), np.vstack([moves, beam_moves])
-    return of_masses(np.array([5.0, *MASSES, 3.0]), lambda s: at + s * by)
+def energy_with_bridge(points: Array, velocities: Array) -> float:
+    """Return the energy in the world of trolley, nodes, and the bridge's own 3 kg at x = 0.
+
+    `points`, `velocities` are those of trolley and nodes (n + 1, 3) in the frame of the base.
+    """
+    points = np.vstack([points, [0.0, points[0, 1], 0.0]])
+    velocities = np.vstack([velocities, [0.0, velocities[0, 1], 0.0]])
+    return energy_of(np.array([5.0, *MASSES, 3.0]), lambda s: points + s * velocities)
 
 
 def overhead_space() -> tuple[crane_sim.Scene, Array, Array, float]:
@@ -124,28 +133,28 @@ def overhead_space() -> tuple[crane_sim.Scene, Array, Array, float]:
     scene = spatial_of(MASSES, LENGTHS, DIRECTIONS.tolist(), RATES.tolist(), base_motion=SHIP)
     q = np.concatenate([[0.4, -0.7], DIRECTIONS.ravel()])
     v = np.concatenate([[0.9, 0.5], RATES.ravel()])
-    at, by = start_of(LENGTHS, DIRECTIONS, RATES)
-    return scene, q, v, on_a_bridge(at + [0.4, -0.7, 0.0], by + [0.9, 0.5, 0.0])
+    points, velocities = start_of(LENGTHS, DIRECTIONS, RATES)
+    return scene, q, v, energy_with_bridge(points + [0.4, -0.7, 0.0], velocities + [0.9, 0.5, 0.0])
 
 
 def overhead_elastic() -> tuple[crane_sim.Scene, Array, Array, float]:
     """Return a chain of springs in space, some stretched, at a state q, v, and its energy in the world."""
-    at, by = start_of(np.array(LENGTHS) * [1.1, 0.9, 1.05], DIRECTIONS, RATES)
-    at, by = at + [0.4, -0.7, 0.0], by + [0.9, 0.5, 0.0]
+    points, velocities = start_of(np.array(LENGTHS) * [1.1, 0.9, 1.05], DIRECTIONS, RATES)
+    points, velocities = points + [0.4, -0.7, 0.0], velocities + [0.9, 0.5, 0.0]
     cable = {"model": "elastic", "lengths": LENGTHS, "node_masses": MASSES, "stiffness": 2e3}
-    start = {"positions": at[1:].tolist(), "velocities": by[1:].tolist()}
+    start = {"positions": points[1:].tolist(), "velocities": velocities[1:].tolist()}
     scene = spatial_of(MASSES, LENGTHS, None, cable=cable, initial=start, base_motion=SHIP)
-    q, v = (np.concatenate([part[0, :2], part[1:].ravel()]) for part in (at, by))
+    q, v = (np.concatenate([part[0, :2], part[1:].ravel()]) for part in (points, velocities))
     stretch = np.array(LENGTHS) * [0.1, -0.1, 0.05]
-    return scene, q, v, on_a_bridge(at, by) + 1e3 * float(stretch @ stretch)
+    return scene, q, v, energy_with_bridge(points, velocities) + 1e3 * float(stretch @ stretch)
 
 
 CRANES = [knuckle, pendulum, overhead_plane, overhead_space, overhead_elastic]
 
 
 @pytest.mark.parametrize("crane", CRANES, ids=lambda crane: crane.__name__)
-def test_energy_in_the_world_is_that_of_masses_followed_there(crane: Callable[[], Any]) -> None:
-    """Kinetic and potential energy equal those of all masses, whose places in the world are differentiated."""
+def test_energy_in_the_world_is_that_of_its_masses(crane: Callable[[], Any]) -> None:
+    """Kinetic and potential energy equal those of all masses, whose positions in the world are differentiated."""
     scene, q, v, expected = crane()
     actual = crane_sim.energy(scene, q, v, TIME)
     assert actual == pytest.approx(expected, rel=1e-10, abs=1e-8)  # differences leave 1e-11, energies are some 100 J

@@ -12,7 +12,7 @@ from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.reeving import Drum, Reeving, SheaveLoss
 
@@ -76,8 +76,8 @@ def test_inertia_of_sheaves_and_drum_is_a_reflected_mass() -> None:
 
 
 def test_a_reeving_without_strength_is_none() -> None:
-    """A winch by rate moves as without its reeving, and one of a mass as with a friction of zero: bit for bit."""
-    rates = [answers(RateHoist(0.4, reeving), 0.3, (10.0, -20.0, 0.1)) for reeving in (None, LOSSY)]
+    """An imposed motion is that without a reeving, and a winch of a mass moves as with zero friction: bit for bit."""
+    rates = [answers(MotionHoist(0.4, reeving), 0.3, (10.0, -20.0, 0.1)) for reeving in (None, LOSSY)]
     assert rates[0].tobytes() == rates[1].tobytes()
     plain = SCENE | {"hoist": {"drive": "force", "mass": 5e3}, "inputs": {"hoist": table((0, -WEIGHT), (1, -9e4))}}
     none = {"hoist.friction": {"coulomb": 0.0, "static": 0.0}}

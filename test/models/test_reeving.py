@@ -12,7 +12,7 @@ from crane_sim.models.cables.chain import Chain
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.reeving import (
     Drum,
@@ -216,7 +216,7 @@ def test_a_reeving_without_inertia_and_loss_changes_nothing() -> None:
     plain = compute_responses(MasslessHoist(), 0.3, u)
     assert compute_responses(ReevedHoist(Reeving(1, 1)), 0.3, u).tobytes() == plain.tobytes()
     np.testing.assert_allclose(compute_responses(ReevedHoist(Reeving(12, 1)), 0.3, u), plain, rtol=1e-12)
-    rates = [compute_responses(RateHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL_REEVING)]
+    rates = [compute_responses(MotionHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL_REEVING)]
     assert rates[0].tobytes() == rates[1].tobytes()
 
 

@@ -306,7 +306,11 @@ def test_what_is_absent_costs_nothing() -> None:
         ("knuckle_setpoint", {"rope.limits": [1.6, 3]}, "reference: the rope should end at 1.5 m, outside of rope.lim"),
         ("knuckle_pole", {"rope.limits": [0, 3]}, "rope.limits: belong to a rope that a winch moves, this drive is"),
         ("knuckle_setpoint", {"rope.slack": "maybe"}, "rope.slack = 'maybe': must be 'allow' or 'stop'"),
-        ("knuckle_winch", {"initial.q": [0, 0, 0, 1e-4, 0, 0]}, "initial.q[3] = 0.0001: a rope by rate is at least"),
+        (
+            "knuckle_winch",
+            {"initial.q": [0, 0, 0, 1e-4, 0, 0]},
+            "initial.q[3] = 0.0001: a rope of drive: rate is at least",
+        ),
         (
             "pendulum_free",
             {"suspension.limits": {"x": [0, 1]}},

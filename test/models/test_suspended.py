@@ -22,17 +22,17 @@ from point_masses import (
 
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
-from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
+from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports.actuated_support import ActuatedSupport, held_loads
+from crane_sim.models.supports.actuated_support import ActuatedSupport, constraint_efforts
 from crane_sim.models.supports.driven_point import Lift, Servo
 from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.friction_list import FrictionList
-from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.rails import FixedAxis, ForceAxis
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
@@ -232,9 +232,9 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
 
 
 def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
-    """Below a boom, both models have the same accelerations and tension, with a winch by force and by rate."""
+    """Below a boom, both models have the same accelerations and tension, by a winch's force and imposed motion."""
     q, v = (0.3, 0.6, -0.2, 2.5, 0.4, -0.3), (0.2, -0.1, 0.3, 0.2, -0.5, 0.4)
-    for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (RateRope(0.4), RateHoist(0.4), 0.3)):
+    for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (MotionRope(0.4), MotionHoist(0.4), 0.3)):
         simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
         cable = Chain(np.array([1.4]), np.array([2.5]))
         crane = SuspendedCrane(simple.support, cable, simple.load, hoist, drag=simple.drag, base=simple.base)
@@ -317,16 +317,16 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
     assert not got[list(held)].any()
     loose, forces = crane._replace(support=support._replace(frictions=None)), np.array([*efforts[:ns], winch])
-    forces[list(held)] -= [held_load(crane, t, x, u, i) for i in held]
+    forces[list(held)] -= [constraint_effort(crane, t, x, u, i) for i in held]
     freed = system.acceleration(loose, t, x[:-ns], tuple(map(float, forces)))
     np.testing.assert_allclose(freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # as above
 
 
-def held_load(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: int) -> float:
+def constraint_effort(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: int) -> float:
     """Return the effort that friction holds on a joint that sticks."""
     work = system.workspace(crane)
     solved = solve_dynamics(crane, t, x, u, work)
-    return float(held_loads(crane.support, solved.pose, crane.gravity, solved.tau, solved.tip_force)[joint])
+    return float(constraint_efforts(crane.support, solved.pose, crane.gravity, solved.tau, solved.tip_force)[joint])
 
 
 def test_a_slew_that_sticks_is_a_locked_one() -> None:

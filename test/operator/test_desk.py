@@ -15,7 +15,7 @@ SPEEDS = (0.3 * 0.3, -0.9 * 0.7)
 def moving_desk(assisted: bool = False) -> Desk:
     """Return a desk that lets speeds through at 0 s."""
     desk = Desk(JOINTS, TIMEOUT, assisted)
-    desk.sign_of_life(0.0)
+    desk.heartbeat(0.0)
     desk.take(Demand(REST, False), 0.0)
     assert desk.take(Demand(LEVERS, True), 0.0) == SPEEDS and desk.mode == Mode.MOVING
     return desk
@@ -38,7 +38,7 @@ def test_nothing_moves_unless_the_switch_is_held() -> None:
 def test_levers_begin_at_rest() -> None:
     """A lever that is out of its rest when the desk begins moves nothing until all levers have been at rest."""
     desk = Desk(JOINTS, TIMEOUT)
-    desk.sign_of_life(0.0)
+    desk.heartbeat(0.0)
     assert desk.take(Demand(LEVERS, True), 0.0) == REST and desk.mode == Mode.INTERLOCKED
     assert desk.take(Demand((0.3, 0.0), True), 0.1) == REST
     assert desk.take(Demand(REST, True), 0.2) == REST
@@ -46,11 +46,11 @@ def test_levers_begin_at_rest() -> None:
 
 
 def test_a_lost_device_stops() -> None:
-    """Without a sign of life for longer than the time-out, speeds are zero; back again, levers are to rest first."""
+    """Without a heartbeat for longer than the time-out, speeds are zero; back again, levers are to rest first."""
     desk = moving_desk()
     assert desk.take(Demand(LEVERS, True), TIMEOUT) == SPEEDS
     assert desk.take(Demand(LEVERS, True), TIMEOUT + 0.001) == REST and desk.mode == Mode.DEVICE_LOST
-    desk.sign_of_life(1.0)
+    desk.heartbeat(1.0)
     assert desk.take(Demand(LEVERS, True), 1.0) == REST and desk.mode == Mode.INTERLOCKED
     desk.take(Demand(REST, True), 1.1)
     assert desk.take(Demand(LEVERS, True), 1.2) == SPEEDS
@@ -71,7 +71,7 @@ def test_the_stop_is_latched() -> None:
         assert desk.take(demand, 0.2) == REST and desk.mode == Mode.STOPPED
     desk.lose()
     desk.take(Demand(REST, False), 0.2)
-    desk.sign_of_life(0.2)
+    desk.heartbeat(0.2)
     assert desk.take(Demand(REST, False, stop=True, release=True), 0.2) == REST and desk.stopped
 
 
@@ -107,7 +107,7 @@ def test_a_dragged_joint_is_named() -> None:
     limits = SoftLimits((JOINTS[0], JOINTS[1]._replace(lag=0.2)), 0.01)
     for _ in range(600):  # 6 s: both ramps are over
         limits.take((0.3, 0.7), (0.0, 0.0), (0.3, 0.7))
-    assert limits.dragged((0.37, 0.7 - 0.27)) == []  # a quarter of 0.3 rad/s; of 0.7 m/s and 0.2 s behind 0.5 m/s²
+    assert limits.dragged((0.37, 0.7 - 0.27)) == []  # speed / 4 + lag × acceleration: 0.075 rad/s, 0.275 m/s
     assert limits.dragged((0.38, 0.7)) == ["slew"] and limits.dragged((0.3, 0.7 - 0.28)) == ["rope"]
     limits.reset()
     assert limits.dragged((0.0, 0.3)) == ["rope"] and limits.dragged((0.0, 0.2)) == []

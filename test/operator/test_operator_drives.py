@@ -64,7 +64,7 @@ def test_a_driven_scene_is_a_file(name: str) -> None:
 
 
 def test_what_the_scene_says_of_a_drive_stays() -> None:
-    """A drive by speed keeps its settings, a winch by rate its limit; the operator's own speed goes before them."""
+    """A drive by speed keeps its settings, a winch of imposed motion its limit; the operator's speed precedes them."""
     own = load_scene("bridge_speed_drive").to_dict()["actuators"]
     drives = actuators_of("bridge_speed_drive")
     assert {joint: drives[joint] for joint in own} == own

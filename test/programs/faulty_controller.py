@@ -27,15 +27,15 @@ class FaultyController(Node):
         if stamp <= self._answered:  # sent again, as on a busy machine: its mistakes are counted once
             return
         match stamp // PERIOD:
-            case 3:  # a number that is none
+            case 3:  # NaN
                 self._send(stamp, JOINTS, [math.nan, 0.0, 0.0, 0.0])
-            case 4:  # a joint that the crane has not
+            case 4:  # a joint that the crane does not have
                 self._send(stamp, [*JOINTS, "hoist"], [0.0] * 5)
             case 5:  # the stamp of a state that does not exist yet
                 self._send(stamp + PERIOD, JOINTS, [1e3] * 4)
             case 6:  # the stamp of a state two periods ago
                 self._send(stamp - 2 * PERIOD, JOINTS, [1e3] * 4)
-            case 7:  # the stamp of the last state, which has its answer
+            case 7:  # the stamp of the last state, which is already answered
                 self._send(stamp - PERIOD, JOINTS, [1e3] * 4)
             case 8 if not self._skipped_once:  # no answer until the state comes again
                 self._skipped_once = True

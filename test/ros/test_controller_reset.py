@@ -1,11 +1,11 @@
-"""Reset of a controller of a two-rate law, without DDS: demands of the run before are dropped."""
+"""Reset of a two-rate law's inner loop, without DDS: the outer loop's setpoints of the previous run are dropped."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 from trajectory_msgs.msg import JointTrajectory
-from two_rate_messages import make_demand, make_setpoints, make_state
+from two_rate_messages import make_setpoint_fixture, make_setpoint_message, make_state
 
 from crane_control.nodes.controller_node import ControllerNode
 from crane_sim import load_scene
@@ -15,18 +15,21 @@ from crane_sim.ros.common.serialization import STATE, JointStateCodec
 SCENE = load_scene("offshore_two_rate")
 
 
-def test_a_reset_drops_the_demand_of_the_run_before() -> None:
-    """After each reset a state waits for its own demand, although one with its stamp is there; one of its own stays."""
-    node, _, setpoints, outer = make_setpoints(lockstep=True)
-    node.callback(make_demand(0, 1.0))
+def test_a_reset_drops_the_setpoint_of_the_previous_run() -> None:
+    """After a reset a setpoint of the previous run is not used, though its stamp matches.
+
+    One of the new run that arrived before the reset is kept.
+    """
+    node, _, setpoints, outer = make_setpoint_fixture(lockstep=True)
+    node.callback(make_setpoint_message(0, 1.0))
     assert setpoints.apply_to(outer, make_state(0))
     for x in (2.0, 3.0):
         setpoints.reset()
         assert not setpoints.apply_to(outer, make_state(0))
-        node.callback(make_demand(0, x))
+        node.callback(make_setpoint_message(0, x))
         assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == x
-    node.callback(make_demand(10, 4.0))
-    node.callback(make_demand(0, 5.0))  # the outer loop received the state after the reset first
+    node.callback(make_setpoint_message(10, 4.0))
+    node.callback(make_setpoint_message(0, 5.0))  # the outer loop received the state after the reset first
     setpoints.reset()
     assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == 5.0
     assert setpoints.metrics()["late"] == 0
@@ -56,16 +59,16 @@ class FakeNode:
         self.callbacks[topic] = callback
 
 
-def demand_at_first_state(x: float) -> JointTrajectory:
-    """Return the tracker's demand at the first state: the position of the suspension point."""
+def setpoint_at_first_state(x: float) -> JointTrajectory:
+    """Return the tracker's setpoint at the first state: the suspension point at tip_x = `x` [m], at rest."""
     names = SCENE.law.outer_loop.names  # type: ignore[union-attr]
-    message = messages.demand_message(names)
-    messages.set_demand(message, SCENE.period_ns, (x,) + (0.0,) * (3 * len(names) - 1))
+    message = messages.setpoint_message(names)
+    messages.set_setpoint(message, SCENE.period_ns, (x,) + (0.0,) * (3 * len(names) - 1))
     return message
 
 
-def test_every_new_run_waits_for_its_own_demand() -> None:
-    """A paused plant that is reset twice, to two places, gets no answer of the servo to a demand for another place."""
+def test_every_new_run_waits_for_its_own_setpoint() -> None:
+    """A plant that is reset twice, to other states, gets no command that a setpoint of the previous run would give."""
     node, codec = FakeNode(), JointStateCodec(SCENE.joint_names, STATE)
     settings = SimpleNamespace(scene=SCENE.name, law="", mode="lockstep", expected_recorders=0)
     controller = ControllerNode(node, settings)  # type: ignore[arg-type]
@@ -74,6 +77,6 @@ def test_every_new_run_waits_for_its_own_demand() -> None:
         velocity = (0.01 * run, *SCENE.initial_v[1:])
         node.callbacks["joint_states"](codec.encode(SCENE.period_ns, SCENE.initial_q, velocity, velocity))
         assert len(node.commands) == run
-        node.callbacks["tip_demand"](demand_at_first_state(0.1 * run))
+        node.callbacks["tip_demand"](setpoint_at_first_state(0.1 * run))
         assert len(node.commands) == run + 1
     assert len(set(node.commands)) == 3

@@ -1,4 +1,4 @@
-"""A slow law in lockstep: it is alive, and so its lease does not expire."""
+"""A slow law in lockstep: its publisher is alive, so its command lease, by which it owns the crane, does not expire."""
 
 import time
 from pathlib import Path
@@ -8,14 +8,14 @@ from bench_graph import JOINTS, NodeProcess, graph, remote, wait_until
 
 from crane_sim import load_scene
 
-TIME = 1.0  # s that the law needs for an answer, more than three leases
+TIME = 1.0  # s that the law needs for an answer, more than three command leases
 STEPS = 3
 FIRST, SECOND = [1.0] * len(JOINTS), [2.0] * len(JOINTS)
 
 
 @pytest.mark.slow
-def test_a_slow_law_keeps_its_lease(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Answers that take several leases are accepted in lockstep, and those of a faster, later publisher are refused."""
+def test_a_slow_law_keeps_its_command_lease(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answers that take several command leases are accepted in lockstep, those of a faster, later publisher refused."""
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(tmp_path / "scene.yaml")
     options = (f"scene:={tmp_path / 'scene.yaml'}", "commanded:=true", "expected_controllers:=2")
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, "slow") as slow, remote(domain) as quick:

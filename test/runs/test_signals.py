@@ -51,10 +51,10 @@ def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int
 
 
 @pytest.mark.long(cases=["restart", "mcap"])
-@pytest.mark.parametrize("way", [way for way in RUN_KINDS if way != "realtime"])
-def test_every_kind_of_run_is_interrupted_cleanly(way: str, monitored: tuple[int, MonitorFile]) -> None:
-    """In lockstep, with restarts, with a bag: it exits soon, no orphan, no part, a last effort of zero."""
-    end = interrupt_run(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=way, begun=True), *monitored)
+@pytest.mark.parametrize("kind", [kind for kind in RUN_KINDS if kind != "realtime"])
+def test_every_kind_of_run_is_interrupted_cleanly(kind: str, monitored: tuple[int, MonitorFile]) -> None:
+    """In lockstep, with restarts, with a bag: once it has begun it exits soon; no orphan, no part, last effort zero."""
+    end = interrupt_run(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=kind, begun=True), *monitored)
     assert end.failures == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1
@@ -148,7 +148,7 @@ def test_a_signal_from_before_the_first_statement_is_not_lost() -> None:
 
 
 def test_the_plan_covers_start_run_and_end() -> None:
-    """Fifty planned instants: some in the first 100 ms, some while compiling, some with a second signal, all seeded."""
+    """Fifty planned interruptions: some within 100 ms, some while compiling, some with a second signal, all seeded."""
     planned = plan(50, seed=0, usual=4.0)
     assert planned == plan(50, seed=0, usual=4.0) != plan(50, seed=1, usual=4.0)
     assert sum(each.at < 0.1 for each in planned) >= 10

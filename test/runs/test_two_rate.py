@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from process_helpers import next_line, nodes_of, started_program
 from trajectory_msgs.msg import JointTrajectory
-from two_rate_messages import PERIOD, make_demand, make_setpoints, make_state
+from two_rate_messages import PERIOD, make_setpoint_fixture, make_setpoint_message, make_state
 
 from crane_control.nodes.tracker_node import make_two_rate_law
 from crane_sim import load_scene, orchestration
@@ -28,13 +28,13 @@ SCENE = load_scene("offshore_two_rate", {"duration": 0.5})
 
 
 def run_plant(law: Any) -> tuple[Plant, list[int]]:
-    """Return the plant after a run with the efforts of `law(t, q, v)`, and the steps at which its demand changed."""
+    """Return the plant after a run with the efforts of `law(t, q, v)`, and the steps at which its setpoint changed."""
     plant, changes, previous = Plant(SCENE), [], None
     for k in range(SCENE.steps):
-        effort, demand = law(plant.t, plant.q, plant.v)
-        if demand != previous:
+        effort, setpoint = law(plant.t, plant.q, plant.v)
+        if setpoint != previous:
             changes.append(k)
-        previous = demand
+        previous = setpoint
         plant.advance(effort)
     return plant, changes
 
@@ -54,7 +54,7 @@ def test_the_tracker_is_evaluated_at_the_first_step_of_every_interval(whole: tup
 
 @pytest.mark.interpreted
 def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> None:
-    """A servo with the demands of a separate tracker moves the crane as the whole law does, bit for bit."""
+    """A servo with the setpoints of a separate tracker moves the crane as the whole law does, bit for bit."""
     slow, fast = with_initial_state(SCENE.law), inner_loop_of(with_initial_state(SCENE.law))
 
     def both(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[tuple[float, ...], None]:
@@ -82,12 +82,12 @@ def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_i
 
 @pytest.mark.long
 def test_realtime_does_not_wait_for_the_tracker(domain_id: int) -> None:
-    """In real time the run takes every step with the demands as they come, and keeps the payload on its path."""
+    """In real time the run takes every step with the setpoints as they come, and keeps the payload on its path."""
     scene = load_scene("offshore_two_rate", {"duration": 2.0})
     summary = orchestration.run(scene, mode="realtime", record=None, domain_id=domain_id)
     assert "error" not in summary
     assert summary["steps"] == 500 and summary["demands"]["received"] > 0
-    assert summary["tracking_peak"] < 0.5  # m; 1.35, the way to the origin, if a demand were taken before one came
+    assert summary["tracking_peak"] < 0.5  # m; 1.35, the distance to the origin, if zeros held until the first setpoint
 
 
 KILLED = """
@@ -101,7 +101,7 @@ print(json.dumps(summary))
 
 @pytest.mark.slow
 def test_a_killed_tracker_ends_the_run(tmp_path: Path) -> None:
-    """The servo holds the last demand until the end of the run, whose error names the tracker."""
+    """The servo holds the last setpoint until the end of the run, whose error names the tracker."""
     env = os.environ | {"TMPDIR": str(tmp_path)}
     with started_program([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, env=env) as process:
         while int(next_line(process).split()[0]) < 10:
@@ -112,35 +112,35 @@ def test_a_killed_tracker_ends_the_run(tmp_path: Path) -> None:
     assert summary["steps"] > 0 and summary["demands"]["received"] > 0
 
 
-def test_lockstep_waits_for_the_demand_of_the_state() -> None:
-    """A state that requires a demand waits for the one with its stamp; others take the last one at once."""
-    node, answered, setpoints, outer = make_setpoints(lockstep=True)
+def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
+    """A state that requires a setpoint waits for the one with its stamp; others take the last one at once."""
+    node, answered, setpoints, outer = make_setpoint_fixture(lockstep=True)
     assert not setpoints.apply_to(outer, make_state(0))
-    node.callback(make_demand(0, 1.0))
+    node.callback(make_setpoint_message(0, 1.0))
     assert answered == [make_state(0)] and setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == 1.0
     assert setpoints.apply_to(outer, make_state(9)) and not setpoints.apply_to(outer, make_state(10))
-    node.callback(make_demand(10, 2.0))
+    node.callback(make_setpoint_message(10, 2.0))
     assert (
         answered == [make_state(0), make_state(10)]
         and setpoints.apply_to(outer, make_state(10))
         and outer.demand[0] == 2.0
     )
-    node.callback(make_demand(10, 2.0))  # the answer to a state that lockstep has sent again counts once
-    assert not setpoints.apply_to(outer, make_state(0))  # the plant was reset: the demand is of the run before
+    node.callback(make_setpoint_message(10, 2.0))  # the answer to a state that lockstep has sent again counts once
+    assert not setpoints.apply_to(outer, make_state(0))  # the plant was reset: the setpoint is of the previous run
     assert setpoints.metrics() == {"received": 2, "late": 0, "longest_hold": 0.036}
 
 
 def test_realtime_holds_and_counts() -> None:
-    """In real time the last demand holds, a late one is counted, and there is a warning when none comes for long."""
-    node, answered, setpoints, outer = make_setpoints(lockstep=False)
-    assert not setpoints.apply_to(outer, make_state(0))  # there has been no demand yet
-    node.callback(make_demand(0, 1.0))
+    """In real time the last setpoint holds, a late one is counted, and there is a warning when none comes for long."""
+    node, answered, setpoints, outer = make_setpoint_fixture(lockstep=False)
+    assert not setpoints.apply_to(outer, make_state(0))  # there has been no setpoint yet
+    node.callback(make_setpoint_message(0, 1.0))
     assert answered == [make_state(0)]
     assert setpoints.apply_to(outer, make_state(10)) and outer.demand[0] == 1.0
-    node.callback(make_demand(10, 2.0))
+    node.callback(make_setpoint_message(10, 2.0))
     assert setpoints.apply_to(outer, make_state(11)) and outer.demand[0] == 2.0 and setpoints.metrics()["late"] == 0
     assert setpoints.apply_to(outer, make_state(21))
-    node.callback(make_demand(20, 3.0))
+    node.callback(make_setpoint_message(20, 3.0))
     assert setpoints.metrics()["late"] == 1 and not setpoints.warning(outer)
     assert (
         setpoints.apply_to(outer, make_state(60))
@@ -148,10 +148,14 @@ def test_realtime_holds_and_counts() -> None:
     )
 
 
-def test_invalid_demands_are_ignored() -> None:
-    """Demands with other joints, missing or further numbers, or numbers that are not finite are ignored and logged."""
-    node, _, setpoints, outer = make_setpoints(lockstep=False)
-    short, other, nan = make_demand(0, 1.0), make_demand(0, 1.0), make_demand(0, float("nan"))
+def test_invalid_setpoints_are_ignored() -> None:
+    """Setpoints with other joints, missing or further numbers, or non-finite ones are ignored and logged."""
+    node, _, setpoints, outer = make_setpoint_fixture(lockstep=False)
+    short, other, nan = (
+        make_setpoint_message(0, 1.0),
+        make_setpoint_message(0, 1.0),
+        make_setpoint_message(0, float("nan")),
+    )
     short.points[0].velocities, other.joint_names = [0.0], ["tip_x", "slew"]  # type: ignore[index]
     for bad in (short, other, nan, JointTrajectory()):
         node.callback(bad)
@@ -190,11 +194,11 @@ def test_diagnostics_have_the_execution_time() -> None:
 
     assert execution_time.evaluate(slow, make_state(5), 2) == (5 * PERIOD, 2.0)
     assert execution_time.is_due()
-    execution_time.publish("no demand", {"received": 3})
+    execution_time.publish("no setpoint", {"received": 3})
     assert not execution_time.is_due()
     status = node.messages[0].status[0]
     values = {pair.key: pair.value for pair in status.values}
-    assert (status.name, status.message, values["received"]) == ("pendulum/controller", "no demand", "3")
+    assert (status.name, status.message, values["received"]) == ("pendulum/controller", "no setpoint", "3")
     assert float(values["law p50 [us]"]) >= 2000.0 and float(values["law max [us]"]) >= 2000.0
     assert messages.nanoseconds(node.messages[0].header.stamp) == make_state(5).stamp
 

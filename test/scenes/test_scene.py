@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import crane_sim
 from crane_sim.files.catalogue import scene_files
-from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
+from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
 from crane_sim.scenes.scene import load_scene
 
 REJECTED = [
@@ -146,7 +146,7 @@ def test_parameters_reach_the_model_in_si() -> None:
     assert isinstance(model.cable, ForceRope) and model.cable.spring == (200.0, 2.0)
     assert model.drag is None and model.swing_friction is None
     assert not scene.sampled and scene.law is None
-    assert isinstance(load_scene("knuckle_winch").model.cable, RateRope)
+    assert isinstance(load_scene("knuckle_winch").model.cable, MotionRope)
     pole = load_scene("knuckle_pole")
     assert pole.model.cable == LockedRope(1.0) and pole.actuated == ("slew", "boom", "jib")
 

@@ -35,8 +35,8 @@ seeds that nothing in the catalogue uses.
   the way; 0: it is there from the path's end on. **Residual swing**: the largest in the last quarter, of the rope from
   the vertical of the world.
 - **Effort** is the largest of each actuated joint: a force or torque, also of drives that follow speeds; of winches
-  by rate their command. **Tip acceleration** is relative to the base. **Saturated**: part of the periods in which a
-  demand was limited.
+  with `drive: rate` their command. **Tip acceleration** is relative to the base. **Saturated**: part of the periods
+  in which a demand was limited.
 - **30 Hz vision** is the catalogue's `offshore_vision`: its base sways at the payload's own frequency as well, a
   little more than in the column of the resonant base.
 - **Angular** damps the swing angles, and tracks the path with the suspension point. **Cartesian** tracks it with the

@@ -34,8 +34,8 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "end": max(float(run.t[-1]) + run.period for run in runs),
         "finished": all(run.finished for run in runs),
         "error": "; ".join(f"{name}: {run.error}" for run, name in zip(runs, names, strict=True) if run.error),
-        "last": None,
-        "last_panels": None,
+        "failure_window_start": None,
+        "failure_window_panels": None,
         "legend": list(zip(names, colors, strict=True)),
         "ghosts": ghosts,
         "panels": _panels(comparison, colors),
@@ -43,8 +43,8 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "headlines": [],
         "events": _events(comparison)[:MAX_EVENTS],
         "event_count": sum(len(run.events) for run in runs),
-        "joints": _metrics(comparison),
-        "metrics": _difference_rows(comparison),
+        "headed_table": _metrics(comparison),
+        "plain_table": _difference_rows(comparison),
     }
 
 

@@ -33,7 +33,11 @@ MAX_SPANS = 1000  # of a timeline of states
 
 
 def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
-    """Return the content of a run's page; `max_frame_values`: largest number of values in its frames."""
+    """Return the content of a run's page; `max_frame_values`: largest number of values in its frames.
+
+    The failure window: the last FAILURE_INTERVAL seconds of a run that failed. `headed_table` has rows below a row of
+    column names, `plain_table` rows of a name and its values.
+    """
     robot = parse_robot(run.urdf, run.crane.joint_names)
     end = float(run.t[-1]) + run.period
     panels = panels_of(run)
@@ -45,13 +49,13 @@ def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dic
         "finished": run.finished,
         "error": run.error,
         "end": end,
-        "last": None if run.finished else max(0.0, end - FAILURE_INTERVAL),
+        "failure_window_start": None if run.finished else max(0.0, end - FAILURE_INTERVAL),
         "robot": robot,
         "framing": run.crane.framing,
         "afloat": run.base is not None,
         "frames": frames_of(run, used_coordinates(robot), max_frame_values),
         "panels": _encode(run, panels, slice(None)),
-        "last_panels": None if run.finished else _encode(run, panels, _rows_before_failure(run, end)),
+        "failure_window_panels": None if run.finished else _encode(run, panels, _rows_before_failure(run, end)),
         "states": state_rows(run, end),
         "events": run.events[:MAX_EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
@@ -70,7 +74,7 @@ def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
 
 
 def _tables(run: RecordedRun) -> dict[str, Any]:
-    return {"metrics": plain_metrics(run.summary), "joints": joint_table(run), "origin": _origin(run)}
+    return {"headed_table": joint_table(run), "plain_table": plain_metrics(run.summary), "origin": _origin(run)}
 
 
 def _rows_before_failure(run: RecordedRun, end: float) -> slice:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from crane_sim.files.errors import SceneError
 from crane_sim.study.columns import PARAMETER
 from crane_sim.study.result import StudyResult, read_result
-from crane_sim.study.sensitivity import HEADS
+from crane_sim.study.sensitivity import COLUMN_HEADINGS
 from crane_sim.study.summary import first_errors, shown_metrics, summarise
 
 COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")
@@ -127,7 +127,7 @@ def _sensitivities(summary: dict[str, Any], design: str) -> str:
         for variant, own in by_variant.items()
         for row in own
     ]
-    head = ("metric", "variant", "parameter", *HEADS[design])
+    head = ("metric", "variant", "parameter", *COLUMN_HEADINGS[design])
     return _section(f"Sensitivity to the parameters ({design.capitalize()})", _table(head, rows))
 
 

@@ -47,10 +47,10 @@ class Interruption(NamedTuple):
 
     number: signal.Signals
     at: float  # s after its start
-    again: float | None  # s after the first signal, a second one
-    fresh: bool  # nothing is compiled: the signal comes while it is
-    way: str = "realtime"  # of WAYS
-    begun: bool = False  # the instant counts from the first state that the monitor receives
+    again: float | None  # s from the first signal to a second one; None: there is one signal
+    fresh: bool  # with an empty cache of compiled code: the signal comes while it is compiled
+    way: str = "realtime"  # kind of the run, a key of RUN_KINDS
+    begun: bool = False  # `at` counts from the first state that the monitor receives, not from the run's start
 
 
 class End(NamedTuple):

@@ -4,7 +4,7 @@ The state is the payload's position and velocity (X, Y, Z, X', Y', Z') in the su
 may pass any direction; the only singular point is a rope of zero length. The drive decides the tension:
 
 - ForceRope: the winch applies the effort u (positive pays out), so the tension is -u plus the spring's;
-- RateRope: the winch imposes the rope's acceleration, or, with a time constant, follows a commanded rate;
+- MotionRope: the winch imposes the rope's acceleration, or, with a time constant, follows a commanded velocity;
 - LockedRope: the rope keeps its length.
 """
 
@@ -27,10 +27,10 @@ class ForceRope(NamedTuple):
     spring: RopeSpring | None = None
 
 
-class RateRope(NamedTuple):
-    """A winch that imposes motion: its input is the rope's acceleration, or its rate when it has a time constant."""
+class MotionRope(NamedTuple):
+    """A winch that imposes the rope's motion: its input is an acceleration [m/s²], or a velocity [m/s] with a lag."""
 
-    time_constant: Positive | None = None  # s
+    time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
 
 
 class LockedRope(NamedTuple):
@@ -106,7 +106,7 @@ def _(rope, tau, rope_state):
     return -add_spring(rope.spring, tau[3], rope_state.length)
 
 
-@rope_tension.register(RateRope)
+@rope_tension.register(MotionRope)
 def _(rope, p, pose, rope_state, tau, force, reaction):
     return imposed_tension(
         p, pose, rope_state, tau, force, reaction, winch_acceleration(rope.time_constant, rope_state.rate, tau[3])

@@ -1,4 +1,4 @@
-"""Loads exchanged on falls: the jump of a spreader's motion when it takes a container up, and what touches then.
+"""Pick-up and release of loads on falls: a spreader's motion jumps as it picks a container up; what touches then.
 
 What is let go leaves with the motion that it has. What is taken up joins by a perfectly inelastic impact, see
 `suspended.exchange`: elastic falls pull as before in no time, and transmit no impulse, so that linear and angular

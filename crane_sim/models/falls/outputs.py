@@ -53,19 +53,19 @@ from crane_sim.models.supports.actuated_support import (
 )
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import (
-    coordinate_order,
     describe_drive,
     drive_count,
-    fill_support_modes,
-    joint_order,
+    initialize_support_modes,
     switch_drive,
+    to_coordinate_order,
+    to_joint_order,
     with_support_switching,
 )
 from crane_sim.models.supports.driven_point import Point
-from crane_sim.models.supports.friction import retake_of
+from crane_sim.models.supports.friction import step_control_of
 from crane_sim.models.supports.hoist import (
+    MotionHoist,
     PrescribedHoist,
-    RateHoist,
     hoist_modes,
     hoist_reflected_mass,
     limit_hoist,
@@ -102,7 +102,7 @@ def normalise(p, x):
 @system.joints.register(FallsCrane)
 def _(p, x):
     nq, _, _ = falls_layout(p)
-    return joint_order(p.support, x[:nq]), joint_order(p.support, x[nq : 2 * nq])
+    return to_joint_order(p.support, x[:nq]), to_joint_order(p.support, x[nq : 2 * nq])
 
 
 @system.state.register(FallsCrane)
@@ -111,20 +111,20 @@ def _(p, t, q, v):
     x = np.zeros(
         contact_index(p) + count_contact_modes(p.contact) + drive_count(p.support) + friction_state_count(p.support)
     )
-    positions, rates = coordinate_order(p.support, q), coordinate_order(p.support, v)
+    positions, rates = to_coordinate_order(p.support, q), to_coordinate_order(p.support, v)
     for i in range(nq):
         x[i], x[nq + i] = positions[i], rates[i]
     count_exchanges(p.exchange, t, x, exchange_index(p))
-    fill_modes(p, x)
+    initialize_fall_modes(p, x)
     if hoist_modes(p.hoist) > 0:
         x[winch_index(p)] = np.sign(x[nq + coordinate_count(p.support)])
     fill_contact(p.contact, p, t, x)
-    fill_support_modes(p.support, x, support_state(p.support, x, nq))
+    initialize_support_modes(p.support, x, support_state(p.support, x, nq))
     return x
 
 
 @routine
-def fill_modes(p, x):
+def initialize_fall_modes(p, x):
     """Set each fall's mode to that of its elongation."""
     (_, _, modes), kinematics = falls_layout(p), kinematics_of(p, x)
     for i in range(len(p.falls.offset)):
@@ -135,7 +135,7 @@ def fill_modes(p, x):
 @system.acceleration.register(FallsCrane)
 def _(p, t, x, u):
     nq, _, _ = falls_layout(p)
-    return joint_order(p.support, system.rhs(p, t, x, u)[nq : 2 * nq])
+    return to_joint_order(p.support, system.rhs(p, t, x, u)[nq : 2 * nq])
 
 
 @system.link_count.register(FallsCrane)
@@ -239,7 +239,7 @@ def _(p, u):
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
     lossy = lossy or p.contact is not None or p.exchange is not None or takes_energy(p.support)
-    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
+    imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -252,7 +252,7 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    switching = with_support_switching(p.support, Switching(EVENT_LOG_CAPACITY, 0, retake_of(p.hoist)))
+    switching = with_support_switching(p.support, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(p.hoist)))
     return with_exchange_switching(p.exchange, switching)
 
 

@@ -17,7 +17,7 @@ from crane_sim.models.falls.crane import (
 from crane_sim.models.guards import friction_event
 from crane_sim.models.stops import WINCH
 from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.actuated_support import mode_after_guard, place_of_contact
+from crane_sim.models.supports.actuated_support import friction_state_offset, mode_after_guard
 from crane_sim.models.supports.hoist import hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, mode_of_stopped_winch, winch_guard, winch_mode
 from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
@@ -61,11 +61,11 @@ def _(hoist, p, t, x, tau, joint):
 def after_winch_guard(p, t, x, tau):
     """Return (state, number of the event) after the guard of the winch's friction has failed."""
     (nq, _, _), k = falls_layout(p), winch_index(p)
-    x, rate, failed = x.copy(), nq + coordinate_count(p.support), x[k]
-    x[rate], x[k] = (0.0 if failed != 0.0 else x[rate]), 0.0
+    x, rate, mode_before = x.copy(), nq + coordinate_count(p.support), x[k]
+    x[rate], x[k] = (0.0 if mode_before != 0.0 else x[rate]), 0.0
     pull = solve_dynamics(p, t, x, tau).pull.paid
     length, _ = common_length(p.hoist, p, x, nq)
-    x[k] = mode_of_stopped_winch(p.hoist, failed, tau, pull, length, p.gravity)
+    x[k] = mode_of_stopped_winch(p.hoist, mode_before, tau, pull, length, p.gravity)
     return x, friction_event(WINCH, x[k])
 
 
@@ -73,11 +73,11 @@ def after_winch_guard(p, t, x, tau):
 def after_joint_guard(p, t, x, tau, joint):
     """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
     nq, _, _ = falls_layout(p)
-    x, k = x.copy(), len(x) - place_of_contact(p.support, joint)
-    failed = x[k]
-    x[nq + joint], x[k] = (0.0 if failed != 0.0 else x[nq + joint]), 0.0
+    x, k = x.copy(), len(x) - friction_state_offset(p.support, joint)
+    mode_before = x[k]
+    x[nq + joint], x[k] = (0.0 if mode_before != 0.0 else x[nq + joint]), 0.0
     solved = solve_dynamics(p, t, x, tau)
-    x[k] = mode_after_guard(p.support, joint, failed, (solved.pose, solved.tau), p.gravity, solved.tip_force)
+    x[k] = mode_after_guard(p.support, joint, mode_before, (solved.pose, solved.tau), p.gravity, solved.tip_force)
     return x, friction_event(joint, x[k])
 
 

@@ -26,7 +26,7 @@ from crane_sim.models.overhead.modes import (
     make_switching,
     payload_guard,
 )
-from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
 from crane_sim.numerics.jit import lean_kernel, routine
@@ -112,7 +112,10 @@ def _(p):
         or (p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
     )
     return make_switching(
-        p.event_limits, forces, elastic_layout(p)[0], either(retake_of(p.trolley), retake_of(p.bridge))
+        p.event_limits,
+        forces,
+        elastic_layout(p)[0],
+        first_not_none(step_control_of(p.trolley), step_control_of(p.bridge)),
     )
 
 
@@ -173,9 +176,9 @@ def _(p, t, x, tau, number):
     elif kind == Guard.PAYLOAD:
         x[len(x) - 1] += 1.0
     elif kind == Guard.FRICTION:
-        failed = x[modes + index]
-        x[nq + index], x[modes + index] = (0.0 if failed != 0.0 else x[nq + index]), 0.0
-        x[modes + index] = mode_of_stopped_axis(p, t, x, tau, index, failed)
+        mode_before = x[modes + index]
+        x[nq + index], x[modes + index] = (0.0 if mode_before != 0.0 else x[nq + index]), 0.0
+        x[modes + index] = mode_of_stopped_axis(p, t, x, tau, index, mode_before)
         event = friction_event(index, x[modes + index])
     else:
         return x, number, False

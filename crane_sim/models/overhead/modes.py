@@ -37,22 +37,22 @@ class EventLimits(NamedTuple):
 
 
 @generic
-def make_switching(limits, forces, nq, retake):
+def make_switching(limits, forces, nq, step_control):
     """Return the result of `system.switching` for a crane with these limits of its events.
 
     Args:
         limits: None for a crane without events.
         forces: whether guards depend on velocities or forces, apart from those of links that must not go slack.
         nq: number of coordinates, which stand first in the state, followed by their rates.
-        retake: `system.Retake` where a step that an event ends is held to the tolerance, too, since friction changes
-            fast just before the event; None where it is not.
+        step_control: `system.EventStepControl` where a step that an event ends is held to the tolerance, since friction
+            changes fast just before the event; None where it is not.
     """
     return None
 
 
 @make_switching.register(EventLimits)
-def _(limits, forces, nq, retake):
-    return Switching(EVENT_LOG_CAPACITY, 0 if forces or limits.taut > 0.0 else nq, retake)
+def _(limits, forces, nq, step_control):
+    return Switching(EVENT_LOG_CAPACITY, 0 if forces or limits.taut > 0.0 else nq, step_control)
 
 
 @lean_generic

@@ -16,7 +16,7 @@ from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
-from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.hoist import HOIST, PrescribedHoist, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, has_friction
 
@@ -148,8 +148,11 @@ def _(p):
 @system.switching.register(RodCrane)
 @system.switching.register(PlanarCrane)
 def _(p):
-    rubs, retake = has_friction(p.trolley) or has_friction(p.hoist), either(retake_of(p.trolley), retake_of(p.hoist))
-    return make_switching(p.event_limits, rubs, layout_of(p)[0], retake)
+    rubs, step_control = (
+        has_friction(p.trolley) or has_friction(p.hoist),
+        first_not_none(step_control_of(p.trolley), step_control_of(p.hoist)),
+    )
+    return make_switching(p.event_limits, rubs, layout_of(p)[0], step_control)
 
 
 @system.guard.register(PlanarCrane)
@@ -180,9 +183,9 @@ def _(p, t, x, tau, number):
         return x, number, True
     if kind == Guard.FRICTION:
         rate, mode = (nq + first - 1, len(x) - 2) if axis == HOIST else (nq + axis, modes + axis)
-        failed = x[mode]
-        x[rate], x[mode] = (0.0 if failed != 0.0 else x[rate]), 0.0
-        x[mode] = mode_of_stopped_axis(p, t, x, tau, axis, failed)
+        mode_before = x[mode]
+        x[rate], x[mode] = (0.0 if mode_before != 0.0 else x[rate]), 0.0
+        x[mode] = mode_of_stopped_axis(p, t, x, tau, axis, mode_before)
         return x, friction_event(axis, x[mode]), True
     return x, number, False
 

@@ -39,7 +39,7 @@ from crane_sim.models.overhead.modes import (
 )
 from crane_sim.models.overhead.node_forces import NodeForces, add_forces, force_power
 from crane_sim.models.overhead.payload_wind import add_nodes_wind
-from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.hoist import (
     HOIST,
     Hoist,
@@ -312,8 +312,10 @@ def write_positions(p, x, out):
 @system.switching.register(SpatialCrane)
 def _(p):
     rubs = has_friction(p.trolley) or has_friction(p.bridge) or has_friction(p.hoist)
-    retake = either(either(retake_of(p.trolley), retake_of(p.bridge)), retake_of(p.hoist))
-    return make_switching(p.event_limits, rubs, layout_of(p)[0], retake)
+    step_control = first_not_none(
+        first_not_none(step_control_of(p.trolley), step_control_of(p.bridge)), step_control_of(p.hoist)
+    )
+    return make_switching(p.event_limits, rubs, layout_of(p)[0], step_control)
 
 
 @smallest_guard.register(SpatialCrane)

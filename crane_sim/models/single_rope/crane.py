@@ -13,7 +13,7 @@ from crane_sim import system
 from crane_sim.models.cables.rope import (
     ForceRope,
     LockedRope,
-    RateRope,
+    MotionRope,
     RopeKinematics,
     add_rope_energy,
     limit_winch,
@@ -92,7 +92,7 @@ class Crane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
     support: Any  # a Knuckle or a Point, see `crane_sim.models.supports`
-    cable: ForceRope | RateRope | LockedRope
+    cable: ForceRope | MotionRope | LockedRope
     load: PointLoad
     gravity: float = 9.81  # m/s²
     swing_friction: SwingFriction | None = None
@@ -358,7 +358,7 @@ def _(p, t, x, out):
 @system.with_meter.register(Crane)
 def _(p, held):
     lossy = any(part is not None for part in (p.swing_friction, p.drag, p.force, p.wind, p.friction))
-    imposed = isinstance(p.cable, RateRope) or isinstance(p.support, Point) or p.base is not None
+    imposed = isinstance(p.cable, MotionRope) or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from crane_sim.models.cables.rope import imposed_tension, winch_pull, winch_tension, without_rate
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH
-from crane_sim.models.supports import joint_loads
+from crane_sim.models.supports import joint_constraint_efforts
 from crane_sim.models.supports.friction import (
     Friction,
     breakaway_mode,
@@ -86,10 +86,12 @@ def _(friction, p, pose, rope_state, tau, force, reaction):
 
 
 @lean_kernel
-def loads_of(p, motion):
-    """Return the efforts (slew, boom, jib, winch) that friction holds where a joint sticks, at a Motion of crane p."""
+def constraint_efforts(p, motion):
+    """Return the constraint efforts (slew, boom, jib, winch) at a Motion of p: what friction bears where it holds."""
     gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
-    slew, boom, jib = joint_loads(p.support, motion.pose, gravity, efforts, tip, motion.support_acceleration)
+    slew, boom, jib = joint_constraint_efforts(
+        p.support, motion.pose, gravity, efforts, tip, motion.support_acceleration
+    )
     return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
 
 
@@ -107,7 +109,7 @@ def _(friction, x):
 
 
 @lean_generic
-def friction_guards(friction, best, x, rate, loads):
+def friction_guards(friction, best, x, rate, efforts):
     """Return the smallest one of `best` and of the guards of the joints' friction.
 
     Args:
@@ -115,18 +117,18 @@ def friction_guards(friction, best, x, rate, loads):
         best: the smallest of the other guards.
         x: state.
         rate: of the rope [m/s].
-        loads: result of `loads_of`, anything where no joint sticks.
+        efforts: result of `constraint_efforts`, anything where no joint sticks.
     """
     return best
 
 
 @friction_guards.register(JointFriction)
-def _(friction, best, x, rate, loads):
+def _(friction, best, x, rate, efforts):
     (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
-    best = smaller_guard(best, friction_guard(friction.slew, va, slew, loads[0]), encode(Guard.FRICTION, 0))
-    best = smaller_guard(best, friction_guard(friction.boom, vb, boom, loads[1]), encode(Guard.FRICTION, 1))
-    best = smaller_guard(best, friction_guard(friction.jib, vg, jib, loads[2]), encode(Guard.FRICTION, 2))
-    winch = friction_guard(friction.rope, rate + rope * STANDSTILL, rope, loads[WINCH])
+    best = smaller_guard(best, friction_guard(friction.slew, va, slew, efforts[0]), encode(Guard.FRICTION, 0))
+    best = smaller_guard(best, friction_guard(friction.boom, vb, boom, efforts[1]), encode(Guard.FRICTION, 1))
+    best = smaller_guard(best, friction_guard(friction.jib, vg, jib, efforts[2]), encode(Guard.FRICTION, 2))
+    winch = friction_guard(friction.rope, rate + rope * STANDSTILL, rope, efforts[WINCH])
     return smaller_guard(best, winch, encode(Guard.FRICTION, WINCH))
 
 
@@ -142,16 +144,16 @@ def stop_joint(x, joint, rope_state):
 
 
 @lean_kernel
-def after_guard(friction, joint, friction_state, loads):
-    """Return the new mode of a joint whose guard has failed in mode `friction_state`, at rest against `loads`."""
+def after_guard(friction, joint, friction_state, efforts):
+    """Return the new mode of a joint whose guard has failed in mode `friction_state`, at rest under `efforts`."""
     if joint == 0:
-        mode = breakaway_mode(friction.slew, friction_state, loads[0])
+        mode = breakaway_mode(friction.slew, friction_state, efforts[0])
     elif joint == 1:
-        mode = breakaway_mode(friction.boom, friction_state, loads[1])
+        mode = breakaway_mode(friction.boom, friction_state, efforts[1])
     elif joint == 2:
-        mode = breakaway_mode(friction.jib, friction_state, loads[2])
+        mode = breakaway_mode(friction.jib, friction_state, efforts[2])
     else:
-        mode = breakaway_mode(friction.rope, friction_state, loads[WINCH])
+        mode = breakaway_mode(friction.rope, friction_state, efforts[WINCH])
     return mode
 
 

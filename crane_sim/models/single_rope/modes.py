@@ -8,19 +8,19 @@ from crane_sim.models.single_rope.joint_friction import (
     JointFriction,
     after_guard,
     any_held,
+    constraint_efforts,
     friction_guards,
-    loads_of,
     stop_joint,
     with_friction_state,
 )
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports import forward_kinematics, support_guard
-from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.numerics.jit import lean_generic, lean_routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 POSITIONS = 6  # of support and payload
-NO_LOADS = (0.0, 0.0, 0.0, 0.0)
+NO_EFFORTS = (0.0, 0.0, 0.0, 0.0)
 
 
 @system.switching.register(Crane)
@@ -36,8 +36,10 @@ def friction_switching(friction, stops):
 
 @friction_switching.register(JointFriction)
 def _(friction, stops):
-    turning = either(either(retake_of(friction.slew), retake_of(friction.boom)), retake_of(friction.jib))
-    return Switching(EVENT_LOG_CAPACITY, 0, either(turning, retake_of(friction.rope)))
+    turning = first_not_none(
+        first_not_none(step_control_of(friction.slew), step_control_of(friction.boom)), step_control_of(friction.jib)
+    )
+    return Switching(EVENT_LOG_CAPACITY, 0, first_not_none(turning, step_control_of(friction.rope)))
 
 
 @system.guard.register(Crane)
@@ -52,23 +54,23 @@ def smallest_guard(p, t, x, u):
     forces = taut or any_held(p.friction, x)
     rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
     best = support_guard(p.support, length_guard(stops, rope_state.length, rope_state.rate), x[0])
-    tension, loads = tension_and_loads(p.friction, p, t, x, u) if forces else (0.0, NO_LOADS)
+    tension, efforts = tension_and_constraint_efforts(p.friction, p, t, x, u) if forces else (0.0, NO_EFFORTS)
     if taut:
         best = smaller_guard(best, tension, encode(Guard.LINK, 0))
-    value, number = friction_guards(p.friction, best, x, rope_state.rate, loads)
+    value, number = friction_guards(p.friction, best, x, rope_state.rate, efforts)
     return value, number, int(forces)
 
 
 @lean_generic
-def tension_and_loads(friction, p, t, x, u):
-    """Return (tension [N], loads of `joint_friction.loads_of`, zeros of a crane without friction of its joints)."""
-    return solve_motion(p, t, x, system.effort(u, p, t, x)).tension, NO_LOADS
+def tension_and_constraint_efforts(friction, p, t, x, u):
+    """Return (tension [N], result of `constraint_efforts`, zeros of a crane without friction of its joints)."""
+    return solve_motion(p, t, x, system.effort(u, p, t, x)).tension, NO_EFFORTS
 
 
-@tension_and_loads.register(JointFriction)
+@tension_and_constraint_efforts.register(JointFriction)
 def _(friction, p, t, x, u):
     motion = solve_motion(p, t, x, system.effort(u, p, t, x))
-    return motion.tension, loads_of(p, motion)
+    return motion.tension, constraint_efforts(p, motion)
 
 
 @system.apply_reset_map.register(Crane)
@@ -88,8 +90,8 @@ def _(friction, p, t, x, u, number):
     if kind != Guard.FRICTION:
         return x, number, False
     still = stop_joint(x, joint, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
-    loads = loads_of(p, solve_motion(p, t, still, system.effort(u, p, t, still)))
-    return (*with_friction_state(still, joint, after_guard(friction, joint, x[-1][joint], loads)), True)
+    efforts = constraint_efforts(p, solve_motion(p, t, still, system.effort(u, p, t, still)))
+    return (*with_friction_state(still, joint, after_guard(friction, joint, x[-1][joint], efforts)), True)
 
 
 @system.describe_event.register(Crane)

@@ -28,8 +28,8 @@ def support_acceleration(support, pose, gravity, tau, force):
 
 
 @lean_generic
-def joint_loads(support, pose, gravity, tau, force, qdd):
-    """Return the efforts that the joints that friction holds are held against; arguments of `support_acceleration`.
+def joint_constraint_efforts(support, pose, gravity, tau, force, qdd):
+    """Return the constraint efforts of joints that stick: what friction bears; arguments of `support_acceleration`.
 
     qdd are its accelerations; the numbers of joints that move mean nothing.
     """
@@ -166,7 +166,7 @@ def coordinate_count(support):
 
 @lean_generic
 def trailing_count(support):
-    """Return the number of coordinates that stand behind the load's in the order of joints; the support's last ones."""
+    """Return the number of trailing coordinates: the support's last ones, which the order of joints puts behind all."""
     return 0
 
 

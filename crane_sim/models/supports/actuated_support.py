@@ -25,7 +25,7 @@ from crane_sim.models.supports import (
     drive_power,
     forward_kinematics,
     friction_state_count,
-    joint_loads,
+    joint_constraint_efforts,
     joint_mobilities,
     joint_motion,
     support_acceleration,
@@ -44,27 +44,27 @@ from crane_sim.models.supports import (
 )
 from crane_sim.models.supports.backlash import (
     GearedSupport,
-    coordinate_order,
-    fill_support_modes,
+    initialize_support_modes,
     joint_efforts,
-    joint_order,
+    permute_to_coordinate_order,
+    permute_to_joint_order,
+    to_coordinate_order,
+    to_joint_order,
     with_support_switching,
-    with_trailing_behind_own,
-    with_trailing_last,
 )
 from crane_sim.models.supports.compliance import as_entries
-from crane_sim.models.supports.flexible import FlexibleSupport, as_boom, as_coordinates, elastic_entries
-from crane_sim.models.supports.friction import either, retake_of
+from crane_sim.models.supports.flexible import FlexibleSupport, as_coordinates, elastic_entries, slew_elevation_length
+from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.friction_list import (
     FrictionList,
     add_friction_efforts,
     any_in_list_held,
-    fill_friction_states,
-    fill_modes,
-    friction_states,
+    initialize_friction_states,
     list_length,
     mode_of_stopped_joint,
     place_in_list,
+    read_friction_states,
+    reset_listed_modes,
     smallest_friction_guard,
     without_held,
     write_list_rates,
@@ -92,7 +92,7 @@ class ActuatedState(NamedTuple):
     """State of support and friction."""
 
     inner: Any  # of the support
-    floats: Any  # of `FrictionList`, a tuple
+    friction_states: Any  # tuple, of `FrictionList`: modes, or deflections of bristles
 
 
 class ActuatedPosture(NamedTuple):
@@ -104,7 +104,7 @@ class ActuatedPosture(NamedTuple):
     inner: Any  # posture of the support
     ratio: Any  # (n,) of accelerations with motors and friction to those without
     rates: Any  # (n,) of the joints
-    floats: Any  # of `FrictionList`
+    friction_states: Any  # of `ActuatedState`
 
 
 def bare_support(support: Any) -> Any:
@@ -122,7 +122,7 @@ def takes_energy(support: Any) -> bool:
 @lean_kernel
 def with_friction_states(support, inner, x):
     """Return the ActuatedState of a crane's state x; inner: the support's own."""
-    return ActuatedState(inner, friction_states(support.frictions, x, len(x) - list_length(support.frictions)))
+    return ActuatedState(inner, read_friction_states(support.frictions, x, len(x) - list_length(support.frictions)))
 
 
 @friction_state_count.register(ActuatedSupport)
@@ -140,14 +140,14 @@ def _(support):
     return trailing_count(support.support)
 
 
-@joint_order.register(ActuatedSupport)
+@to_joint_order.register(ActuatedSupport)
 def _(support, row):
-    return with_trailing_last(support, row)
+    return permute_to_joint_order(support, row)
 
 
-@coordinate_order.register(ActuatedSupport)
+@to_coordinate_order.register(ActuatedSupport)
 def _(support, row):
-    return with_trailing_behind_own(support, row)
+    return permute_to_coordinate_order(support, row)
 
 
 @joint_motion.register(ActuatedSupport)
@@ -203,22 +203,23 @@ def _(support, pose, ratio):
 
 
 @lean_generic
-def joint_rates(support, xs, rates):
-    """Return the rates of the joints of a support in its state xs; `rates` is any tuple of their number."""
+def joint_rates(support, xs, like):
+    """Return the rates (n,) of the joints of a support in its state xs; `like`: any tuple of n floats."""
+    rates = like
     for i in range(len(rates)):
         rates = replace_entry(rates, i, joint_motion(support, xs, i)[1])
     return rates
 
 
 @joint_rates.register(FlexibleSupport)
-def _(support, xs, rates):
+def _(support, xs, like):
     drives = joint_rates(support.support, xs.inner, as_coordinates(support.support, 0.0, 0.0, 0.0))
     lateral, vertical = as_entries(support.lateral, xs.rates[0]), as_entries(support.vertical, xs.rates[1])
     return (*drives, *lateral, *vertical)
 
 
 @joint_rates.register(SwayingTower)
-def _(support, xs, rates):
+def _(support, xs, like):
     return joint_motion(support, xs, 0)[1], joint_motion(support, xs, 1)[1], xs.rates[0], xs.rates[1]
 
 
@@ -232,27 +233,27 @@ def scaled_accelerations(support, qdd, ratio):
 
 @scaled_accelerations.register(FlexibleSupport)
 def _(support, qdd, ratio):
-    drives, free = as_coordinates(support.support, 0.0, 0.0, 0.0), as_boom(support.support, qdd)
+    drives, unscaled = as_coordinates(support.support, 0.0, 0.0, 0.0), slew_elevation_length(support.support, qdd)
     for i in range(len(drives)):
         drives = replace_entry(drives, i, ratio[i] * qdd[i])
-    left = as_boom(support.support, drives)  # the outer body accelerates as before
-    twist, bend = elastic_entries(support, qdd, 0)
-    lateral = as_entries(support.lateral, twist + free[0] - left[0])
-    return (*drives, *lateral, *as_entries(support.vertical, bend + free[1] - left[1]))
+    scaled = slew_elevation_length(support.support, drives)
+    twist, bend = elastic_entries(support, qdd, 0)  # relative to the drives: the outer body's stay what they were
+    lateral = as_entries(support.lateral, twist + unscaled[0] - scaled[0])
+    return (*drives, *lateral, *as_entries(support.vertical, bend + unscaled[1] - scaled[1]))
 
 
 @forward_kinematics.register(ActuatedSupport)
 def _(support, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    ratio = without_held(support.frictions, free_ratios(support.support, support.motors, pose), xs.floats, 0)
+    ratio = without_held(support.frictions, free_ratios(support.support, support.motors, pose), xs.friction_states, 0)
     pose, rates = held_posture(support.support, pose, ratio), joint_rates(support.support, xs.inner, ratio)
-    return ActuatedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, ratio, rates, xs.floats)
+    return ActuatedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, ratio, rates, xs.friction_states)
 
 
 @joint_efforts.register(ActuatedSupport)
 def _(support, tau, pose):
     tau = joint_efforts(support.support, tau, pose.inner)
-    return add_friction_efforts(support.frictions, tau, pose.rates, pose.floats, 0)
+    return add_friction_efforts(support.frictions, tau, pose.rates, pose.friction_states, 0)
 
 
 @support_acceleration.register(ActuatedSupport)
@@ -308,7 +309,7 @@ def write_friction_rates(support, pose, out):
 
 @write_friction_rates.register(ActuatedSupport)
 def _(support, pose, out):
-    write_list_rates(support.frictions, pose.rates, pose.floats, 0, out)
+    write_list_rates(support.frictions, pose.rates, pose.friction_states, 0, out)
 
 
 @write_friction_rates.register(GearedSupport)
@@ -316,27 +317,27 @@ def _(support, pose, out):
     write_friction_rates(support.support, pose.inner, out)
 
 
-@fill_support_modes.register(ActuatedSupport)
+@initialize_support_modes.register(ActuatedSupport)
 def _(support, x, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    fill_friction_states(
+    initialize_friction_states(
         support.frictions, joint_rates(support.support, xs.inner, free_ratios(support.support, None, pose)), x
     )
 
 
 @generic
-def renew_modes(support, x, xs):
-    """Write the modes of joints that stick or slip into the end of state x, after a jump of their rates."""
+def reset_friction_modes(support, x, xs):
+    """Write the friction modes after a velocity jump into the end of state x; bristles stay as they are."""
 
 
-@renew_modes.register(ActuatedSupport)
+@reset_friction_modes.register(ActuatedSupport)
 def _(support, x, xs):
-    fill_modes(support.frictions, forward_kinematics(support, xs).rates, x)
+    reset_listed_modes(support.frictions, forward_kinematics(support, xs).rates, x)
 
 
-@renew_modes.register(GearedSupport)
+@reset_friction_modes.register(GearedSupport)
 def _(support, x, xs):
-    renew_modes(support.support, x, xs.inner)
+    reset_friction_modes(support.support, x, xs.inner)
 
 
 @generic
@@ -347,7 +348,7 @@ def any_joint_held(support, xs):
 
 @any_joint_held.register(ActuatedSupport)
 def _(support, xs):
-    return any_in_list_held(support.frictions, xs.floats, 0)
+    return any_in_list_held(support.frictions, xs.friction_states, 0)
 
 
 @any_joint_held.register(GearedSupport)
@@ -356,26 +357,27 @@ def _(support, xs):
 
 
 @kernel
-def held_loads(support, pose, gravity, tau, force):
-    """Return the efforts (n,) that friction holds where a joint sticks; arguments of `support_acceleration`."""
-    return loads_of(support.support, pose.inner, gravity, tau, force)
+def constraint_efforts(support, pose, gravity, tau, force):
+    """Return the constraint efforts (n,): what friction bears where a joint sticks; see `support_acceleration`."""
+    return support_constraint_efforts(support.support, pose.inner, gravity, tau, force)
 
 
 @generic
-def loads_of(support, pose, gravity, tau, force):
-    """Return the result of `held_loads` for a support in its own posture."""
-    loads = support_acceleration(support, pose, gravity, tau, force)
-    mobilities = joint_mobilities(support, pose)
+def support_constraint_efforts(support, pose, gravity, tau, force):
+    """Return the result of `constraint_efforts` for a support in its own posture."""
+    qdd, mobilities = support_acceleration(support, pose, gravity, tau, force), joint_mobilities(support, pose)
+    efforts = qdd
     for i in range(len(mobilities)):
         if mobilities[i] > 0.0:  # the slew of a tower crane may be locked
-            loads = replace_entry(loads, i, loads[i] / mobilities[i])
-    return loads
+            efforts = replace_entry(efforts, i, qdd[i] / mobilities[i])
+    return efforts
 
 
-@loads_of.register(Knuckle)
-@loads_of.register(SwayingTower)
+@support_constraint_efforts.register(Knuckle)
+@support_constraint_efforts.register(SwayingTower)
 def _(support, pose, gravity, tau, force):
-    return joint_loads(support, pose, gravity, tau, force, support_acceleration(support, pose, gravity, tau, force))
+    qdd = support_acceleration(support, pose, gravity, tau, force)
+    return joint_constraint_efforts(support, pose, gravity, tau, force, qdd)
 
 
 @generic
@@ -386,8 +388,8 @@ def held_guard(support, best, pose, gravity, tau, force):
 
 @held_guard.register(ActuatedSupport)
 def _(support, best, pose, gravity, tau, force):
-    loads = held_loads(support, pose, gravity, tau, force)
-    return smallest_friction_guard(support.frictions, best, pose.rates, loads, pose.floats, True, 0)
+    efforts = constraint_efforts(support, pose, gravity, tau, force)
+    return smallest_friction_guard(support.frictions, best, pose.rates, efforts, pose.friction_states, True, 0)
 
 
 @held_guard.register(GearedSupport)
@@ -399,7 +401,7 @@ def _(support, best, pose, gravity, tau, force):
 def _(support, best, xs):
     best = support_guard(support.support, best, xs.inner)
     rates = forward_kinematics(support, xs).rates
-    return smallest_friction_guard(support.frictions, best, rates, rates, xs.floats, False, 0)
+    return smallest_friction_guard(support.frictions, best, rates, rates, xs.friction_states, False, 0)
 
 
 @with_support_switching.register(ActuatedSupport)
@@ -415,60 +417,60 @@ def with_friction_switching(frictions, switching):
 
 @with_friction_switching.register(FrictionList)
 def _(frictions, switching):
-    return Switching(EVENT_LOG_CAPACITY, 0, either(retake_of(frictions), retake_within(switching)))
+    return Switching(EVENT_LOG_CAPACITY, 0, first_not_none(step_control_of(frictions), step_control_in(switching)))
 
 
 @generic
-def retake_within(switching):
-    """Return what a result of `system.switching` has as `retake`, None for None."""
+def step_control_in(switching):
+    """Return the `step_control` of a result of `system.switching`, None for None."""
     return None
 
 
-@retake_within.register(Switching)
+@step_control_in.register(Switching)
 def _(switching):
-    return switching.retake
+    return switching.step_control
 
 
 @generic
-def place_of_contact(support, joint):
-    """Return the index, from the end of the state back, of the float of a joint's friction."""
+def friction_state_offset(support, joint):
+    """Return the offset of a joint's friction state from the end of the crane's state: it is x[len(x) - offset]."""
     return 1
 
 
-@place_of_contact.register(ActuatedSupport)
+@friction_state_offset.register(ActuatedSupport)
 def _(support, joint):
     return list_length(support.frictions) - place_in_list(support.frictions, joint)
 
 
-@place_of_contact.register(GearedSupport)
+@friction_state_offset.register(GearedSupport)
 def _(support, joint):
-    return place_of_contact(support.support, joint)
+    return friction_state_offset(support.support, joint)
 
 
 @generic
-def mode_after_guard(support, joint, failed, solved, gravity, force):
-    """Return the mode of a joint at rest after its guard has failed in mode `failed`.
+def mode_after_guard(support, joint, mode_before, held, gravity, force):
+    """Return the mode of a joint at rest after its guard has failed.
 
     Args:
         support: the support.
         joint: index of its coordinate.
-        failed: the mode before.
-        solved: (posture, efforts) of a state in which friction holds the joint.
+        mode_before: mode in which the guard has failed.
+        held: (posture, efforts) of the same state with the joint sticking.
         gravity, force: arguments of `support_acceleration`.
     """
-    return failed
+    return mode_before
 
 
 @mode_after_guard.register(ActuatedSupport)
-def _(support, joint, failed, solved, gravity, force):
-    pose, tau = solved
-    load = held_loads(support, pose, gravity, tau, force)[joint]
-    return mode_of_stopped_joint(support.frictions, joint, failed, load)
+def _(support, joint, mode_before, held, gravity, force):
+    pose, tau = held
+    effort = constraint_efforts(support, pose, gravity, tau, force)[joint]
+    return mode_of_stopped_joint(support.frictions, joint, mode_before, effort)
 
 
 @mode_after_guard.register(GearedSupport)
-def _(support, joint, failed, solved, gravity, force):
-    return mode_after_guard(support.support, joint, failed, (solved[0].inner, solved[1]), gravity, force)
+def _(support, joint, mode_before, held, gravity, force):
+    return mode_after_guard(support.support, joint, mode_before, (held[0].inner, held[1]), gravity, force)
 
 
 @tip_acceleration.register(ActuatedSupport)

@@ -46,7 +46,7 @@ from crane_sim.models.supports import (
 )
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, routine
 from crane_sim.numerics.states import replace_entry
-from crane_sim.system import EVENT_LOG_CAPACITY, Retake, Switching
+from crane_sim.system import EVENT_LOG_CAPACITY, EventStepControl, Switching
 
 IN_PLAY, RELAXES = 0, 3  # outcomes of an event, beside FORWARDS and BACKWARDS
 
@@ -114,19 +114,19 @@ def _(support):
 
 
 @generic
-def joint_order(support, row):
-    """Return a row of the crane's coordinates or their rates, a copy, in the order of joints: bending, drives last."""
+def to_joint_order(support, row):
+    """Return a row of the crane's coordinates or their rates, permuted to the order of joints: bending, drives last."""
     return row.copy()
 
 
-@joint_order.register(GearedSupport)
+@to_joint_order.register(GearedSupport)
 def _(support, row):
-    return with_trailing_last(support, row)
+    return permute_to_joint_order(support, row)
 
 
 @routine
-def with_trailing_last(support, row):
-    """Return a row of coordinates in the order of joints: the trailing ones of the support stand last."""
+def permute_to_joint_order(support, row):
+    """Return the result of `to_joint_order` for a support with trailing coordinates, which come last."""
     n, count = trailing_count(support), len(row)
     own, out = coordinate_count(support) - n, row.copy()
     for i in range(own, count - n):
@@ -137,19 +137,19 @@ def with_trailing_last(support, row):
 
 
 @generic
-def coordinate_order(support, row):
-    """Return the coordinates (n,) of joints or their rates: the inverse of `joint_order`."""
+def to_coordinate_order(support, row):
+    """Return a row of joints or their rates, permuted to the order of coordinates: the inverse of `to_joint_order`."""
     return row
 
 
-@coordinate_order.register(GearedSupport)
+@to_coordinate_order.register(GearedSupport)
 def _(support, row):
-    return with_trailing_behind_own(support, row)
+    return permute_to_coordinate_order(support, row)
 
 
 @routine
-def with_trailing_behind_own(support, row):
-    """Return a row of joints in the order of coordinates: the inverse of `with_trailing_last`."""
+def permute_to_coordinate_order(support, row):
+    """Return a row of joints in the order of coordinates: the inverse of `permute_to_joint_order`."""
     n, count = trailing_count(support), len(row)
     own, out = coordinate_count(support) - n, np.empty(count)
     for i in range(own):
@@ -256,15 +256,15 @@ def mode_of(shaft):
 
 
 @generic
-def fill_support_modes(support, x, xs):
-    """Write the modes of drives and friction, of the support's state xs without modes, into the end of state x."""
+def initialize_support_modes(support, x, xs):
+    """Write the initial modes of drives and friction into the end of state x; xs: the support's state without modes."""
 
 
-@fill_support_modes.register(GearedSupport)
+@initialize_support_modes.register(GearedSupport)
 def _(support, x, xs):
     for i in range(len(support.drives.inertia)):
         x[first_drive_mode(support, x) + i] = mode_of(shaft_state(support, xs, i))
-    fill_support_modes(support.support, x, xs.inner)
+    initialize_support_modes(support.support, x, xs.inner)
 
 
 @lean_kernel
@@ -292,7 +292,7 @@ def with_support_switching(support, switching):
 
 @with_support_switching.register(GearedSupport)
 def _(support, switching):
-    return Switching(EVENT_LOG_CAPACITY, 0, Retake())
+    return Switching(EVENT_LOG_CAPACITY, 0, EventStepControl())
 
 
 @generic

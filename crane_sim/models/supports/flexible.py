@@ -44,11 +44,11 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.backlash import (
-    coordinate_order,
     joint_efforts,
-    joint_order,
-    with_trailing_behind_own,
-    with_trailing_last,
+    permute_to_coordinate_order,
+    permute_to_joint_order,
+    to_coordinate_order,
+    to_joint_order,
 )
 from crane_sim.models.supports.compliance import (
     Compliance,
@@ -154,12 +154,12 @@ def _(support, slew, elevation, length):
 
 
 @lean_generic
-def as_boom(support, qdd):
-    """Return a rigid support's accelerations as those of slew, elevation and length."""
+def slew_elevation_length(support, qdd):
+    """Return a rigid support's coordinate accelerations as those of (slew, elevation, length)."""
     return qdd[0], qdd[1], qdd[2]
 
 
-@as_boom.register(TowerCrane)
+@slew_elevation_length.register(TowerCrane)
 def _(support, qdd):
     return qdd[0], 0.0, qdd[1]
 
@@ -203,14 +203,14 @@ def _(support):
     return compliance_count(support.lateral) + compliance_count(support.vertical)
 
 
-@joint_order.register(FlexibleSupport)
+@to_joint_order.register(FlexibleSupport)
 def _(support, row):
-    return with_trailing_last(support, row)
+    return permute_to_joint_order(support, row)
 
 
-@coordinate_order.register(FlexibleSupport)
+@to_coordinate_order.register(FlexibleSupport)
 def _(support, row):
-    return with_trailing_behind_own(support, row)
+    return permute_to_coordinate_order(support, row)
 
 
 @joint_motion.register(FlexibleSupport)
@@ -257,7 +257,10 @@ def _(support, pose, gravity, tau, force):
 
 @tip_acceleration.register(FlexibleSupport)
 def _(support, pose, qdd):
-    (slew, elevation, length), (twist, bend) = as_boom(support.support, qdd), elastic_entries(support, qdd, 0)
+    (slew, elevation, length), (twist, bend) = (
+        slew_elevation_length(support.support, qdd),
+        elastic_entries(support, qdd, 0),
+    )
     return tip_acceleration(support.outer, pose.outer, (slew + twist, elevation + bend, length))
 
 

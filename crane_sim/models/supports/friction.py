@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.numerics.jit import generic, lean_generic
-from crane_sim.system import Retake
+from crane_sim.system import EventStepControl
 
 
 class Friction(NamedTuple):
@@ -146,31 +146,31 @@ def _(friction, mode, force):
 
 
 @generic
-def retake_of(part):
-    """Return what `Switching.retake` is for a friction, or a part that has one: `Retake` where Stribeck's part falls.
+def step_control_of(part):
+    """Return `Switching.step_control` of a friction, or of a part that has one: None without a Stribeck velocity.
 
-    It does so fast where a joint comes to rest.
+    With one, the friction changes fast where a joint comes to rest.
     """
     return None
 
 
-@retake_of.register(Friction)
+@step_control_of.register(Friction)
 def _(part):
-    return retake_of(part.stribeck)
+    return step_control_of(part.stribeck)
 
 
-@retake_of.register(float)
+@step_control_of.register(float)
 def _(part):
-    return Retake()
+    return EventStepControl()
 
 
 @generic
-def either(first, second):
-    """Return the first one of two results of `retake_of` that is not None."""
+def first_not_none(first, second):
+    """Return the first one of two results of `step_control_of` that is not None."""
     return second
 
 
-@either.register(Retake)
+@first_not_none.register(EventStepControl)
 def _(first, second):
     return first
 

@@ -9,13 +9,13 @@ from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.supports.friction import (
     Friction,
     breakaway_mode,
-    either,
+    first_not_none,
     friction_effort,
     friction_guard,
     friction_state_rate,
     initial_friction_state,
     is_held,
-    retake_of,
+    step_control_of,
 )
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.jit import lean_generic
@@ -42,107 +42,107 @@ def _(frictions):
 
 
 @lean_generic
-def friction_states(frictions, x, i):
+def read_friction_states(frictions, x, i):
     """Return the friction states of the list, which stand in x from index i on, as a tuple."""
     return ()
 
 
-@friction_states.register(FrictionList)
+@read_friction_states.register(FrictionList)
 def _(frictions, x, i):
-    return (x[i], *friction_states(frictions.rest, x, i + 1))
+    return (x[i], *read_friction_states(frictions.rest, x, i + 1))
 
 
 @lean_generic
-def without_held(frictions, ratio, floats, k):
-    """Return the ratios (n,) with 0 for joints that friction holds; floats: of the state, the list's from k on."""
+def without_held(frictions, ratio, states, k):
+    """Return the ratios (n,) with 0 for joints that friction holds; states: of friction, the list's from k on."""
     return ratio
 
 
 @without_held.register(FrictionList)
-def _(frictions, ratio, floats, k):
-    if is_held(frictions.friction, floats[k]):
+def _(frictions, ratio, states, k):
+    if is_held(frictions.friction, states[k]):
         ratio = replace_entry(ratio, frictions.joint, 0.0)
-    return without_held(frictions.rest, ratio, floats, k + 1)
+    return without_held(frictions.rest, ratio, states, k + 1)
 
 
 @lean_generic
-def add_friction_efforts(frictions, tau, rates, floats, k):
+def add_friction_efforts(frictions, tau, rates, states, k):
     """Return the efforts tau plus those of friction; rates: of the joints (n,)."""
     return tau
 
 
 @add_friction_efforts.register(FrictionList)
-def _(frictions, tau, rates, floats, k):
+def _(frictions, tau, rates, states, k):
     i = frictions.joint
-    tau = replace_entry(tau, i, tau[i] + friction_effort(frictions.friction, rates[i], floats[k]))
-    return add_friction_efforts(frictions.rest, tau, rates, floats, k + 1)
+    tau = replace_entry(tau, i, tau[i] + friction_effort(frictions.friction, rates[i], states[k]))
+    return add_friction_efforts(frictions.rest, tau, rates, states, k + 1)
 
 
 @lean_generic
-def write_list_rates(frictions, rates, floats, k, out):
-    """Write the derivatives of the list's floats into the end of `out`."""
+def write_list_rates(frictions, rates, states, k, out):
+    """Write the derivatives of the list's friction states into the end of `out`."""
 
 
 @write_list_rates.register(FrictionList)
-def _(frictions, rates, floats, k, out):
-    out[len(out) - len(floats) + k] = friction_state_rate(frictions.friction, rates[frictions.joint], floats[k])
-    write_list_rates(frictions.rest, rates, floats, k + 1, out)
+def _(frictions, rates, states, k, out):
+    out[len(out) - len(states) + k] = friction_state_rate(frictions.friction, rates[frictions.joint], states[k])
+    write_list_rates(frictions.rest, rates, states, k + 1, out)
 
 
 @lean_generic
-def fill_friction_states(frictions, rates, x):
-    """Write the list's floats of joints at these rates into the end of state x."""
+def initialize_friction_states(frictions, rates, x):
+    """Write the initial friction states of joints at these rates into the end of state x."""
 
 
-@fill_friction_states.register(FrictionList)
+@initialize_friction_states.register(FrictionList)
 def _(frictions, rates, x):
     x[len(x) - list_length(frictions)] = initial_friction_state(frictions.friction, rates[frictions.joint])
-    fill_friction_states(frictions.rest, rates, x)
+    initialize_friction_states(frictions.rest, rates, x)
 
 
 @lean_generic
-def mode_at(friction, v, friction_state):
-    """Return the float of a joint's friction after a jump of its rate to v: bristles stay as they are."""
+def mode_after_jump(friction, v, friction_state):
+    """Return a joint's friction state after a jump of its rate to v: a mode anew, bristles stay as they are."""
     return friction_state
 
 
-@mode_at.register(Friction)
+@mode_after_jump.register(Friction)
 def _(friction, v, friction_state):
     return initial_friction_state(friction, v)
 
 
 @lean_generic
-def fill_modes(frictions, rates, x):
-    """Write the modes of joints at these rates into the end of state x; bristles stay as they are."""
+def reset_listed_modes(frictions, rates, x):
+    """Write the modes after a velocity jump to these rates into the end of state x; bristles stay as they are."""
 
 
-@fill_modes.register(FrictionList)
+@reset_listed_modes.register(FrictionList)
 def _(frictions, rates, x):
     i = len(x) - list_length(frictions)
-    x[i] = mode_at(frictions.friction, rates[frictions.joint], x[i])
-    fill_modes(frictions.rest, rates, x)
+    x[i] = mode_after_jump(frictions.friction, rates[frictions.joint], x[i])
+    reset_listed_modes(frictions.rest, rates, x)
 
 
 @lean_generic
-def any_in_list_held(frictions, floats, k):
+def any_in_list_held(frictions, states, k):
     """Return whether friction holds a joint."""
     return False
 
 
 @any_in_list_held.register(FrictionList)
-def _(frictions, floats, k):
-    return is_held(frictions.friction, floats[k]) or any_in_list_held(frictions.rest, floats, k + 1)
+def _(frictions, states, k):
+    return is_held(frictions.friction, states[k]) or any_in_list_held(frictions.rest, states, k + 1)
 
 
 @lean_generic
-def smallest_friction_guard(frictions, best, rates, loads, floats, held, k):
+def smallest_friction_guard(frictions, best, rates, efforts, states, held, k):
     """Return the smallest one of `best` and of the guards of joints that slip (held False) or stick (held True).
 
     Args:
         frictions: the list.
         best: the smallest of the other guards.
-        rates, loads: of the joints (n,), what would accelerate those that stick.
-        floats: of the state, the list's from k on.
+        rates, efforts: of the joints (n,); the constraint efforts of those that stick.
+        states: of friction, the list's from k on.
         held: whether the guards are those of joints that stick.
         k: see there.
     """
@@ -150,12 +150,12 @@ def smallest_friction_guard(frictions, best, rates, loads, floats, held, k):
 
 
 @smallest_friction_guard.register(FrictionList)
-def _(frictions, best, rates, loads, floats, held, k):
+def _(frictions, best, rates, efforts, states, held, k):
     i = frictions.joint
-    if is_held(frictions.friction, floats[k]) == held:
-        value = friction_guard(frictions.friction, rates[i], floats[k], loads[i])
+    if is_held(frictions.friction, states[k]) == held:
+        value = friction_guard(frictions.friction, rates[i], states[k], efforts[i])
         best = smaller_guard(best, value, encode(Guard.FRICTION, i))
-    return smallest_friction_guard(frictions.rest, best, rates, loads, floats, held, k + 1)
+    return smallest_friction_guard(frictions.rest, best, rates, efforts, states, held, k + 1)
 
 
 @lean_generic
@@ -170,18 +170,18 @@ def _(frictions, joint):
 
 
 @lean_generic
-def mode_of_stopped_joint(frictions, joint, failed, load):
-    """Return the mode of a joint at rest under a load after its guard has failed in mode `failed`."""
+def mode_of_stopped_joint(frictions, joint, mode_before, effort):
+    """Return the mode of a joint at rest under an effort after its guard has failed in mode `mode_before`."""
     return 0.0
 
 
 @mode_of_stopped_joint.register(FrictionList)
-def _(frictions, joint, failed, load):
+def _(frictions, joint, mode_before, effort):
     if frictions.joint == joint:
-        return breakaway_mode(frictions.friction, failed, load)
-    return mode_of_stopped_joint(frictions.rest, joint, failed, load)
+        return breakaway_mode(frictions.friction, mode_before, effort)
+    return mode_of_stopped_joint(frictions.rest, joint, mode_before, effort)
 
 
-@retake_of.register(FrictionList)
+@step_control_of.register(FrictionList)
 def _(part):
-    return either(retake_of(part.friction), retake_of(part.rest))
+    return first_not_none(step_control_of(part.friction), step_control_of(part.rest))

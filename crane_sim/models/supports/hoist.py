@@ -11,7 +11,7 @@ from crane_sim.models.supports.friction import (
     friction_guard,
     friction_response,
     has_friction,
-    retake_of,
+    step_control_of,
 )
 from crane_sim.models.supports.reeving import Reeving
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
@@ -40,14 +40,14 @@ class MasslessHoist(NamedTuple):
     push: float = 0.0  # see `ForceHoist`
 
 
-class RateHoist(NamedTuple):
-    """A winch that imposes motion: its input is the length's acceleration, or its rate when it has a time constant."""
+class MotionHoist(NamedTuple):
+    """A winch that imposes the length's motion: its input is an acceleration [m/s²], or a velocity [m/s] with a lag."""
 
-    time_constant: Positive | None = None  # s
+    time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
     reeving: Reeving | None = None  # what its falls carry, and its drum's torque, follow from the motion
 
 
-Hoist = PrescribedHoist | ForceHoist | MasslessHoist | RateHoist
+Hoist = PrescribedHoist | ForceHoist | MasslessHoist | MotionHoist
 
 
 @lean_generic
@@ -84,7 +84,7 @@ def _(hoist, t, tau, x, i):
     return drum_response(hoist.friction, hoist.reflected_mass, tau[len(tau) - 1], x, i)
 
 
-@hoist_response.register(RateHoist)
+@hoist_response.register(MotionHoist)
 def _(hoist, t, tau, x, i):
     return 0.0, winch_acceleration(hoist.time_constant, x[i], tau[len(tau) - 1])
 
@@ -183,9 +183,9 @@ def _(hoist, mode, tau, tension):
     return breakaway_mode(hoist.friction, mode, tau[len(tau) - 1] + tension)
 
 
-@retake_of.register(ForceHoist)
+@step_control_of.register(ForceHoist)
 def _(part):
-    return retake_of(part.friction)
+    return step_control_of(part.friction)
 
 
 @hoist_response.register(MasslessHoist)

@@ -48,7 +48,7 @@ from crane_sim.models.supports import (
     add_yaw_moment,
     drive_power,
     forward_kinematics,
-    joint_loads,
+    joint_constraint_efforts,
     support_acceleration,
     support_base_energy,
     support_guard,
@@ -235,7 +235,7 @@ def _(support, pose, gravity, tau, force):
     return slew / pose.slew_inertia, boom_acc, jib_acc
 
 
-@joint_loads.register(Knuckle)
+@joint_constraint_efforts.register(Knuckle)
 def _(support, pose, gravity, tau, force, qdd):
     slew, b2, b3 = _moments(support, pose, gravity, tau, force)
     return slew, b2 - pose.c * qdd[2], b3 - pose.c * qdd[1]

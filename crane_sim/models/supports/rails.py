@@ -20,7 +20,7 @@ from crane_sim.models.supports.friction import (
     has_friction,
     initial_friction_state,
     linear_span,
-    retake_of,
+    step_control_of,
 )
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.jit import lean_generic
@@ -157,9 +157,9 @@ def _(part):
     return has_friction(part.friction)
 
 
-@retake_of.register(ForceAxis)
+@step_control_of.register(ForceAxis)
 def _(part):
-    return retake_of(part.friction)
+    return step_control_of(part.friction)
 
 
 @lean_generic

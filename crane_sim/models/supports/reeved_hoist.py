@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.stops import WINCH
-from crane_sim.models.supports.friction import Friction, friction_effort, has_friction, retake_of
+from crane_sim.models.supports.friction import Friction, friction_effort, has_friction, step_control_of
 from crane_sim.models.supports.hoist import hoist_modes, hoist_power, hoist_response
 from crane_sim.models.supports.reeving import (
     Drum,
@@ -51,9 +51,9 @@ def _(hoist):
     return 1 if has_friction(hoist.friction) or has_friction(hoist.reeving.loss) else 0
 
 
-@retake_of.register(ReevedHoist)
+@step_control_of.register(ReevedHoist)
 def _(part):
-    return retake_of(part.friction)
+    return step_control_of(part.friction)
 
 
 @lean_generic
@@ -183,15 +183,15 @@ def _(hoist, best, tau, mode, motion, pull):
 
 
 @lean_generic
-def mode_of_stopped_winch(hoist, failed, tau, pull, length, gravity):
-    """Return the mode of a winch at rest after its guard has failed in mode `failed`, see `breakaway_mode`."""
+def mode_of_stopped_winch(hoist, mode_before, tau, pull, length, gravity):
+    """Return the mode of a winch at rest after its guard has failed in mode `mode_before`, see `breakaway_mode`."""
     return 0.0
 
 
 @mode_of_stopped_winch.register(ReevedHoist)
-def _(hoist, failed, tau, pull, length, gravity):
+def _(hoist, mode_before, tau, pull, length, gravity):
     out, in_ = slip_excess(hoist, tau, pull, length, gravity)
-    if failed != 0.0 and max(out, in_) <= 0.0:
+    if mode_before != 0.0 and max(out, in_) <= 0.0:
         return 0.0
     return 1.0 if out > in_ else -1.0
 

@@ -1,7 +1,7 @@
 """Tensions of a rope over sheaves below any support, and the torque of its drum, as outputs."""
 
 from crane_sim import system
-from crane_sim.models.supports.hoist import RateHoist
+from crane_sim.models.supports.hoist import MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, drum_torque, rope_direction
 from crane_sim.models.supports.reeving import Reeving, dead_end_of, fall_tension, follow_rope, sheave_factor
 from crane_sim.numerics.jit import generic
@@ -22,7 +22,7 @@ def hoist_falls(hoist):
     return 0
 
 
-@hoist_falls.register(RateHoist)
+@hoist_falls.register(MotionHoist)
 @hoist_falls.register(ReevedHoist)
 def _(hoist):
     return falls_of(hoist.reeving)
@@ -44,7 +44,7 @@ def write_hoist_falls(hoist, p, t, x, u, rows, i):
     """Write the result of `system.fall_tensions` of a crane with this hoist."""
 
 
-@write_hoist_falls.register(RateHoist)
+@write_hoist_falls.register(MotionHoist)
 @write_hoist_falls.register(ReevedHoist)
 def _(hoist, p, t, x, u, rows, i):
     write_falls(hoist.reeving, p, t, x, u, rows, i)

@@ -24,7 +24,7 @@ from crane_sim.models.supports import (
     coordinate_count,
     drive_power,
     forward_kinematics,
-    joint_loads,
+    joint_constraint_efforts,
     joint_motion,
     support_acceleration,
     support_base_energy,
@@ -39,11 +39,11 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.backlash import (
-    coordinate_order,
     joint_efforts,
-    joint_order,
-    with_trailing_behind_own,
-    with_trailing_last,
+    permute_to_coordinate_order,
+    permute_to_joint_order,
+    to_coordinate_order,
+    to_joint_order,
 )
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.numerics.elementary import sincos
@@ -328,7 +328,7 @@ def _(support, pose, gravity, tau, force):
     return slew, share * trolley, first, second
 
 
-@joint_loads.register(SwayingTower)
+@joint_constraint_efforts.register(SwayingTower)
 def _(support, pose, gravity, tau, force, qdd):
     turning, along, _, _ = efforts_at_rest(support, pose, gravity, tau, force)
     (e, a, b), h, mass = pose.turns, support.height, support.support.trolley.mass
@@ -427,14 +427,14 @@ def _(support):
     return 2
 
 
-@joint_order.register(SwayingTower)
+@to_joint_order.register(SwayingTower)
 def _(support, row):
-    return with_trailing_last(support, row)
+    return permute_to_joint_order(support, row)
 
 
-@coordinate_order.register(SwayingTower)
+@to_coordinate_order.register(SwayingTower)
 def _(support, row):
-    return with_trailing_behind_own(support, row)
+    return permute_to_coordinate_order(support, row)
 
 
 @joint_motion.register(SwayingTower)

@@ -1,4 +1,4 @@
-"""Loads exchanged in a run: the loads of its schedule, and how one of them passes into the next.
+"""Pick-up and release of loads in a run: the loads of its schedule, and how one of them passes into the next.
 
 What is let go leaves with the motion that it has and takes its momentum along, so nothing jumps. What is taken up
 joins the load by a perfectly inelastic impact: the two have their momentum and their angular momentum about the
@@ -161,7 +161,7 @@ def with_exchange_switching(exchange, switching):
 
 @with_exchange_switching.register(Exchange)
 def _(exchange, switching):
-    # no retake: a step to an exchange at the start of a period would have no size
+    # no `step_control`: a step to an exchange at the start of a period would have no size
     return Switching(EVENT_LOG_CAPACITY, 0, None)
 
 

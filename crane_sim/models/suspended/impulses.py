@@ -33,7 +33,7 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import renew_modes
+from crane_sim.models.supports.actuated_support import reset_friction_modes
 from crane_sim.models.supports.backlash import switch_drive
 from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.suspended.crane import (
@@ -57,7 +57,7 @@ from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
 
-ROUNDING = 1e-12  # of momentum: a jump across the link has an impulse of 0, whose sign is that of rounding
+ROUNDING = 1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
 
 
 @generic
@@ -90,7 +90,7 @@ def apply_exchange(p, t, x, number):
     else:
         joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
         lost, least = add_jumps(p, after, x, y, state, joined)
-        renew_modes(p.support, y, support_state(p.support, y, nq))
+        reset_friction_modes(p.support, y, support_state(p.support, y, nq))
         gained += joined.energy - lost
         least += ROUNDING * after.mass * sqrt(dot(joined.jump, joined.jump))
     if mode > 2 * nq:

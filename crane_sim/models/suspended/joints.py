@@ -18,7 +18,7 @@ from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.joint_coordinates import POLE
 from crane_sim.models.supports import coordinate_count, trailing_count, yaw
 from crane_sim.models.supports.actuated_support import ActuatedSupport
-from crane_sim.models.supports.backlash import GearedSupport, fill_support_modes
+from crane_sim.models.supports.backlash import GearedSupport, initialize_support_modes
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.flexible import FlexibleSupport, elastic_entries
@@ -166,7 +166,7 @@ def _(p, t, q, v):
     if hoist_modes(p.hoist) > 0:
         x[end] = np.sign(x[nq + ns + nd])
     count_exchanges(p.exchange, t, x, end)
-    fill_support_modes(p.support, x, support_state(p.support, x, nq))
+    initialize_support_modes(p.support, x, support_state(p.support, x, nq))
     return x
 
 

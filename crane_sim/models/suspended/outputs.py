@@ -22,9 +22,9 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.actuated_support import (
     ActuatedSupport,
     any_joint_held,
+    friction_state_offset,
     held_guard,
     mode_after_guard,
-    place_of_contact,
     takes_energy,
 )
 from crane_sim.models.supports.actuation import hoist_entry
@@ -37,7 +37,7 @@ from crane_sim.models.supports.backlash import (
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.flexible import FlexibleSupport
-from crane_sim.models.supports.hoist import PrescribedHoist, RateHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import TowerCrane
@@ -307,7 +307,7 @@ def _(p, u):
 def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
     lossy = lossy or takes_energy(p.support) or p.torsion is not None
-    imposed = isinstance(p.hoist, PrescribedHoist | RateHoist | ReevedHoist)
+    imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
     imposed = imposed or isinstance(p.support, Point) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
@@ -380,11 +380,11 @@ def _(p, t, x, u, number):
 def after_joint_guard(p, t, x, tau, joint):
     """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
     nq, _, _ = suspended_layout(p)
-    x, k, work = x.copy(), len(x) - place_of_contact(p.support, joint), system.workspace(p)
-    failed = x[k]
-    x[nq + joint], x[k] = (0.0 if failed != 0.0 else x[nq + joint]), 0.0
+    x, k, work = x.copy(), len(x) - friction_state_offset(p.support, joint), system.workspace(p)
+    mode_before = x[k]
+    x[nq + joint], x[k] = (0.0 if mode_before != 0.0 else x[nq + joint]), 0.0
     solved = solve_dynamics(p, t, x, tau, work)
-    x[k] = mode_after_guard(p.support, joint, failed, (solved.pose, solved.tau), p.gravity, solved.tip_force)
+    x[k] = mode_after_guard(p.support, joint, mode_before, (solved.pose, solved.tau), p.gravity, solved.tip_force)
     return x, friction_event(joint, x[k])
 
 

@@ -4,8 +4,8 @@ from crane_sim import system
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH, make_switching
 from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.friction import retake_of
-from crane_sim.models.supports.hoist import RateHoist, hoist_modes
+from crane_sim.models.supports.friction import step_control_of
+from crane_sim.models.supports.hoist import MotionHoist, hoist_modes
 from crane_sim.models.supports.reeved_hoist import (
     ReevedHoist,
     mode_of_stopped_winch,
@@ -28,7 +28,7 @@ def winch_switching(hoist, stops):
 
 @winch_switching.register(ReevedHoist)
 def _(hoist, stops):
-    return Switching(EVENT_LOG_CAPACITY, 0, retake_of(hoist))
+    return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(hoist))
 
 
 @lean_kernel
@@ -49,11 +49,11 @@ def suspended_winch_guard(p, best, x, tau, tension):
 def after_winch_guard(p, t, x, tau):
     """Return (state, number of the event) after the guard of the winch's friction has failed."""
     nq, _, end = suspended_layout(p)
-    x, work, rate, failed = x.copy(), system.workspace(p), nq + coordinate_count(p.support), x[end]
-    x[rate], x[end] = (0.0 if failed != 0.0 else x[rate]), 0.0
+    x, work, rate, mode_before = x.copy(), system.workspace(p), nq + coordinate_count(p.support), x[end]
+    x[rate], x[end] = (0.0 if mode_before != 0.0 else x[rate]), 0.0
     solve_dynamics(p, t, x, tau, work)
     length, _ = first_length(p.hoist, p, x, nq)
-    x[end] = mode_of_stopped_winch(p.hoist, failed, tau, work.tension[0], length, p.gravity)
+    x[end] = mode_of_stopped_winch(p.hoist, mode_before, tau, work.tension[0], length, p.gravity)
     return x, friction_event(WINCH, x[end])
 
 
@@ -71,7 +71,7 @@ def fall_guard(hoist, best, p, x, motion, tension):
     return best
 
 
-@fall_guard.register(RateHoist)
+@fall_guard.register(MotionHoist)
 @fall_guard.register(ReevedHoist)
 def _(hoist, best, p, x, motion, tension):
     return smallest_tension(hoist.reeving, best, p, x, motion, tension)

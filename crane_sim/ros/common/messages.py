@@ -76,16 +76,16 @@ def reference_message(names: Sequence[str], positions: Sequence[float]) -> Joint
     return JointTrajectory(joint_names=list(names), points=[point])
 
 
-def demand_message(names: Sequence[str]) -> JointTrajectory:
-    """Return a trajectory of one point: the demand on the named coordinates."""
+def setpoint_message(names: Sequence[str]) -> JointTrajectory:
+    """Return a trajectory of one point: an outer loop's setpoint of the named coordinates, empty so far."""
     return JointTrajectory(joint_names=list(names), points=[JointTrajectoryPoint()])
 
 
-def set_demand(message: JointTrajectory, ns: int, demand: Sequence[float]) -> None:
-    """Write positions, velocities, accelerations (3 n,) and their stamp into the message of a demand."""
-    n = len(demand) // 3
+def set_setpoint(message: JointTrajectory, ns: int, setpoint: Sequence[float]) -> None:
+    """Write a setpoint (3 n,), positions, velocities, accelerations, and its stamp [ns] into its message."""
+    n = len(setpoint) // 3
     point = cast(Sequence[JointTrajectoryPoint], message.points)[0]
-    point.positions, point.velocities, point.accelerations = demand[:n], demand[n : 2 * n], demand[2 * n :]
+    point.positions, point.velocities, point.accelerations = setpoint[:n], setpoint[n : 2 * n], setpoint[2 * n :]
     set_stamp(message.header.stamp, ns)
 
 

@@ -18,7 +18,7 @@ from crane_sim.scenes.scene import Scene
 
 
 class OutputTopic(NamedTuple):
-    """The topic on which a node publishes its answers: commands or demands."""
+    """The topic on which a node publishes its answers: commands or setpoints."""
 
     kind: Any  # message class
     name: str
@@ -33,7 +33,7 @@ class Diagnostics(NamedTuple):
 
 
 class LawNode:
-    """A law that answers each state of `joint_states` with a command or a demand; equal states get the same answer.
+    """A law that answers each state of `joint_states` with a command or a setpoint; equal states get the same answer.
 
     The law is built anew when the plant is reset, which shows in a stamp that does not increase.
 

@@ -1,4 +1,4 @@
-"""Nodes that publish commands or demands in answer to states: their life from matching with peers to the summary."""
+"""Nodes that publish commands or setpoints in answer to states: their life from matching with peers to the summary."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -10,7 +10,7 @@ from crane_sim.ros.common.node_host import Fault, NodeHost
 
 
 class Responder(Protocol):
-    """A node that publishes commands or demands in answer to the states of a plant.
+    """A node that publishes commands or setpoints in answer to the states of a plant.
 
     Attributes:
         fault: one line on why it cannot go on, empty while it can.

@@ -27,7 +27,7 @@ class Device(Protocol):
     name: str
 
     def demand(self, now: float, tail: float) -> Demand:
-        """Return the demand at `now` [s]; report signs of life, or the loss, to the desk; `tail`: see `Keyboard`."""
+        """Return the demand at `now` [s]; report heartbeats, or the loss, to the desk; `tail`: see `Keyboard`."""
         ...
 
 
@@ -42,7 +42,7 @@ class KeyboardDevice:
 
     def demand(self, now: float, tail: float) -> Demand:
         """See `Device`."""
-        self._desk.sign_of_life(now)
+        self._desk.heartbeat(now)
         return self._keyboard.demand(now, tail)
 
 
@@ -64,7 +64,7 @@ class JoyDevice:
             self._sample = read_joy(data)
         except ValueError:  # a topic may carry anything
             return
-        self._desk.sign_of_life(time.monotonic())
+        self._desk.heartbeat(time.monotonic())
 
 
 def read_joy(data: bytes) -> Sample:
@@ -94,7 +94,7 @@ class GamepadDevice:
             sample = self._lose(now)
         if sample is None:
             return Demand((0.0,) * len(self._assignment.levers), False)
-        self._desk.sign_of_life(now)
+        self._desk.heartbeat(now)
         return demand_of(sample, self._assignment)
 
     def _lose(self, now: float) -> None:

@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from crane_sim.recording.states import COMMANDS, CONTROLLER, STOP
+from crane_sim.recording import states
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
@@ -38,8 +38,9 @@ class MessageDecoder:
 
     def __init__(self, scene: "Scene", recorder: "Recorder", source: str = "") -> None:
         """Create a decoder for the joints of a scene, whose plant has the name `source` in diagnostics."""
-        self._source, self._refused, self._diagnosed = source, 0, 0  # refusals up to a stamp [ns]
-        self._recorder, self._scene, self._quitting, self._holds = recorder, scene, False, False
+        self._source = source
+        self._refused, self._last_diagnostics_stamp = 0, 0  # commands refused up to the newest diagnostics [ns]
+        self._recorder, self._scene, self._quitting, self._has_held_commands = recorder, scene, False, False
         self._state_codec = JointStateCodec(scene.joint_names, STATE)
         self._effort_codec, self._command_codec = JointStateCodec(scene.actuated, EFFORT), CommandCodec(scene)
         self._validator = CommandValidator(
@@ -83,15 +84,15 @@ class MessageDecoder:
             self._recorder.add_command(stamp, command)
 
     def _on_accepted(self, data: bytes) -> None:
-        stamp, command = (0, None) if self._holds else self._read_command(data)
+        stamp, command = (0, None) if self._has_held_commands else self._read_command(data)
         if command is not None:
             self._recorder.add_accepted(stamp, command)
 
     def _on_held(self, data: bytes) -> None:
-        """Take what the drives were given: it counts more than what was accepted; none while the brakes act."""
+        """Add what the drives were given, none while the brakes act: it takes precedence over the accepted command."""
         stamp, command = self._read_command(data)
         if stamp:
-            self._holds = True
+            self._has_held_commands = True
             self._recorder.add_accepted(stamp, command)
 
     def _read_command(self, data: bytes) -> tuple[int, tuple[float, ...] | None]:
@@ -129,16 +130,22 @@ class MessageDecoder:
         for status in cast(Sequence[DiagnosticStatus], message.status):
             if status.name == self._source:
                 values = {pair.key: pair.value for pair in cast(Sequence[KeyValue], status.values)}
-                self._take_diagnosis(stamp, values)
+                self._add_diagnostics(stamp, values)
 
-    def _take_diagnosis(self, stamp: int, values: Mapping[str, str]) -> None:
+    def _add_diagnostics(self, stamp: int, values: Mapping[str, str]) -> None:
+        """Add to the timelines of controller, emergency stop and commands what the plant's diagnostics report."""
         add = self._recorder.add_timeline_state
-        add(CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
-        add(STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
+        add(states.CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
+        add(states.STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
         counts = [count for key, count in values.items() if key.startswith("refused: ")]
         refused = sum(int(count) for count in counts if count.isdecimal())
-        add(COMMANDS, "accepted", self._diagnosed, "refused" if refused > self._refused else "accepted")
-        self._refused, self._diagnosed = refused, stamp
+        add(
+            states.COMMANDS,
+            "accepted",
+            self._last_diagnostics_stamp,
+            "refused" if refused > self._refused else "accepted",
+        )
+        self._refused, self._last_diagnostics_stamp = refused, stamp
 
     def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
         """Return one value per actuated joint, or None where names are missing or unknown."""

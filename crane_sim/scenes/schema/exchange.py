@@ -27,7 +27,7 @@ class LoadChange(Group):
 
 
 class ExchangeEvent(Group):
-    """When the payload is exchanged, and how what is taken up moves."""
+    """Time of a pick-up or release, and how what is picked up moves before."""
 
     at: NonNegative  # s, when it happens
     velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base and in its axes,
@@ -40,7 +40,7 @@ class ExchangeEvent(Group):
 
 
 class LoadEvent(ExchangeEvent):
-    """An exchange of the payload at a given time: part of it is let go, or something is taken up."""
+    """Pick-up or release of a load at a given time: the payload becomes a heavier or a lighter one."""
 
     set: LoadChange  # what is new from then on
 

@@ -11,8 +11,8 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
-from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.stops import LOOKAHEAD_TIME, MIN_LENGTH, Stops
+from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.contact import ContactGroup
@@ -156,7 +156,7 @@ class FallsFile(LoadFile):
         return contact_of(self.contact, self.events, load, self._load_q)
 
     def falls_crane(
-        self, support: Any, hoist: ForceHoist | RateHoist | ReevedHoist | None, limits: Any, joints: Any
+        self, support: Any, hoist: ForceHoist | MotionHoist | ReevedHoist | None, limits: Any, joints: Any
     ) -> FallsCrane:
         """Return the parameters of the crane.
 
@@ -192,4 +192,4 @@ class FallsFile(LoadFile):
     def _stops(self, limits: tuple[float, float] | None) -> Stops:
         low, high = limits or (0.0, inf)
         least = MIN_LENGTH - min(self.falls.offsets or (0.0,))  # of the common length: no fall may lose its own
-        return Stops(max(low, least), high, LEAD_TIME if low <= least else 0.0)
+        return Stops(max(low, least), high, LOOKAHEAD_TIME if low <= least else 0.0)

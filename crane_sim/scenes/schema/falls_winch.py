@@ -7,7 +7,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import LengthRange, Positive
 from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import ForceHoist, RateHoist
+from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
 from crane_sim.models.supports.reeving import Drum, Reeving
 from crane_sim.scenes.schema.friction_checks import checked, friction_rate
@@ -26,12 +26,12 @@ class Hoist(Group):
     """The winch, which drives the length of all falls."""
 
     drive: Literal["force", "torque", "rate"] = "rate"  # what its input is: an effort on the falls' common length [N],
-    # positive pays out; the torque of the drum of `reeving` [N m], positive pays out; or the length's acceleration
-    # [m/s²]
+    # positive pays out; the torque of the drum of `reeving` [N m], positive pays out; or by `rate` the length's
+    # acceleration [m/s²], with `time_constant` its velocity [m/s]
     mass: Positive | None = None  # kg, of a `force` drive: inertia of drum and motor over the square of the drum's
     # radius, times the square of rope paid out per length of the falls; left out with `reeving`, which has it
-    time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
-    # lag; left out: the input is an acceleration
+    time_constant: Positive | None = None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
+    # this lag; left out: the acceleration
     limits: LengthRange | None = None  # m, of the falls' unstretched length; a run ends where one is reached
     reeving: ReevingGroup | None = None  # sheaves of each fall and the drum of all; left out: the winch has its `mass`
     friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
@@ -52,7 +52,7 @@ class Hoist(Group):
         return low, min(high, self.reeving.longest)
 
     def inertia(self, ropes: Ropes, length: float) -> tuple[float | None, float]:
-        """Return (mass [kg] that moves with the length, None by rate; largest rate [1/s] of the winch's friction).
+        """Return (mass [kg] that moves with the length, None: imposed; largest rate [1/s] of the winch's friction).
 
         Args:
             ropes: of the falls.
@@ -61,12 +61,12 @@ class Hoist(Group):
         Raises:
             SceneError: as of `model`.
         """
-        if isinstance(self.model(ropes, length), RateHoist):
+        if isinstance(self.model(ropes, length), MotionHoist):
             return None, 0.0
         mass = self.mass if self.reeving is None else self.reeving.least_mass(ropes.number)
         return mass, friction_rate(checked("hoist.friction", self.friction), mass or 0.0)
 
-    def model(self, ropes: Ropes, length: float) -> ForceHoist | RateHoist | ReevedHoist:
+    def model(self, ropes: Ropes, length: float) -> ForceHoist | MotionHoist | ReevedHoist:
         """Return the winch; arguments of `inertia`.
 
         Raises:
@@ -77,7 +77,7 @@ class Hoist(Group):
             self._check_reeving(self.reeving, ropes, length)
         reeving = self.reeving.model(0.0, "hoist", ropes.number) if self.reeving is not None else None
         if self.drive == "rate":
-            return RateHoist(self.time_constant, reeving)
+            return MotionHoist(self.time_constant, reeving)
         friction = checked("hoist.friction", self.friction)
         if self.mass is not None and friction is None:
             return ForceHoist(self.mass)

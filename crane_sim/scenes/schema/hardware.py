@@ -119,7 +119,7 @@ class ActuatorGroup(Group):
 class BrakeGroup(Group):
     """The brakes of all actuated joints: of one that is stuck, and of a run without commands (`--on-silence brake`).
 
-    An acceleration drive is decelerated and held, a winch by rate gets a rate of zero, a servo its present position.
+    An acceleration drive is decelerated and held, a winch with `drive: rate` gets zero, a servo its present position.
     The static load is that on a base at the mean of its motion. A payload that swings up to the angle A pulls its
     trolley with at most its weight × max sin a (3 cos a - 2 cos A), for any mass of the trolley: 0.6 × the weight up to
     45 degrees, 1.5 × up to 90; give that as `capacity`. The default of a trolley whose payload hangs at first, 2 m/s² ×

@@ -7,7 +7,7 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, Positive, Real, Tilt
-from crane_sim.models.cables.rope import ForceRope, LockedRope, RateRope
+from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
 from crane_sim.models.effects import BoomSpring, JibSpring, RopeSpring
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
@@ -194,11 +194,11 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
             super()._stops() if self.beyond_one_rope else self.rope.stops(bool(self.limits or self._joint_friction()))
         )
 
-    def _cable(self) -> ForceRope | RateRope | LockedRope:
+    def _cable(self) -> ForceRope | MotionRope | LockedRope:
         drive = self.rope.drive
         self.rope.check(self.initial.q[3], self.initial.v[3], 3)
         if self.springs.rope is not None and drive != "force":
             raise SceneError(f"springs.rope: only a force drive can have one, this drive is {drive!r}")
         if drive == "locked":
             return LockedRope(self.initial.q[3])
-        return RateRope(self.rope.time_constant) if drive == "rate" else ForceRope(self.springs.rope)
+        return MotionRope(self.rope.time_constant) if drive == "rate" else ForceRope(self.springs.rope)

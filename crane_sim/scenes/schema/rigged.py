@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.hoist import MasslessHoist, RateHoist
+from crane_sim.models.supports.hoist import MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
@@ -38,7 +38,7 @@ class RiggedFile(LoadFile):
         self,
         support: Any,
         length: float,
-        hoist: MasslessHoist | RateHoist | ReevedHoist | None,
+        hoist: MasslessHoist | MotionHoist | ReevedHoist | None,
         stops: Stops | None,
         joints: Sequence[str],
     ) -> SuspendedCrane:

@@ -1,4 +1,4 @@
-"""The group `events` of a gantry crane: what its spreader takes up and lets go, and what of it then touches."""
+"""The group `events` of a gantry crane: pick-up and release by its spreader, and what may touch then."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -5,9 +5,9 @@ from typing import Any, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import LengthRange, Positive
-from crane_sim.models.stops import LEAD_TIME, MIN_LENGTH, Stops
+from crane_sim.models.stops import LOOKAHEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import MasslessHoist, RateHoist
+from crane_sim.models.supports.hoist import MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
 from crane_sim.models.supports.reeving import Reeving
 from crane_sim.models.suspended.torsion import Torsion
@@ -18,11 +18,11 @@ from crane_sim.scenes.schema.reeving import ReevingGroup
 
 
 class Winch(Group):
-    """Keys of every winch."""
+    """Keys of every winch: it takes an effort, or imposes the length's acceleration or velocity (`drive: rate`)."""
 
     drive: Any = "force"  # what the input of the winch is, see the subclasses
-    time_constant: Positive | None = None  # s, of a `rate` drive, whose input is then a rate [m/s], followed with this
-    # lag; left out: the input is an acceleration
+    time_constant: Positive | None = None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
+    # this lag; left out: the acceleration
     limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
     slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
 
@@ -48,22 +48,22 @@ class Winch(Group):
         if self.drive == "locked" and rate != 0.0:
             raise SceneError(f"initial.v[{joint}] = {rate}: a locked rope starts at rest")
         if self.drive == "rate" and not start >= MIN_LENGTH:
-            raise SceneError(f"initial.q[{joint}] = {start}: a rope by rate is at least {MIN_LENGTH:g} m long")
+            raise SceneError(f"initial.q[{joint}] = {start}: a rope of drive: rate is at least {MIN_LENGTH:g} m long")
 
     def stops(self, limited: bool) -> Stops | None:
         """Return what ends a run, None for nothing; `limited`: some joint has travel limits."""
-        by_rate, stop = self.drive == "rate", self.slack == "stop"  # by rate, it can reach zero under any load
-        if not (limited or by_rate or stop):
+        imposed, stop = self.drive == "rate", self.slack == "stop"  # an imposed length can reach 0 under any load
+        if not (limited or imposed or stop):
             return None
         low, high = self.limits or (0.0, inf)
-        if low > MIN_LENGTH or not (by_rate or self.limits is not None):
+        if low > MIN_LENGTH or not (imposed or self.limits is not None):
             return Stops(low, high, taut=float(stop))
-        return Stops(MIN_LENGTH, high, LEAD_TIME, float(stop))
+        return Stops(MIN_LENGTH, high, LOOKAHEAD_TIME, float(stop))
 
-    def hoist(self) -> MasslessHoist | RateHoist | None:
+    def hoist(self) -> MasslessHoist | MotionHoist | None:
         """Return the drive of a first link; None: its length stays."""
         if self.drive == "rate":
-            return RateHoist(self.time_constant)
+            return MotionHoist(self.time_constant)
         return MasslessHoist() if self.drive == "force" else None
 
 
@@ -72,7 +72,8 @@ class ReevedRope(Winch):
 
     drive: Literal["force", "torque", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N] on
     # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
-    # pays out; the rope's acceleration [m/s²]; or nothing, the length stays
+    # pays out; by `rate` the length's acceleration [m/s²], with `time_constant` its velocity [m/s]; or nothing, the
+    # length stays
     reeving: ReevingGroup | None = None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
     friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
     torsion: Torsion | None = None  # what resists a twist between tip and payload; left out: the payload turns freely
@@ -118,7 +119,7 @@ class ReevedRope(Winch):
             return stops
         return stops._replace(longest=min(stops.longest, self.reeving.longest))
 
-    def drive_of(self, file: Any) -> MasslessHoist | RateHoist | ReevedHoist | None:
+    def drive_of(self, file: Any) -> MasslessHoist | MotionHoist | ReevedHoist | None:
         """Return the drive of the first link of a crane's file; None: its length stays.
 
         Raises:
@@ -128,7 +129,7 @@ class ReevedRope(Winch):
         motor = reflected_inertia(file, "rope") if self.takes_motor else 0.0
         reeving = self.reeving.model(motor, "rope") if self.reeving is not None else None
         if self.drive == "rate":
-            return RateHoist(self.time_constant, reeving)
+            return MotionHoist(self.time_constant, reeving)
         if self.drive == "locked" or (reeving is None and friction is None):
             return self.hoist()
         by_torque = Torque() if self.drive == "torque" else None

@@ -18,7 +18,7 @@ from crane_sim.evaluation.bench.peers.joints import Joint, Vector
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge
-from crane_sim.models.supports.hoist import RateHoist
+from crane_sim.models.supports.hoist import MotionHoist
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.scene import Scene
@@ -81,7 +81,7 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
     model, load = scene.model, getattr(scene.model, "load", None)
     added = (getattr(model, name, None) for name in ("base", "wind", "drag", "force"))
     hoist = getattr(model, "hoist", None)
-    if scene.sampled or not isinstance(load, RigidLoad) or not isinstance(hoist, RateHoist) or any(added):
+    if scene.sampled or not isinstance(load, RigidLoad) or not isinstance(hoist, MotionHoist) or any(added):
         return None
     if (inputs := input_tables(scene)) is None:
         return None

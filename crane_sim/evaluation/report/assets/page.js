@@ -5,9 +5,9 @@
   const run = JSON.parse(document.getElementById("run").textContent);
   const get = (id) => document.getElementById(id);
   const frames = new Frames(run.frames);
-  const clock = { t: run.last ?? 0, playing: false, speed: 1, start: run.last ?? 0, before: 0 };
+  const clock = { t: run.failure_window_start ?? 0, playing: false, speed: 1, start: run.failure_window_start ?? 0, before: 0 };
   const end = Math.max(...[frames, ...(run.ghosts ?? []).map((ghost) => new Frames(ghost.frames))].map((each) => each.t[each.t.length - 1]));
-  let view = null, charts = [], showsLast = run.last !== null;
+  let view = null, charts = [], showsLast = run.failure_window_start !== null;
 
   function fillHead() {
     get("name").textContent = run.name.replaceAll("_", " ");
@@ -18,7 +18,7 @@
     if (!run.finished) {
       get("failure").hidden = false;
       html("strong", get("failure"), run.error);
-      if (run.last !== null) html("span", get("failure"), `The view and the curves begin with the last ${(run.end - run.last).toFixed(1)} s before it.`);
+      if (run.failure_window_start !== null) html("span", get("failure"), `The view and the curves begin with the last ${(run.end - run.failure_window_start).toFixed(1)} s before it.`);
     }
     for (const [name, value] of run.headlines) {
       const card = html("div", get("headlines"));
@@ -50,7 +50,7 @@
 
   function makeCharts() {
     get("charts").replaceChildren();
-    charts = (showsLast ? run.last_panels : run.panels).map((panel) => new Chart(get("charts"), panel, run.events, seek));
+    charts = (showsLast ? run.failure_window_panels : run.panels).map((panel) => new Chart(get("charts"), panel, run.events, seek));
     const [first, count] = frames.parts.nodes;
     const moves = (k) => {
       const [low, high] = limits(frames.columns[first + count - 3 + k]);
@@ -63,7 +63,7 @@
   }
 
   function drawCharts() {
-    const range = showsLast ? [run.last, run.end] : [0, run.end];
+    const range = showsLast ? [run.failure_window_start, run.end] : [0, run.end];
     for (const chart of charts) {
       chart.draw(Math.max(240, chart.figure.clientWidth || 560), range);
       chart.show(clock.t);
@@ -108,9 +108,9 @@
       view.following = !view.following;
       get("follow").classList.toggle("on", view.following);
     };
-    get("span").hidden = run.last === null;
+    get("span").hidden = run.failure_window_start === null;
     for (const button of get("span").children) {
-      if (button.dataset.span === "last") button.textContent = `last ${(run.end - (run.last ?? 0)).toFixed(1)} s`;
+      if (button.dataset.span === "last") button.textContent = `last ${(run.end - (run.failure_window_start ?? 0)).toFixed(1)} s`;
       button.onclick = () => chooseSpan(button.dataset.span);
     }
     document.addEventListener("keydown", (event) => {
@@ -127,7 +127,7 @@
 
   function chooseSpan(name) {
     showsLast = name === "last";
-    clock.start = showsLast ? run.last : 0;
+    clock.start = showsLast ? run.failure_window_start : 0;
     for (const button of get("span").children) button.classList.toggle("on", button.dataset.span === name);
     makeCharts();
   }
@@ -145,13 +145,13 @@
 
   fillHead();
   fillEvents();
-  fillTable(get("joints"), run.joints, true);
-  fillTable(get("metrics"), run.metrics);
+  fillTable(get("headed_table"), run.headed_table, true);
+  fillTable(get("plain_table"), run.plain_table);
   fillTable(get("origin"), run.origin);
   get("scene").textContent = run.scene;
   makeView();
   connect();
-  if (run.last === null) makeCharts();
+  if (run.failure_window_start === null) makeCharts();
   else chooseSpan("last");
   play(false);
   seek(clock.t);

@@ -1,4 +1,4 @@
-"""Servo drives of infinite gain: the efforts with which joints follow their references exactly.
+"""Ideal servo drives, of infinite gain: the efforts with which joints follow their references exactly.
 
 Accelerations are affine in the efforts: a = a_0 + B u. The efforts u of these joints solve B u = a_r - a_0, with a_r
 the references' accelerations, B from one evaluation of the equations for each joint. A second pass with the remainder
@@ -15,30 +15,30 @@ from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 
 
-class StiffServos(NamedTuple):
-    """The joints with drives of infinite gain."""
+class IdealServos(NamedTuple):
+    """The joints with ideal servo drives."""
 
     joints: Any  # (m,), their indices
 
 
 @generic
 def add_imposed_efforts(servos, drives, p, t, x):
-    """Add to the efforts in `drives` those of servo drives with infinite gain, at time t [s] and state x."""
+    """Add to the efforts in `drives` those of ideal servo drives, at time t [s] and state x."""
 
 
 @add_imposed_efforts.register(Servos)
 def _(servos, drives, p, t, x):
-    impose_references(servos.stiff, servos.loops, drives, p, t, x)
+    impose_references(servos.ideal, servos.loops, drives, p, t, x)
 
 
 @generic
-def impose_references(stiff, loops, drives, p, t, x):
-    """Add the efforts of drives of infinite gain; there is none by default."""
+def impose_references(ideal, loops, drives, p, t, x):
+    """Add the efforts of drives of ideal servos; there is none by default."""
 
 
-@impose_references.register(StiffServos)
-def _(stiff, loops, drives, p, t, x):
-    solve_efforts(stiff.joints, loops, drives, p, t, x)
+@impose_references.register(IdealServos)
+def _(ideal, loops, drives, p, t, x):
+    solve_efforts(ideal.joints, loops, drives, p, t, x)
 
 
 @routine
