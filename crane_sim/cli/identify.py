@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,11 +53,11 @@ def identify_parameters(
 
     loaded = load_scene_with_options(scene, settings=settings)
     folder = output or Path("runs") / f"identify-{run.stem}"
-    prepare_output_folder(folder)
     options = {} if segment is None else {"segment": segment}
-    with report.compiling(quiet=as_json):
-        found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
-    files = save(found, folder)
+    with _output_folder(folder):
+        with report.compiling(quiet=as_json):
+            found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
+        files = save(found, folder)
     if as_json:
         print(json.dumps(report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}))
     else:
@@ -65,6 +67,20 @@ def identify_parameters(
 
 def _names(text: str) -> list[str]:
     return [name for name in map(str.strip, text.split(",")) if name]
+
+
+@contextmanager
+def _output_folder(folder: Path) -> Iterator[None]:
+    """Make the folder before the block; where the block fails, leave no new one behind."""
+    is_new = not folder.exists()
+    prepare_output_folder(folder)
+    try:
+        yield
+    except Exception:
+        if is_new:
+            with suppress(OSError):  # it has files
+                folder.rmdir()
+        raise
 
 
 def prepare_output_folder(folder: Path) -> None:

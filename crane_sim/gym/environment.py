@@ -15,7 +15,7 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
-from crane_sim.files.errors import shorten
+from crane_sim.files.errors import SceneError, shorten, unknown_key
 from crane_sim.gym.task import (
     Array,
     MaxEffort,
@@ -35,6 +35,7 @@ from crane_sim.simulation.plant import Plant, SimulationError
 
 SEEDS = 2**31
 """Seeds of episodes without one of their own are drawn below this."""
+_OPTIONS = ("q", "v")
 
 
 class CraneEnv(gymnasium.Env[Array, Array]):
@@ -80,9 +81,12 @@ class CraneEnv(gymnasium.Env[Array, Array]):
             options: "q", "v": the initial state, the scene's own where left out.
 
         Raises:
-            SceneError: the crane cannot be in that state.
+            SceneError: the crane cannot be in that state, or an option is unknown.
         """
         super().reset(seed=seed)
+        for name in options or ():
+            if name not in _OPTIONS:
+                raise SceneError(unknown_key(name, _OPTIONS, "option of reset"))
         self.scene = with_seed(self.scene, int(self.np_random.integers(SEEDS)) if seed is None else seed)
         if self.scene.model is not self._drawn.model:
             self._drawn, self._goal = self.scene, goal_of(self.scene)
@@ -102,10 +106,10 @@ class CraneEnv(gymnasium.Env[Array, Array]):
 
         Raises:
             ValueError: the action is not one number for each actuated joint.
-            ResetNeeded: the episode has ended.
+            ResetNeeded: the episode has ended, or none has begun.
         """
         if self._ended:
-            raise ResetNeeded("the episode has ended: reset the environment")
+            raise ResetNeeded("there is no episode: it has ended, or none has begun; reset the environment")
         command, instants = self._checked(action), self.scene.steps + 1
         try:
             self.plant.advance(command)
@@ -121,9 +125,13 @@ class CraneEnv(gymnasium.Env[Array, Array]):
 
     def _checked(self, action: Array | Sequence[float]) -> tuple[float, ...]:
         """Return the action as a command."""
-        values = np.asarray(action, dtype=np.float64)
+        line = f"action = {shorten(action)}: must be a number for each of {', '.join(self.action_names)}"
+        try:
+            values = np.asarray(action, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ValueError(line) from None
         if values.shape != (len(self.action_names),) or not np.isfinite(values).all():
-            raise ValueError(f"action = {shorten(action)}: must be a number for each of {', '.join(self.action_names)}")
+            raise ValueError(line)
         return tuple(values.tolist())
 
     def _observe(self) -> Array:

@@ -33,6 +33,7 @@ ILL_CONDITIONED = 1e8  # condition number of the sensitivities from which the in
 INVOLVED = 0.1  # least entry of its null vector, of the largest one, of a parameter that is named
 SILENT = 12.0  # range of a joint by its noise up to which it rests: that of 10^8 samples of noise
 UNDETERMINED = 1.0  # standard deviation of a parameter by its value from which it counts as without influence
+ROUNDING = 1e-12  # of a value: what is smaller is rounding of the simulation, not of the data
 CORRELATED = 0.2  # of successive residuals, from which they are not noise
 
 
@@ -120,6 +121,9 @@ def identify(
         SceneError: a key, a joint or the run is invalid, the scene cannot repeat the run at all, or the run does
             not determine a parameter.
     """
+    for what, names in (("parameters", parameters), ("joints", joints)):
+        if isinstance(names, str):
+            raise SceneError(f"{what} = {names!r}: must be a list, as [{names!r}]")
     if not parameters or len(set(parameters)) < len(parameters):
         raise SceneError(f"parameters = {list(parameters)}: must be one key of the scene or more, each once")
     if not segment > 0.0:
@@ -177,7 +181,7 @@ def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[
     values = shooting.values(point.logarithms)
     covariance = relative * np.outer(values, values)
     deviations = np.sqrt(np.diag(covariance))
-    reach = float(student.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations
+    reach = np.maximum(float(student.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values))
     columns = (shooting.parameters, shooting.nominal, values, deviations, values - reach, values + reach)
     estimates = tuple(Estimate(key, *map(float, numbers)) for key, *numbers in zip(*columns, strict=True))
     error, there = linear.residual * deviation, np.isfinite(shooting.data.q)
@@ -189,7 +193,7 @@ def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[
         correlation=covariance / np.outer(deviations, deviations),
         condition=condition,
         residual=dict(zip(shooting.data.joints, errors.tolist(), strict=True)),
-        warnings=(*notes, *_weak(estimates), *_correlated(shooting, linear.residual), *_unfinished(counts)),
+        warnings=(*notes, *_weak(estimates), *_correlated(shooting, linear.residual, errors), *_unfinished(counts)),
         iterations=sum(counts),
         data=shooting.data,
         fit=shooting.predict(point),
@@ -248,12 +252,12 @@ def _weak(estimates: Sequence[Estimate]) -> list[str]:
     ]
 
 
-def _correlated(shooting: Shooting, residual: Array) -> list[str]:
-    """Return lines on joints whose residuals are no noise."""
-    lines = []
-    for name, column in zip(shooting.data.joints, residual.T, strict=True):
+def _correlated(shooting: Shooting, residual: Array, errors: Array) -> list[str]:
+    """Return lines on joints whose residuals, of root mean squares `errors` (m,), are neither noise nor rounding."""
+    lines, ranges = [], np.nanmax(shooting.data.q, axis=0) - np.nanmin(shooting.data.q, axis=0)
+    for name, column, error, travel in zip(shooting.data.joints, residual.T, errors, ranges, strict=True):
         power = float(column @ column)  # 0 stands where nothing was measured
-        correlation = float(column[1:] @ column[:-1]) / power if power > 0.0 else 0.0
+        correlation = float(column[1:] @ column[:-1]) / power if error > ROUNDING * travel else 0.0
         if correlation > CORRELATED:
             lines.append(
                 f"{name}: residuals are correlated ({correlation:.2f}): something is not in the model, "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.identification.bags import read_bag
 from crane_sim.recording.read import read_recording
 from crane_sim.recording.run import RecordedRun
@@ -47,7 +47,30 @@ def measurements_of(source: Source, scene: Scene) -> Measurements:
         return read_measurements(source, scene)
     if isinstance(source, RecordedRun):
         return from_recording(source, scene)
-    return select(source if isinstance(source, Measurements) else from_rollout(source), scene.actuated, scene, "run")
+    found = _checked(source, scene) if isinstance(source, Measurements) else from_rollout(source)
+    return select(found, scene.actuated, scene, "run")
+
+
+def _checked(given: Measurements, scene: Scene) -> Measurements:
+    """Return measurements of one's own as arrays.
+
+    Raises:
+        SceneError: a joint is not the scene's, or the shapes do not fit each other; the message is one line.
+    """
+    for name in given.joints:
+        if name not in scene.joint_names:
+            raise SceneError(f"measurements: {unknown_key(name, scene.joint_names, 'joint')}")
+    shapes = {
+        "t": (len(given.t),),
+        "q": (len(given.t), len(given.joints)),
+        "command_times": (len(given.command_times),),
+        "commands": (len(given.command_times), len(scene.actuated)),
+    }
+    arrays = {name: np.asarray(getattr(given, name), dtype=np.float64) for name in shapes}
+    for name, shape in shapes.items():
+        if arrays[name].shape != shape:
+            raise SceneError(f"measurements: {name} has the shape {arrays[name].shape}, must have {shape}")
+    return given._replace(**arrays)
 
 
 def read_measurements(path: Path | str, scene: Scene) -> Measurements:

@@ -141,7 +141,7 @@ def test_what_is_no_task_is_refused_in_one_line(scene: str, max_effort: Any, lin
     assert line in str(refused.value) and "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("action", [[1.0, 2.0], 1.0, [np.nan]])
+@pytest.mark.parametrize("action", [[1.0, 2.0], 1.0, [np.nan], ["x"]])
 def test_an_action_is_one_number_for_each_joint(action: Any) -> None:
     """Actions of another shape, or that are no numbers, are refused, and the crane stays where it is."""
     env = CraneEnv()
@@ -149,3 +149,12 @@ def test_an_action_is_one_number_for_each_joint(action: Any) -> None:
     with pytest.raises(ValueError, match="must be a number for each of trolley"):
         env.step(action)
     assert env.plant.k == 0
+
+
+def test_steps_before_an_episode_and_unknown_options_are_refused() -> None:
+    """Before the first reset there is nothing to step, and an option of `reset` that it does not know is named."""
+    env = CraneEnv()
+    with pytest.raises(gymnasium.error.ResetNeeded, match="none has begun"):
+        env.step([0.0])
+    with pytest.raises(SceneError, match="unknown option of reset 'x'"):
+        env.reset(options={"x": 1})

@@ -85,6 +85,9 @@ def test_a_run_without_noise_gives_the_true_parameters() -> None:
     assert result.overrides() == pytest.approx(MASSES, rel=1e-7)
     assert max(result.residual.values()) < 1e-8
     assert result.scene.model.cable.length == result.overrides()["cable.lengths.0"]
+    assert not result.warnings  # what is left is rounding, not a model that lacks something
+    for each in result.estimates:
+        assert each.high - each.low > 1e-12 * each.value  # no interval is narrower than rounding
 
 
 def test_a_first_guess_far_away_is_no_obstacle() -> None:
@@ -162,9 +165,9 @@ def test_the_command_writes_a_scene_results_and_a_picture(tmp_path: Path) -> Non
     written = crane_sim.load_scene(tmp_path / "out" / "scene.yaml")
     assert written.model.cable.length == pytest.approx(2.1, rel=1e-6)
     assert (tmp_path / "out" / "fit.png").stat().st_size > 10_000 and (tmp_path / "out" / "estimate.json").is_file()
-    refused = crane(*words, "--joints", "jib", cwd=tmp_path)
+    refused = crane(*words[:-1], "other", "--joints", "jib", cwd=tmp_path)
     assert refused.returncode == 2 and "joint 'jib': is not measured" in refused.stderr
-    assert refused.stderr.count("\n") == 1
+    assert refused.stderr.count("\n") == 1 and not (tmp_path / "other").exists()
 
 
 @pytest.mark.interpreted
@@ -178,12 +181,33 @@ def test_the_command_writes_a_scene_results_and_a_picture(tmp_path: Path) -> Non
         (["trolley.mass"], {"joints": ["jib"]}, "joint 'jib': is not measured; measured are trolley, swing_1"),
         (["trolley.mass"], {"segment": 0.1}, "segment = 0.1 s: has fewer than 30 measured positions"),
         (["trolley.mass"], {"segment": -1.0}, "segment = -1.0: must be greater than 0"),
+        ("trolley.mass", {}, "parameters = 'trolley.mass': must be a list, as ['trolley.mass']"),
+        (["trolley.mass"], {"joints": "trolley"}, "joints = 'trolley': must be a list"),
     ],
 )
-def test_bad_input_is_one_line(parameters: list[str], options: dict[str, Any], line: str) -> None:
+def test_bad_input_is_one_line(parameters: list[str] | str, options: dict[str, Any], line: str) -> None:
     """A key, joint or length that is not possible is named in one line."""
     t = np.linspace(0.0, 0.99, 100)
     data = Measurements(t, ("trolley", "swing_1"), np.column_stack([t, np.sin(t)]), t, np.zeros((100, 1)))
     with pytest.raises(SceneError) as raised:
         crane_sim.identify(SCENE, data, parameters, **options)
+    assert line in str(raised.value) and "\n" not in str(raised.value)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"joints": ("trolley", "swing1")}, "measurements: unknown joint 'swing1', did you mean 'swing_1'?"),
+        ({"joints": ("trolley",)}, "measurements: q has the shape (100, 2), must have (100, 1)"),
+        ({"commands": np.zeros(100)}, "measurements: commands has the shape (100,), must have (100, 1)"),
+        ({"commands": np.zeros((10, 1))}, "measurements: commands has the shape (10, 1), must have (100, 1)"),
+    ],
+)
+def test_measurements_of_ones_own_are_checked(changes: dict[str, Any], line: str) -> None:
+    """A joint that the scene lacks, or an array of another shape, is named in one line; nothing is left out."""
+    t = np.linspace(0.0, 0.99, 100)
+    data = Measurements(t, ("trolley", "swing_1"), np.column_stack([t, np.sin(t)]), t, np.zeros((100, 1)))
+    with pytest.raises(SceneError) as raised:
+        crane_sim.identify(SCENE, data._replace(**changes), ["trolley.mass"])
     assert line in str(raised.value) and "\n" not in str(raised.value)
