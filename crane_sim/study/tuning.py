@@ -135,8 +135,7 @@ def changes_of(training: Study, settings: Tune, gains: dict[str, float]) -> dict
     A list of which a gain is an entry is there as a whole: the scene itself may have none.
     """
     base, document = base_changes(training, settings), with_values(trial_document(training, settings), gains)
-    entries = {_list_of(document, key): key for key in gains}
-    return base | {key: get_value(document, key)[1] for key in entries}
+    return base | {key: get_value(document, key)[1] for key in (_list_of(document, gain) for gain in gains)}
 
 
 def _list_of(document: dict[str, Any], key: str) -> str:
@@ -147,10 +146,17 @@ def _list_of(document: dict[str, Any], key: str) -> str:
 
 
 def _write_gains(file: Path, chosen: dict[str, dict[str, Any]]) -> None:
-    """Write changes of the scene by name, lists in a line each as `--set` takes them."""
-    values = json.loads(json.dumps(chosen))  # tuples as lists
-    text = yaml.safe_dump(values, sort_keys=False, default_flow_style=None, width=math.inf)
-    write_whole(file, lambda path: path.write_text(text))
+    """Write changes of the scene by name, a line for each key, as `--set` takes them."""
+    lines = list[str]()
+    for name, changes in chosen.items():
+        lines += [f"{_in_line(name)}:", *(f"  {_in_line(key)}: {_in_line(value)}" for key, value in changes.items())]
+    write_whole(file, lambda path: path.write_text("\n".join(lines) + "\n"))
+
+
+def _in_line(value: Any) -> str:
+    """Return a value as YAML in one line."""
+    plain = json.loads(json.dumps(value))  # tuples as lists
+    return yaml.safe_dump(plain, default_flow_style=True, sort_keys=False, width=math.inf).removesuffix("...\n").strip()
 
 
 def _load_optuna() -> Any:

@@ -277,12 +277,13 @@ def test_gains_can_be_pasted(tmp_path: Path) -> None:
 
     `crane report` of the folder names the folder of the study.
     """
-    result = tuning.tune(quick(), tmp_path, workers=1)
+    mass = {"control.apparent_mass": {"low": 2.0, "high": 3.0}}
+    result = tuning.tune(quick(gains=STUDY["tune"]["gains"] | mass), tmp_path, workers=1)
     ((name, found),) = result.chosen.items()
     text = (tmp_path / "gains.yaml").read_text()
     saved = yaml.safe_load(text)
-    assert saved == {name: {"control.kp": [found.gains[KP]], "control.kd": [found.gains[KD]]}}
-    assert "  control.kp: [12.0]\n" in text
+    lists = {"control.kp": [found.gains[KP]], "control.kd": [found.gains[KD]]}
+    assert saved == {name: lists | {key: found.gains[key] for key in mass}} and "  control.kp: [12.0]\n" in text
     scene = load_scene("overhead_energy", overrides=saved[name])
     assert scene.document["control"]["kp"] == saved[name]["control.kp"]
     check_cases(load_study(QUICK | {"tune": None, "variants": saved}))
