@@ -25,6 +25,8 @@ def read_result(folder: Path) -> "StudyResult":
     Raises:
         SceneError: the folder holds no study, or one that is not finished.
     """
+    if (folder / "tune.json").is_file():
+        raise SceneError(_tuned_folder(folder))
     if not (folder / "study.json").is_file():
         raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")
     if not (folder / "table.parquet").is_file():
@@ -32,6 +34,17 @@ def read_result(folder: Path) -> "StudyResult":
     load_pyarrow()
     known = json.loads((folder / "study.json").read_text())["study"]
     return StudyResult(load_study(deprecated_names.rename_keys(known)), folder)
+
+
+def _tuned_folder(folder: Path) -> str:
+    """Return the line on a folder of `crane tune`, whose study is in a folder below it."""
+    studies = sorted(folder.glob("held_out_*"), key=lambda each: each.stat().st_mtime)
+    line = f"folder {folder}: holds a search of crane tune"
+    return (
+        f"{line}; its study is {studies[-1]}"
+        if studies
+        else f"{line} that is not finished; the same command goes on with it"
+    )
 
 
 def columns_of(metric: str, columns: Sequence[str]) -> list[str]:

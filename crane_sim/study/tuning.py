@@ -7,13 +7,15 @@ are then run beside the scene's own gains on other samples: a study like any oth
 
 from __future__ import annotations
 
-import copy
+import fcntl
 import hashlib
 import json
 import math
+import os
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
+from contextlib import contextmanager
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
@@ -22,15 +24,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import yaml
 
-from crane_sim.files.document import get_value, set_value
+from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.cases import CaseList, cases
+from crane_sim.study.cases import cases
 from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
-from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
+from crane_sim.study.statistics import CONFIDENCE, PairedDifference
 from crane_sim.study.store import block_needs, hash_of, identity_of, load_pyarrow, write_whole
+from crane_sim.study.tuning_checks import (
+    base_changes,
+    check_design,
+    check_gains,
+    check_objectives,
+    find_objectives,
+    trial_document,
+)
 from crane_sim.study.workers import Workers, start_workers
 
 if TYPE_CHECKING:
@@ -40,6 +50,10 @@ SAMPLES_AT_ONCE = 4
 """Samples that a worker runs before its rows are looked at."""
 NOT_REACHED = "samples_not_reached"
 """The constraint of a trial: the share of the samples that it did not reach is 0."""
+SEARCH = "tune.json"
+"""The file of a folder that says which search it is of."""
+MIN_PAIRS = 6
+"""Pairs that a verdict needs: of five, however they differ, Wilcoxon's test has a p-value of 2 / 2^5, more than 5 %."""
 
 
 class Candidate(NamedTuple):
@@ -80,34 +94,69 @@ def tune(
     """
     load_pyarrow()
     optuna, checked = _load_optuna(), load_study(study)
-    if checked.tune is None:
+    settings, training = checked.tune, checked.model_copy(update={"tune": None})
+    if settings is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
-    training = checked.model_copy(update={"tune": None})
-    listed = check_cases(training)
-    _check_gains(training, checked.tune)
-    place = Path(folder)
-    _check_folder(place, checked, listed)
+    check_design(training, settings)
+    listed, place = check_cases(training), Path(folder)
+    check_gains(training, settings)
     loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:
-        search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
-        front = sorted(
-            (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
-        )
-        if not front:
-            line = "study: tune: in every trial a run failed, or had no such metric; widen or move the ranges"
-            raise SceneError(line)
-        chosen = choose(front, checked.tune)
-        trials = _count_finished(search)  # more than the study's, where the folder has more
-        held_out = _held_out(training, checked.tune.changes, chosen)
-        judged = run(held_out, place / f"held_out_{trials}", workers, pool=pool)
+        if not (place / SEARCH).exists():
+            check_metrics(listed)
+            check_objectives(loaded, settings, pool)
+        with _locked(place, checked):
+            search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
+            front = _front_of(search)
+            chosen = choose(front, settings)
+            trials = _count_finished(search)  # more than the study's, where the folder has more
+            held_out = _held_out(training, settings, chosen)
+            judged = run(held_out, place / f"held_out_{trials}", workers, pool=pool)
+            _write_gains(
+                place / "gains.yaml", {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen}
+            )
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
-    _write_gains(place / "gains.yaml", chosen)
-    return TuningResult(front, chosen, trials, infeasible, judged, checked.tune.objectives, checked.tune.changes)
+    return TuningResult(front, chosen, trials, infeasible, judged, settings.objectives, settings.changes)
 
 
-def _write_gains(file: Path, chosen: dict[str, Candidate]) -> None:
-    text = yaml.safe_dump({name: each.gains for name, each in chosen.items()}, sort_keys=False)
-    write_whole(file, lambda path: path.write_text(text))
+def _front_of(search: Any) -> list[Candidate]:
+    """Return the Pareto-optimal trials, least first objective first; raises SceneError where no trial is feasible."""
+    front = sorted(
+        (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
+    )
+    if not front:
+        raise SceneError("study: tune: in every trial a run failed, or had no such metric; widen or move the ranges")
+    return front
+
+
+def changes_of(training: Study, settings: Tune, gains: dict[str, float]) -> dict[str, Any]:
+    """Return all that a trial changes of the scene beside `changes` of the study, by dotted key.
+
+    A list of which a gain is an entry is there as a whole: the scene itself may have none.
+    """
+    base, document = base_changes(training, settings), with_values(trial_document(training, settings), gains)
+    return base | {key: get_value(document, key)[1] for key in (_list_of(document, gain) for gain in gains)}
+
+
+def _list_of(document: dict[str, Any], key: str) -> str:
+    """Return the dotted key of the outermost list that a dotted key is in, itself where it is in none."""
+    parts = key.split(".")
+    above = (".".join(parts[:i]) for i in range(1, len(parts)))
+    return next((each for each in above if isinstance(get_value(document, each)[1], list)), key)
+
+
+def _write_gains(file: Path, chosen: dict[str, dict[str, Any]]) -> None:
+    """Write changes of the scene by name, a line for each key, as `--set` takes them."""
+    lines = list[str]()
+    for name, changes in chosen.items():
+        lines += [f"{_in_line(name)}:", *(f"  {_in_line(key)}: {_in_line(value)}" for key, value in changes.items())]
+    write_whole(file, lambda path: path.write_text("\n".join(lines) + "\n"))
+
+
+def _in_line(value: Any) -> str:
+    """Return a value as YAML in one line."""
+    plain = json.loads(json.dumps(value))  # tuples as lists
+    return yaml.safe_dump(plain, default_flow_style=True, sort_keys=False, width=math.inf).removesuffix("...\n").strip()
 
 
 def _load_optuna() -> Any:
@@ -119,36 +168,49 @@ def _load_optuna() -> Any:
     return optuna
 
 
-def _check_gains(study: Study, settings: Tune) -> None:
-    """Raise SceneError where a gain is no number of the scene, or its limits are not possible."""
-    for key, gain in settings.gains.items():
-        if key in study.parameters:
-            raise SceneError(f"study: tune.gains.{key}: is among the parameters, too")
-        for value in (gain.low, gain.high):
-            tried = settings.changes | {key: value}
-            check_cases(study.model_copy(update={"variants": {f"{key} = {value:g}": tried}}))
+@contextmanager
+def _locked(folder: Path, study: Study) -> Iterator[None]:
+    """Hold the folder of a search for this process; the lock ends with the process, however it ends.
 
-
-def _check_folder(folder: Path, study: Study, listed: CaseList) -> None:
-    """Write which search a folder holds, or raise SceneError where it holds another one; trials may be more.
-
-    The metrics of a new search are checked by a run of the first of the cases `listed`.
+    Raises:
+        SceneError: another process has the folder, or it holds another search; of the same one trials may be more.
     """
-    settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
-    identity = hash_of(identity_of(study.model_copy(update={"tune": settings})))
-    file = folder / "tune.json"
-    if not file.exists():
-        check_metrics(listed)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        if not file.exists():
-            write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
-        if json.loads(file.read_text()).get("hash") != identity:
-            raise SceneError(
-                f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
-            )
+        held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     except OSError as error:
         raise SceneError(f"folder {folder}: {error.strerror}") from None
+    try:
+        _lock(held, folder)
+        _check_or_write_identity(folder, study)
+        for file in folder.glob("trials.log.lock*"):  # of a process that ended while it wrote to the journal
+            file.unlink()
+        yield
+    finally:
+        os.close(held)
+
+
+def _lock(held: int, folder: Path) -> None:
+    try:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise SceneError(f"folder {folder}: another process is running this search") from None
+
+
+def _check_or_write_identity(folder: Path, study: Study) -> None:
+    """Write which search a folder holds, or raise SceneError where it holds another one."""
+    settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
+    identity, file = hash_of(identity_of(study.model_copy(update={"tune": settings}))), folder / SEARCH
+    try:
+        if not file.exists():
+            write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
+        known = json.loads(file.read_text())
+    except OSError as error:
+        raise SceneError(f"folder {folder}: {error.strerror}") from None
+    if known.get("hash") != identity:
+        raise SceneError(
+            f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
+        )
 
 
 def _search(
@@ -157,7 +219,7 @@ def _search(
     """Return the search after its trials; those that are in the folder are not run again."""
     settings = study.tune
     assert settings is not None
-    file = folder / "trials.log"
+    file = folder.absolute() / "trials.log"  # the text of Optuna's lock, a symbolic link, which would dangle else
     _drop_unfinished_line(file)
     journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
     n, name = len(settings.objectives), study.name or "tune"
@@ -190,12 +252,15 @@ def _drop_unfinished_line(file: Path) -> None:
 
 def _own_gains(training: Study, settings: Tune) -> dict[str, float]:
     """Return the gains that the scene itself has as numbers within their limits: the search begins with them."""
-    document = copy.deepcopy(scene_document(training))
-    for key, value in (training.changes | settings.changes).items():
-        set_value(document, key, value)
+    document = trial_document(training, settings)
     own = {key: get_value(document, key)[1] for key in settings.gains}
+    numbers = {
+        key: float(value)
+        for key, value in own.items()
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    }
     ranges = settings.gains.items()
-    return {key: own[key] for key, gain in ranges if isinstance(own[key], float) and gain.low <= own[key] <= gain.high}
+    return {key: numbers[key] for key, gain in ranges if key in numbers and gain.low <= numbers[key] <= gain.high}
 
 
 def _count_finished(search: Any) -> int:
@@ -245,11 +310,7 @@ def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float
     """
     if row["status"] != OK:
         return None
-    try:
-        columns = [columns_of(objective, list(row)) for objective in objectives]
-    except SceneError as error:
-        raise SceneError(f"study: tune.objectives: {error}") from None
-    values = [[row[column] for column in own] for own in columns]
+    values = find_objectives(row, objectives)
     return None if any(None in own for own in values) else [float(max(own)) for own in values]
 
 
@@ -270,13 +331,11 @@ def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:
     return chosen
 
 
-def _held_out(training: Study, changes: dict[str, Any], chosen: dict[str, Candidate]) -> Study:
+def _held_out(training: Study, settings: Tune, chosen: dict[str, Candidate]) -> Study:
     """Return the study that judges: as many other samples, the baseline first."""
-    variants = training.variant_changes
-    base = next(iter(variants.values()))
-    tuned = {name: base | changes | candidate.gains for name, candidate in chosen.items()}
-    seed = _seed_of(training.seed, -1)
-    return training.model_copy(update={"variants": variants | tuned, "seed": seed})
+    base, seed = base_changes(training, settings), _seed_of(training.seed, -1)
+    tuned = {name: base | candidate.gains for name, candidate in chosen.items()}
+    return training.model_copy(update={"variants": training.variant_changes | tuned, "seed": seed})
 
 
 def summarise(result: TuningResult) -> dict[str, Any]:
@@ -288,7 +347,7 @@ def summarise(result: TuningResult) -> dict[str, Any]:
     for name, rows in held_out.items():
         for variant, each in result.held_out.differences(name).items():
             rows[variant] |= {"difference": each.mean, "low": each.low, "high": each.high}
-            rows[variant]["verdict"] = verdict_on(each.low, each.high)
+            rows[variant]["verdict"] = verdict_on(each, rows[variant]["runs"] < rows[baseline]["runs"])
     return {
         "study": result.held_out.study.name,
         "trials": result.trials,
@@ -309,6 +368,21 @@ def _mean_of(result: StudyResult, metric: str, variant: str) -> dict[str, Any]:
     return {"runs": len(values), "mean": float(np.mean(values)) if len(values) else None}
 
 
-def verdict_on(low: float, high: float) -> str:
-    """Return what the interval of a difference says of a metric that shall be small."""
-    return "improved" if high < 0.0 else "worse" if low > 0.0 else "no difference shown"
+def verdict_on(difference: PairedDifference, more_failures: bool = False) -> str:
+    """Return what the difference of a metric that shall be small says of gains.
+
+    Args:
+        difference: from the baseline, on held-out samples.
+        more_failures: whether the gains have fewer runs with the metric than the baseline: they are no improvement.
+    """
+    low, high = difference.low, difference.high
+    if math.isnan(low) or math.isnan(high):  # of differences that hardly vary the bootstrap has no interval
+        low = high = difference.mean if difference.p_value < 1.0 - CONFIDENCE else 0.0
+    enough = difference.pairs >= MIN_PAIRS
+    if enough and low > 0.0:
+        return "worse"
+    if more_failures:
+        return "more failures"
+    if not enough:
+        return "too few samples"
+    return "improved" if high < 0.0 else "no difference shown"

@@ -2,9 +2,13 @@
 
 import json
 import math
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from command_line import crane
@@ -12,9 +16,12 @@ from test_study_runs import without_times
 
 import crane_sim
 from crane_sim.files.errors import SceneError
+from crane_sim.scenes.scene import load_scene
 from crane_sim.study import tuning
 from crane_sim.study.execution import check_cases
+from crane_sim.study.result import read_result
 from crane_sim.study.schema import BASELINE, load_study
+from crane_sim.study.statistics import PairedDifference, compare_pairs
 from crane_sim.study.workers import start_workers
 
 KP, KD = "control.kp.0", "control.kd.0"
@@ -22,7 +29,7 @@ STUDY: dict[str, Any] = {
     "name": "gains",
     "scene": "overhead_energy",
     "design": "sobol",
-    "samples": 4,
+    "samples": 8,
     "duration": 8.0,
     "parameters": {"reference.q.0": {"distribution": "uniform", "low": 1.0, "high": 3.0}},
     "tune": {
@@ -82,11 +89,9 @@ def test_judged_on_samples_that_the_search_has_not_seen(whole: tuning.TuningResu
     """Held-out samples share no value with those of the search; the scene's own gains are the first variant."""
     seen = {case.parameters["reference.q.0"] for case in check_cases(load_study(STUDY | {"tune": None}))}
     judged = set(whole.held_out.table["parameter.reference.q.0"].to_pylist())
-    assert len(judged) == 4 and not seen & judged
+    assert len(judged) == 8 and not seen & judged
     first, *others = whole.held_out.study.variant_changes
     assert first == BASELINE and others == list(whole.chosen)
-    saved = yaml.safe_load((whole.held_out.folder.parent / "gains.yaml").read_text())
-    assert saved == {name: each.gains for name, each in whole.chosen.items()}
 
 
 @pytest.mark.interpreted  # a crane with ends of the rail is a kind of its own
@@ -97,7 +102,7 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
         weak = {"control.kp": [10.0], "control.kd": [20.0], "control.apparent_mass": 2.5}
         values, violation = tuning.evaluate_gains(study, weak, ("settling_time",), pool)
         reached = [case.parameters["reference.q.0"] < 2.0 for case in check_cases(study)]
-    assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 4
+    assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 8
 
 
 @pytest.mark.parametrize(
@@ -110,6 +115,9 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
         ({"gains": {"reference.q.0": {"low": 1.0, "high": 2.0}}}, "is among the parameters, too"),
         ({"objectives": ["residual_swing"]}, "did you mean 'residual_swing_deg'"),
         ({"objectives": ["settling_time"], "gains": {KP: {"low": 1e-3, "high": 2e-3}}}, "widen or move the ranges"),
+        ({"gains": {"control.kq.0": {"low": 1.0, "high": 2.0}}}, "tune.gains.control.kq.0 = 1: scene"),
+        ({"changes": {"control.kq": [1.0]}}, "tune.changes: scene"),
+        ({"changes": {}}, "no list control.kp; give the whole list in tune.changes, such as control.kp: [5]"),
     ],
 )
 def test_searches_that_are_not_possible(changes: dict[str, Any], line: str, tmp_path: Path) -> None:
@@ -150,6 +158,134 @@ def test_the_command_prints_gains_and_judgement(whole: tuning.TuningResult, tmp_
 
 
 def test_intervals_decide() -> None:
-    """An interval of a difference on one side of zero is an improvement, or not; one that has zero in it shows none."""
-    assert tuning.verdict_on(-2.0, -1.0) == "improved" and tuning.verdict_on(1.0, 2.0) == "worse"
-    assert tuning.verdict_on(-1.0, 1.0) == "no difference shown"
+    """An interval of a difference on one side of zero is an improvement, or not; one that has zero in it shows none.
+
+    Of few pairs, nothing is claimed; without an interval the test decides; gains that fail more often are no better.
+    """
+    better, worse = difference(8, -2.0, -1.0), difference(8, 1.0, 2.0)
+    assert tuning.verdict_on(better) == "improved" and tuning.verdict_on(worse) == "worse"
+    assert tuning.verdict_on(difference(8, -1.0, 1.0)) == "no difference shown"
+    few = compare_pairs(np.zeros(5), np.full(5, -1.0))  # a constant difference
+    assert tuning.verdict_on(few) == "too few samples"
+    assert tuning.verdict_on(compare_pairs(np.zeros(6), np.full(6, -1.0))) == "improved"
+    nan = math.nan
+    assert tuning.verdict_on(difference(8, nan, nan, p_value=0.01)) == "improved"
+    assert tuning.verdict_on(difference(8, nan, nan, p_value=1.0)) == "no difference shown"
+    assert tuning.verdict_on(better, more_failures=True) == "more failures"
+    assert tuning.verdict_on(difference(0, nan, nan), more_failures=True) == "more failures"
+
+
+def difference(pairs: int, low: float, high: float, p_value: float = 0.01) -> PairedDifference:
+    """Return a difference with an interval."""
+    mean = -1.0 if math.isnan(low) else (low + high) / 2.0
+    return PairedDifference(pairs, mean, low, high, 1.0, p_value, 1.0)
+
+
+WHOLE = {"control.kp": [12], "control.kd": [22]}
+QUICK = STUDY | {"samples": 2, "duration": 0.2}
+"""A study whose runs are short enough for a process without compilation."""
+
+
+def quick(study: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
+    """Return the short study with other keys, and changes of its group `tune`."""
+    settings = STUDY["tune"] | {"objectives": ["peak_effort"], "trials": 1} | changes
+    return QUICK | (study or {}) | {"tune": settings}
+
+
+@pytest.mark.interpreted
+def test_a_lock_of_a_killed_process_stops_no_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lock that a process left in a folder with a relative path, a dangling link, is removed: the search ends."""
+    monkeypatch.chdir(tmp_path)
+    tuning.tune(quick(), "search", workers=1)
+    lock = Path("search/trials.log.lock")
+    lock.symlink_to("search/trials.log")
+    assert lock.is_symlink() and not lock.exists()
+    with deadline(60):
+        assert tuning.tune(quick(trials=2), "search", workers=1).trials == 2
+    assert not lock.is_symlink()
+
+
+@contextmanager
+def deadline(seconds: int) -> Iterator[None]:
+    """Raise TimeoutError in the block after so many seconds."""
+
+    def end(*_: Any) -> None:
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.interpreted
+def test_a_folder_belongs_to_one_process(tmp_path: Path) -> None:
+    """A second search in a folder is refused while the first one runs, and changes nothing."""
+    refusals = []
+
+    def search_again(done: int, _: int) -> None:
+        if done == 0 and not refusals:
+            with pytest.raises(SceneError, match="another process is running this search") as refused:
+                tuning.tune(quick(), tmp_path, workers=1)
+            refusals.append(refused)
+
+    assert tuning.tune(quick(), tmp_path, workers=1, on_progress=search_again).trials == 1 and refusals
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("study", [quick(changes=WHOLE), quick({"variants": {"own": WHOLE}}, changes={})])
+def test_the_first_trial_has_the_gains_of_the_scene(study: dict[str, Any], tmp_path: Path) -> None:
+    """Whole numbers count, and so do those of the first variant, from which every trial starts."""
+    (found,) = tuning.tune(study, tmp_path, workers=1).front
+    assert found.gains == {KP: 12.0, KD: 22.0}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("objective", ["peak_efort", "law", "status", "state_sha256", "parameter.reference.q.0"])
+def test_objectives_are_metrics(objective: str, tmp_path: Path) -> None:
+    """A misspelt objective, text, or a parameter is refused in one line before anything is written."""
+    with pytest.raises(SceneError, match=r"tune\.objectives: unknown metric .*peak_effort\.trolley") as refused:
+        tuning.tune(quick(objectives=[objective]), tmp_path / "search", workers=1)
+    assert "\n" not in str(refused.value) and not (tmp_path / "search").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (
+            {"design": "grid", "samples": None, "parameters": {"reference.q.0": [1.0, 2.0]}},
+            "design = grid: its held-out",
+        ),
+        ({"design": "morris"}, "latin_hypercube, sobol, monte_carlo, saltelli"),
+        ({"variants": {"scene": {}, "compromise_1": {}}}, "variants.compromise_1: is a name that tune gives"),
+        ({"variants": {"scene": {}, "least_peak_effort": {}}}, "variants.least_peak_effort: is a name that tune gives"),
+    ],
+)
+def test_studies_that_cannot_judge_a_search(changes: dict[str, Any], line: str, tmp_path: Path) -> None:
+    """Designs without other samples, and variants with the names of results, are refused in one line."""
+    with pytest.raises(SceneError) as refused:
+        tuning.tune(quick(changes), tmp_path / "search", workers=1)
+    assert line in str(refused.value) and "\n" not in str(refused.value) and not (tmp_path / "search").exists()
+
+
+@pytest.mark.interpreted
+def test_gains_can_be_pasted(tmp_path: Path) -> None:
+    """An entry of gains.yaml is a variant, and its lines are those of `--set`, though the scene has no such list.
+
+    `crane report` of the folder names the folder of the study.
+    """
+    mass = {"control.apparent_mass": {"low": 2.0, "high": 3.0}}
+    result = tuning.tune(quick(gains=STUDY["tune"]["gains"] | mass), tmp_path, workers=1)
+    ((name, found),) = result.chosen.items()
+    text = (tmp_path / "gains.yaml").read_text()
+    saved = yaml.safe_load(text)
+    lists = {"control.kp": [found.gains[KP]], "control.kd": [found.gains[KD]]}
+    assert saved == {name: lists | {key: found.gains[key] for key in mass}} and "  control.kp: [12.0]\n" in text
+    scene = load_scene("overhead_energy", overrides=saved[name])
+    assert scene.document["control"]["kp"] == saved[name]["control.kp"]
+    check_cases(load_study(QUICK | {"tune": None, "variants": saved}))
+    with pytest.raises(SceneError, match="holds a search of crane tune; its study is .*held_out_1$"):
+        read_result(tmp_path)

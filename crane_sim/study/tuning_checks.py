@@ -1,0 +1,117 @@
+"""Checks of a search of gains: of its file before the first trial, and of the metrics that are its objectives."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from crane_sim.files.document import get_value, switch_law, with_values
+from crane_sim.files.errors import SceneError
+from crane_sim.scenes.scene import load_scene
+from crane_sim.study.cases import cases
+from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER
+from crane_sim.study.execution import run_blocks
+from crane_sim.study.result import columns_of
+from crane_sim.study.runs import OK, each_row
+from crane_sim.study.schema import MORRIS, Study, Tune, scene_document
+from crane_sim.study.store import block_needs, identity_of
+from crane_sim.study.workers import Workers
+
+SAMPLES_TRIED = 4
+"""Samples that are run at most until one ends and so tells which metrics there are."""
+_NO_METRICS = (*FIRST_COLUMNS, "versions", "wall_time")
+
+
+def check_design(study: Study, settings: Tune) -> None:
+    """Raise SceneError where held-out samples would be those of the search, or a variant has the name of a result."""
+    if study.design in ("grid", MORRIS):
+        line = f"study: design = {study.design}: its held-out samples would be those of the search"
+        raise SceneError(f"{line}; for tune: latin_hypercube, sobol, monte_carlo, saltelli")
+    least = {f"least_{name}" for name in settings.objectives}
+    for name in study.variants:
+        if name in least or re.fullmatch(r"compromise_\d+", name):
+            raise SceneError(f"study: variants.{name}: is a name that tune gives to gains it finds; take another name")
+
+
+def base_changes(study: Study, settings: Tune) -> dict[str, Any]:
+    """Return the changes of the scene that every trial has before its gains: those of the first variant, and tune's."""
+    return next(iter(study.variant_changes.values())) | settings.changes
+
+
+def trial_document(study: Study, settings: Tune) -> dict[str, Any]:
+    """Return the document of the scene with the changes of every trial."""
+    document, changes = copy.deepcopy(scene_document(study)), study.changes | base_changes(study, settings)
+    switch_law(document, changes)
+    return with_values(document, changes)
+
+
+def check_gains(study: Study, settings: Tune) -> None:
+    """Raise SceneError where a gain is no number of the scene, or its limits are not possible."""
+    base = base_changes(study, settings)
+    for key, gain in settings.gains.items():
+        if key in study.parameters:
+            raise SceneError(f"study: tune.gains.{key}: is among the parameters, too")
+        for value in (gain.low, gain.high):
+            error = _error_with(study, base | {key: value})
+            if error is None:
+                continue
+            if settings.changes and (without_gain := _error_with(study, base)):
+                raise SceneError(f"study: tune.changes: {without_gain}")
+            raise SceneError(f"study: tune.gains.{key}{_missing_list(study, settings, key, error, value)}")
+
+
+def _error_with(study: Study, changes: Mapping[str, Any]) -> str | None:
+    """Return why the first sample is not possible with changes of the scene, None where it is."""
+    trial = study.model_copy(update={"variants": {"trial": dict(changes)}})
+    try:
+        load_scene(scene_document(study), cases(trial)[0].changes)
+    except SceneError as error:
+        return str(error)
+    return None
+
+
+def _missing_list(study: Study, settings: Tune, key: str, error: str, value: float) -> str:
+    """Return what is wrong with a gain, which may be an entry of a list that the scene lacks."""
+    above, _, last = key.rpartition(".")
+    if (
+        last.isdecimal()
+        and error.endswith("must be a list")
+        and not get_value(trial_document(study, settings), above)[0]
+    ):
+        return f": the scene has no list {above}; give the whole list in tune.changes, such as {above}: [{value:g}]"
+    return f" = {value:g}: {error}"
+
+
+def check_objectives(study: Study, settings: Tune, pool: Workers) -> None:
+    """Run the first sample with the changes of every trial, to see whether its run has the objectives.
+
+    Raises:
+        SceneError: an objective is no metric. Of runs that fail nothing is known, and the next sample is run.
+    """
+    trial = study.model_copy(update={"variants": {"trial": base_changes(study, settings)}})
+    task = trial.model_dump_json(), *block_needs(identity_of(trial))
+    for i in range(min(SAMPLES_TRIED, len(cases(trial)))):
+        (rows,) = pool.executor.submit(run_blocks, *task, [(i, i + 1)]).result()
+        (row,) = each_row(rows)
+        if row["status"] == OK:
+            find_objectives(row, settings.objectives)
+            return
+
+
+def find_objectives(row: Mapping[str, Any], objectives: Sequence[str]) -> list[list[Any]]:
+    """Return the values of each objective in the row of a run, several of a metric of every joint; None: not there.
+
+    Raises:
+        SceneError: there is no such metric, or it is text.
+    """
+    metrics = [
+        name
+        for name, value in row.items()
+        if name not in _NO_METRICS and not name.startswith(PARAMETER) and not isinstance(value, str)
+    ]
+    try:
+        return [[row[column] for column in columns_of(objective, metrics)] for objective in objectives]
+    except SceneError as error:
+        raise SceneError(f"study: tune.objectives: {error}") from None
