@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from rich.console import Console
@@ -123,6 +124,21 @@ def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> 
     broken = run_with(f"{own}:broken", tmp_path / "all")
     assert all("AttributeError: " in row["error"] and row["status"] == "failed" for row in broken)
     assert [row["state_sha256"] for row in broken] == [row["state_sha256"] for row in rows]
+
+
+def test_recordings_of_a_finished_study_may_be_asked_for_later(own: Path, tmp_path: Path) -> None:
+    """Which runs are recorded is no part of a study: its folder takes other recordings, and no row is run again."""
+    study, folder = STUDY | {"metrics": f"{own}:furthest"}, tmp_path / "folder"
+    with pytest.raises(SceneError, match="unknown metric 'further'.*did you mean 'furthest'"):
+        studies.run(study | {"recordings": {"worst": {"metric": "further"}}}, folder, 1)
+    first = studies.run(study, folder, 1)
+    again = studies.run(study | {"recordings": {"worst": {"metric": "furthest", "count": 1}}}, folder, 1)
+    assert again.table == first.table
+    (file,) = (folder / "recordings").iterdir()
+    assert int(file.stem) == np.argmax(first.column("furthest"))
+    assert studies.run(study, folder, 1).table == first.table
+    with pytest.raises(SceneError, match="holds another study"):
+        studies.run(study | {"seed": 5, "recordings": {"failures": True}}, folder, 1)
 
 
 LAW = """
