@@ -121,6 +121,11 @@ def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> 
     (line,) = {row["error"] for row in rows if row["error"]}
     assert line.startswith(f"metrics = '{own}:of_strong_laws': ZeroDivisionError: ")
     assert [row["inverse"] for row in rows] == [1.0 if each else None for each in strong]
+    result, lines = studies.read_result(tmp_path / "some"), io.StringIO()
+    print_result(result, Console(file=lines, width=200))
+    (each,) = result.failure_differences().values()
+    counts = f"only energy in {each.first_only}, only weak in {each.second_only}, both in {each.both}"
+    assert f"failures by sample: {counts}; McNemar's p {each.p_value:.2g}\n" in lines.getvalue()
     broken = run_with(f"{own}:broken", tmp_path / "all")
     assert all("AttributeError: " in row["error"] and row["status"] == "failed" for row in broken)
     assert [row["state_sha256"] for row in broken] == [row["state_sha256"] for row in rows]
