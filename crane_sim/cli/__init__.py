@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from typing import TextIO
 
 from crane_sim import process_signals
 
@@ -35,8 +36,8 @@ def main() -> int:
         return _fail(f"unforeseen {type(error).__name__}: {error}; please report the scene that led here", 1)
 
 
-def _fail(message: str, code: int) -> int:
-    """Print a failure in one line, as JSON too with --json; return the exit code."""
+def _fail(message: str, code: int, stream: TextIO | None = None) -> int:
+    """Print a failure in one line to a stream (None: stderr), as JSON too with --json; return the exit code."""
     if "--json" in sys.argv:
         import json
 
@@ -44,7 +45,7 @@ def _fail(message: str, code: int) -> int:
             print(json.dumps({"error": message}), flush=True)
         except OSError:  # a full disk: flushing stdout at exit must not fail again
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    print(f"crane: {message}", file=sys.stderr, flush=True)
+    print(f"crane: {message}", file=stream or sys.stderr, flush=True)
     return code
 
 
@@ -60,10 +61,13 @@ def _show_warning(
 
 def _on_interrupt() -> None:
     """End the process independent of its other threads."""
+    stream = None
     if sys.stderr.isatty():
-        print("\r\x1b[K\x1b[?25h", end="", file=sys.stderr)  # clear the progress display's line, show the cursor
+        stream = os.fdopen(os.dup(2), "w")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # a progress display draws no more
+        print("\r\x1b[K\x1b[?25h", end="", file=stream)  # clear its line, show the cursor
     try:
-        _fail("interrupted", 1)
+        _fail("interrupted", 1, stream)
         process_signals.end_workers()
     finally:
         os._exit(1)

@@ -93,12 +93,21 @@ def print_result(result: StudyResult, console: Console) -> None:
             console.print(f"{escape(variant)}: {count} of {samples} runs failed", style="bold red", highlight=False)
     for line in first_errors(result):
         console.print(line, highlight=False, soft_wrap=True, markup=False)
+    for other, each in summary["failure_differences"].items():
+        if each["first_only"] + each["second_only"]:
+            console.print(_failure_difference(next(iter(summary["failures"])), other, each), highlight=False)
     console.print(_metrics(summary))
     if len(summary["failures"]) > 1:
         console.print(_differences(summary))
     for name, by_variant in summary["sensitivities"].items():
         console.print(_sensitivities(name, by_variant, result.study.design))
     console.print(summary["table"], highlight=False, soft_wrap=True, markup=False)
+
+
+def _failure_difference(first: str, other: str, each: dict[str, Any]) -> str:
+    """Return in how many samples only one of two variants fails, with McNemar's p, in one line."""
+    counts = f"only {first} in {each['first_only']}, only {other} in {each['second_only']}, both in {each['both']}"
+    return escape(f"failures by sample: {counts}; McNemar's p {each['p_value']:.2g}")
 
 
 def _table_of_metrics(title: str, *numbers: str) -> Table:

@@ -48,14 +48,24 @@ def read(source: str | Path) -> dict[str, Any]:
     path = scene_files().get(str(source), Path(source))
     if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
         raise SceneError(_unknown_scene(str(source)))
+    document = read_groups(path, "scene file")
+    _resolve_paths(document, path.resolve().parent)
+    return document
+
+
+def read_groups(path: Path, what: str) -> dict[str, Any]:
+    """Return the groups of keys of a YAML file, which is `what` in errors; where it has no `name`, that is the file's.
+
+    Raises:
+        SceneError: it cannot be read, has a key twice, or holds something else.
+    """
     try:
         document = yaml.load(path.read_text(), _Unambiguous)
     except YAML_ERRORS as error:
-        raise SceneError(f"scene file {path}: cannot be read: {_cause(error)}") from None
+        raise SceneError(f"{what} {path}: cannot be read: {_cause(error)}") from None
     if not isinstance(document, dict):
-        raise SceneError(f"scene file {path}: holds {type(document).__name__}, not groups of keys")
+        raise SceneError(f"{what} {path}: holds {type(document).__name__}, not groups of keys")
     document.setdefault("name", path.stem)
-    _resolve_paths(document, path.resolve().parent)
     return document
 
 

@@ -13,7 +13,7 @@ from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.scenes.schema.uncertain import value_at
 from crane_sim.study.designs import draw_probabilities, sample_count
-from crane_sim.study.schema import MORRIS, SALTELLI, Study, Values, scene_document
+from crane_sim.study.schema import MORRIS, SALTELLI, Study, Values, varied_document
 
 
 class Case(NamedTuple):
@@ -46,12 +46,12 @@ class CaseList:
         Raises:
             SceneError: there is no such scene, or it has no such parameter.
         """
-        self.study, self._document = study, scene_document(study)
+        self.study, self._document = study, varied_document(study)
         self.variants = study.variant_changes
         self._nominal = {key: self._own_value(key) for key in study.parameters}
 
     def _own_value(self, key: str) -> Any:
-        """Return the scene's own value of a parameter, which a list of values does not need."""
+        """Return the scene's own value of a parameter, or that of the study's changes; values in a list need none."""
         found, value = get_value(self._document, key)
         if not found and not isinstance(self.study.parameters[key], Values):
             raise SceneError(f"study: parameters.{key}: the scene has no {key} of its own to vary; list values of it")

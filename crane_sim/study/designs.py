@@ -44,7 +44,7 @@ def draw_probabilities(study: Study) -> Array:
             p = qmc.LatinHypercube(d, rng=seed).random(n)
         case "sobol":
             p = qmc.Sobol(d, rng=seed).random(n)
-        case "morris":  # the middles of its levels
+        case "morris":  # the middles of quarters, finite values of unbounded distributions, too
             p = (draw_design(study) * (LEVELS - 1) + 0.5) / LEVELS
         case _:
             p = draw_design(study)

@@ -16,7 +16,7 @@ from crane_sim.simulation.batch_metrics import MetricError
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.own_metrics import UnusableMetrics, load_metrics
-from crane_sim.study.recordings import record_selected
+from crane_sim.study.recordings import check_worst_metric, record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import OK, Table, rows_of, simulate_case
 from crane_sim.study.schema import Study, load_study, scene_document
@@ -52,8 +52,9 @@ def run(
         on_progress: called with (runs that are done, all runs) after each block.
         on_wait: called with a line on why no run is finished, after a minute without one, where that is known.
         pool: workers that have been started already, and are used first.
-        check_first: whether a study is refused whose first sample is not possible with every variant, or whose own
-            metrics cannot be columns there; else that is in the rows of this sample, as of any other one.
+        check_first: whether a study is refused whose first sample is not possible with every variant, whose own
+            metrics cannot be columns there, or that has no metric there by which the worst runs shall be recorded;
+            else that is in the rows of this sample, as of any other one, or an error at the end.
 
     Raises:
         SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
@@ -69,6 +70,7 @@ def run(
         raise SceneError(f"workers = {workers}: must be at least 1")
     if check_first and not (Path(folder) / IDENTITY).exists():
         check_metrics(listed)
+        check_worst_metric(listed)
     store = Store(Path(folder), checked, len(listed))
     with store.locked():
         starts = itertools.chain(

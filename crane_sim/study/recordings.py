@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.study.cases import cases
-from crane_sim.study.runs import OK, simulate_case
+from crane_sim.study.cases import CaseList, cases
+from crane_sim.study.runs import OK, rows_of, simulate_case
 from crane_sim.study.schema import scene_document
 
 if TYPE_CHECKING:
@@ -37,13 +38,31 @@ def selected_cases(result: StudyResult) -> list[int]:
     return sorted(chosen)
 
 
+def check_worst_metric(listed: CaseList) -> None:
+    """Run the first sample of a study that records its worst runs, to see whether the metric is a column of its table.
+
+    Raises:
+        SceneError: its runs have no such metric, or it is text.
+    """
+    worst, count = listed.study.recordings.worst, len(listed.variants)
+    if worst is None:
+        return
+    columns = rows_of(listed, 0, count, scene_document(listed.study))
+    if worst.metric in columns or OK in columns["status"]:
+        _to_numbers(worst.metric, columns)
+
+
 def _metric(result: StudyResult, metric: str) -> Any:
-    if metric not in result.types:
-        raise SceneError(f"study: {unknown_key(metric, list(result.types), 'metric', 'of recordings.worst.metric')}")
-    try:
-        return np.array(result.column(metric), dtype=float)
-    except (TypeError, ValueError):
-        raise SceneError(f"study: recordings.worst.metric = {metric!r}: is text, not a number") from None
+    return _to_numbers(metric, {name: result.column(name) if name == metric else () for name in result.types})
+
+
+def _to_numbers(metric: str, columns: Mapping[str, Any]) -> Any:
+    """Return the column of `worst.metric` as numbers; raises SceneError where there is none, or it is text."""
+    if metric not in columns:
+        raise SceneError(f"study: {unknown_key(metric, list(columns), 'metric', 'of recordings.worst.metric')}")
+    if any(isinstance(value, str) for value in columns[metric]):
+        raise SceneError(f"study: recordings.worst.metric = {metric!r}: is text, not a number")
+    return np.array(columns[metric], dtype=float)
 
 
 def record_selected(result: StudyResult) -> None:

@@ -1,11 +1,12 @@
 """The file of a study: the scene, which of its parameters vary and how, and the variants to compare."""
 
+import copy
+import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import (
     BaseModel,
     BeforeValidator,
@@ -17,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from crane_sim.files.document import YAML_ERRORS, function_from, read
+from crane_sim.files.document import function_from, read, read_groups, switch_law, with_values
 from crane_sim.files.errors import SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
@@ -163,15 +164,9 @@ def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
 
 def _read_file(path: Path) -> dict[str, Any]:
     """Return the document of a study's file, its scene's file as an absolute path."""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except FileNotFoundError:
-        raise SceneError(f"study file {path}: there is no such file") from None
-    except YAML_ERRORS as error:
-        raise SceneError(f"study file {path}: cannot be read: {' '.join(str(error).split())}") from None
-    if not isinstance(document, dict):
-        raise SceneError(f"study file {path}: holds {type(document).__name__}, not groups of keys")
-    document.setdefault("name", path.stem)
+    if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
+        raise SceneError(f"study file {path}: there is no such file")
+    document = read_groups(path, "study file")
     _resolve_functions(document, path.resolve().parent)
     with suppress(TypeError):
         if (beside := path.resolve().parent / document.get("scene", "")).is_file():
@@ -204,15 +199,37 @@ def _check_design(study: Study) -> None:
                 f"study: parameters.{key}: is a distribution, and design = grid needs values; "
                 "or another design: latin_hypercube, sobol, monte_carlo, morris, saltelli"
             )
-        for name, changes in study.variant_changes.items():
-            if key in changes:
-                line = f"study: variants.{name}.{key} = {shorten(changes[key])}"
-                raise SceneError(f"{line}: is among the parameters, too")
+        _check_changes(study, key)
     if study.design in ("sobol", SALTELLI) and samples is not None and samples & (samples - 1):
         near = 1 << (samples.bit_length() - 1)
         raise SceneError(
             f"study: samples = {samples}: a Sobol sequence is balanced at powers of two only: {near}, {2 * near}"
         )
+
+
+def _check_changes(study: Study, key: str) -> None:
+    """Raise SceneError where changes of the scene have a parameter's key, unless the parameter varies what they set."""
+    parameter = study.parameters[key]
+    own = isinstance(parameter, Values) or not (parameter.relative or None in parameter)  # needs no value of the scene
+    groups = {"changes": study.changes} if own else {}
+    groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
+    for where, changes in groups.items():
+        if key in changes:
+            raise SceneError(f"study: {where}.{key} = {shorten(changes[key])}: is among the parameters, too")
+
+
+def varied_document(study: Study) -> dict[str, Any]:
+    """Return the document that the parameters vary: of the study's scene, with the changes of every run.
+
+    Raises:
+        SceneError: there is no such scene, or a change has no place in it.
+    """
+    document = copy.deepcopy(scene_document(study))
+    switch_law(document, study.changes)
+    try:
+        return with_values(document, study.changes)
+    except SceneError as error:
+        raise SceneError(f"study: changes.{error}") from None
 
 
 def scene_document(study: Study) -> dict[str, Any]:

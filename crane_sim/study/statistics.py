@@ -10,7 +10,10 @@ from scipy import stats
 CONFIDENCE = 0.95
 _RESAMPLES = 9999
 _DRAWN = 2**19  # indices of a bootstrap that are in memory at a time, 8 bytes each
+FEW = 20  # pairs, below which the bootstrap's intervals of the mean are too short: Student's hold them
 MANY = 2000  # pairs, above which the mean is as good as normally distributed
+ROUNDING = 1e-12
+"""Changes of a metric, by its size, that are not more than rounding."""
 
 Array = npt.NDArray[np.float64]
 
@@ -20,8 +23,8 @@ class PairedDifference(NamedTuple):
 
     pairs: int
     mean: float  # in the metric's unit
-    low: float  # ends of the 95 % interval of the mean: bootstrap, bias-corrected and accelerated; above MANY normal
-    high: float
+    low: float  # ends of the 95 % interval of the mean: Student's of fewer than FEW pairs, normal of more than MANY,
+    high: float  # else bootstrapped, bias-corrected and accelerated; the mean where differences do not vary
     effect_size: float  # mean by standard deviation of the differences (Cohen's d_z); NaN where they do not vary
     p_value: float  # Wilcoxon's signed-rank test, two-sided; 1 where no pair differs
     share: float  # of pairs in which the second variant has the smaller metric, ties count half
@@ -93,32 +96,53 @@ def sum_signed_ranks(difference: Array) -> float:
     return float(np.sum(np.sign(some) * stats.rankdata(np.abs(some))))
 
 
-def compare_pairs(first: Array, second: Array, seed: int = 0) -> PairedDifference:
-    """Return the difference of a metric (n,) of two variants; samples in which one has none (NaN) are left out.
+def is_constant(values: Array) -> bool:
+    """Return whether numbers (n,) differ by no more than rounding."""
+    return bool(np.ptp(values) <= ROUNDING * np.max(np.abs(values)))
+
+
+def equate_rounded(values: Array, tolerance: float) -> Array:
+    """Return numbers (n,) with one magnitude for those as near as `tolerance`, and 0 for those as near to 0."""
+    order = np.argsort(np.abs(values), kind="stable")
+    ordered = np.abs(values)[order]
+    first = np.diff(ordered, prepend=0.0) > tolerance  # of equal magnitudes
+    magnitudes = np.append(0.0, ordered[first])[np.cumsum(first)]
+    equated = np.empty_like(values)
+    equated[order] = np.copysign(magnitudes, values[order])
+    return equated
+
+
+def compare_pairs(first: Array, second: Array, seed: int = 0, few: int = FEW) -> PairedDifference:
+    """Return the difference of a metric (n,) of two variants; samples in which one has no finite one are left out.
 
     Args:
         first: the metric under the first variant.
         second: the same samples under the second one.
         seed: of the bootstrap's random numbers.
+        few: number of pairs below which the interval is Student's.
     """
-    both = ~(np.isnan(first) | np.isnan(second))
-    difference = second[both] - first[both]
-    n = len(difference)
+    both = np.isfinite(first) & np.isfinite(second)
+    first, second = first[both], second[both]
+    difference, n = second - first, len(first)
     if n == 0:
         return PairedDifference(0, *[np.nan] * 6)
+    tolerance = ROUNDING * float(max(np.max(np.abs(first)), np.max(np.abs(second))))
     mean, spread = float(np.mean(difference)), float(np.std(difference, ddof=1)) if n > 1 else np.nan
-    low, high = _interval(difference, seed) if n > 1 and spread > 0.0 else (mean, mean) if n > 1 else (np.nan, np.nan)
-    effect = mean / spread if spread > 0.0 else np.nan
-    return PairedDifference(n, mean, low, high, effect, *rank_pairs(difference))
+    varies = spread > tolerance
+    low, high = _interval(difference, seed, few) if varies else (mean, mean) if n > 1 else (np.nan, np.nan)
+    effect = mean / spread if varies else np.nan
+    return PairedDifference(n, mean, low, high, effect, *rank_pairs(equate_rounded(difference, tolerance)))
 
 
-def _interval(difference: Array, seed: int) -> tuple[float, float]:
+def _interval(difference: Array, seed: int, few: int) -> tuple[float, float]:
     """Return the ends of the interval of the mean of differences (n,) that vary.
 
     The bootstrap's time and memory grow with the square of their number; of many differences the mean is normal.
     """
-    if len(difference) > MANY:
-        half = stats.norm.ppf(0.5 + CONFIDENCE / 2) * np.std(difference, ddof=1) / np.sqrt(len(difference))
+    n = len(difference)
+    if n > MANY or n < few:
+        quantile = stats.norm.ppf(0.5 + CONFIDENCE / 2) if n > MANY else stats.t.ppf(0.5 + CONFIDENCE / 2, n - 1)
+        half = quantile * np.std(difference, ddof=1) / np.sqrt(n)
         return float(np.mean(difference) - half), float(np.mean(difference) + half)
     rng = np.random.default_rng(seed)
     found = stats.bootstrap(

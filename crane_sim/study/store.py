@@ -106,11 +106,18 @@ class Store:
     def _check_or_write_identity(self) -> None:
         if self._file.exists():
             known = json.loads(self._file.read_text())
-            if known.get("hash") != self.hash:
+            if not self._holds_this(known):
                 raise SceneError(f"folder {self.folder}: {self._difference(known)}; name another folder, or remove it")
             return
         content = json.dumps({"hash": self.hash, **self.identity}, indent=1, default=str)
         write_whole(self._file, lambda file: file.write_text(content + "\n"))
+
+    def _holds_this(self, known: dict[str, Any]) -> bool:
+        """Return whether the folder's study has the rows of this one: which of them are recorded does not matter."""
+        if known.get("hash") == self.hash:
+            return True
+        study = {**known.get("study", {}), "recordings": self.identity["study"]["recordings"]}
+        return hash_of({key: known[key] for key in known if key != "hash"} | {"study": study}) == self.hash
 
     def _difference(self, known: dict[str, Any]) -> str:
         """Return what differs between the study of the folder and this one."""

@@ -46,15 +46,15 @@ def find_sensitivities(result: StudyResult) -> dict[str, dict[str, list[dict[str
     found: dict[str, dict[str, list[dict[str, Any]]]] = {}
     for name in shown_metrics(result):
         for variant in result.study.variant_changes:
-            if not np.isnan(result.metric(name, variant)).any():
+            if np.isfinite(result.metric(name, variant)).all():
                 rows = sensitivities(result, name, variant)
                 found.setdefault(name, {})[variant] = [row._asdict() for row in rows]
     return found
 
 
 def spread_of(values: npt.NDArray[np.float64]) -> dict[str, float | int | None]:
-    """Return count, least, median and greatest of the numbers among values (n,)."""
-    values = values[~np.isnan(values)]
+    """Return count, least, median and greatest of the finite numbers among values (n,)."""
+    values = values[np.isfinite(values)]
     if not len(values):
         return {"runs": 0, "least": None, "median": None, "greatest": None}
     least, median, greatest = np.quantile(values, (0.0, 0.5, 1.0)).tolist()

@@ -3,14 +3,16 @@
 import json
 import os
 import pty
+import signal
 import subprocess
+import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from command_line import CRANE, crane, crane_here
-from process_helpers import run_to_completion
+from process_helpers import run_to_completion, started_program
 
 from crane_sim.cli.bench import SUITE_NAMES
 from crane_sim.cli.commands import app
@@ -127,6 +129,33 @@ def test_no_compilation_status_without_compilation() -> None:
         os.write(slave, b"end")  # so that the read returns
         os.close(slave)
         assert b"compiling" not in terminal.read(65536) and result.stdout
+
+
+BAR = """
+import time
+from crane_sim import cli, process_signals
+from crane_sim.cli.sweep import show_progress
+process_signals.exit_on_signal(cli._on_interrupt)
+with show_progress("runs", quiet=False) as on_progress:
+    on_progress(1, 2)
+    time.sleep(60.0)
+"""
+
+
+def test_an_interrupted_progress_bar_ends_in_one_line() -> None:
+    """Ctrl-C clears the line of a progress bar, which is not drawn again below `crane: interrupted`."""
+    master, slave = pty.openpty()
+    with open(master, "rb", buffering=0) as terminal, started_program([sys.executable, "-c", BAR], stderr=slave) as bar:
+        shown = b""
+        while b"1/2" not in shown:
+            shown += terminal.read(4096)
+        bar.send_signal(signal.SIGINT)
+        assert bar.wait() == 1
+        os.write(slave, b"end")  # so that the read returns
+        os.close(slave)
+        while not shown.endswith(b"end"):
+            shown += terminal.read(4096)
+    assert shown.endswith(b"\r\x1b[K\x1b[?25hcrane: interrupted\r\nend")
 
 
 def test_a_full_disk_behind_stdout_is_one_line() -> None:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from rich.console import Console
@@ -120,9 +121,29 @@ def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> 
     (line,) = {row["error"] for row in rows if row["error"]}
     assert line.startswith(f"metrics = '{own}:of_strong_laws': ZeroDivisionError: ")
     assert [row["inverse"] for row in rows] == [1.0 if each else None for each in strong]
+    result, lines = studies.read_result(tmp_path / "some"), io.StringIO()
+    print_result(result, Console(file=lines, width=200))
+    (each,) = result.failure_differences().values()
+    counts = f"only energy in {each.first_only}, only weak in {each.second_only}, both in {each.both}"
+    assert f"failures by sample: {counts}; McNemar's p {each.p_value:.2g}\n" in lines.getvalue()
     broken = run_with(f"{own}:broken", tmp_path / "all")
     assert all("AttributeError: " in row["error"] and row["status"] == "failed" for row in broken)
     assert [row["state_sha256"] for row in broken] == [row["state_sha256"] for row in rows]
+
+
+def test_recordings_of_a_finished_study_may_be_asked_for_later(own: Path, tmp_path: Path) -> None:
+    """Which runs are recorded is no part of a study: its folder takes other recordings, and no row is run again."""
+    study, folder = STUDY | {"metrics": f"{own}:furthest"}, tmp_path / "folder"
+    with pytest.raises(SceneError, match="unknown metric 'further'.*did you mean 'furthest'"):
+        studies.run(study | {"recordings": {"worst": {"metric": "further"}}}, folder, 1)
+    first = studies.run(study, folder, 1)
+    again = studies.run(study | {"recordings": {"worst": {"metric": "furthest", "count": 1}}}, folder, 1)
+    assert again.table == first.table
+    (file,) = (folder / "recordings").iterdir()
+    assert int(file.stem) == np.argmax(first.column("furthest"))
+    assert studies.run(study, folder, 1).table == first.table
+    with pytest.raises(SceneError, match="holds another study"):
+        studies.run(study | {"seed": 5, "recordings": {"failures": True}}, folder, 1)
 
 
 LAW = """

@@ -13,7 +13,7 @@ from pyarrow.parquet import write_table
 
 from crane_sim.files.errors import SceneError
 from crane_sim.study.cases import cases
-from crane_sim.study.designs import draw_design
+from crane_sim.study.designs import draw_probabilities
 from crane_sim.study.result import StudyResult
 from crane_sim.study.schema import load_study
 from crane_sim.study.sensitivity import sensitivities
@@ -35,20 +35,39 @@ def study_of(design: str, samples: int) -> dict[str, Any]:
 
 
 def result_of(folder: Path, design: str, samples: int, function: Any) -> StudyResult:
-    """Return the result of a study in a folder whose metric `y` is a function of the design (samples, parameters)."""
+    """Return the result of a study in a folder whose metric `y` is a function of probabilities (runs, parameters)."""
     study = load_study(study_of(design, samples))
-    y = function(draw_design(study))
+    y = function(draw_probabilities(study))
     table = pa.table({"variant": ["scene"] * len(y), "status": ["ok"] * len(y), "y": y.tolist()})
     write_table(table, folder / "table.parquet")
     return StudyResult(study, folder)
 
 
-def test_elementary_effects_of_a_linear_function_are_its_slopes(tmp_path: Path) -> None:
-    """Of a linear function Morris' mean magnitudes are the slopes, without interaction, the strongest first."""
+def test_elementary_effects_of_a_linear_function_are_its_changes(tmp_path: Path) -> None:
+    """Of a linear function Morris' mean magnitudes are slope times range, without interaction, the strongest first."""
     found = sensitivities(result_of(tmp_path, "morris", 4, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene")
     assert [row.parameter for row in found] == [KEYS[1], KEYS[0], KEYS[2]]
     # rounding of sums and of differences by 2/3
     assert np.allclose([row[1:] for row in found], [[5.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]], atol=1e-12)
+
+
+@pytest.mark.filterwarnings("error")
+def test_one_path_has_no_spread(tmp_path: Path) -> None:
+    """Of one path of Morris' design there are the changes, without interval and standard deviation, and no warnings."""
+    found = sensitivities(result_of(tmp_path, "morris", 1, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene")
+    assert np.allclose([row.strength for row in found], [5.0, 2.0, 0.0], atol=1e-12)
+    assert np.isnan([row[2:] for row in found]).all()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("design", ["morris", "saltelli"])
+def test_rounding_depends_on_nothing(design: str, tmp_path: Path) -> None:
+    """A metric that is constant but for its last bits depends on no parameter, and an infinite one is missing."""
+    rounded = result_of(tmp_path, design, 8, lambda x: 0.3 + 1e-15 * np.sin(1e3 * x[:, 0]))
+    assert [row[1:] for row in sensitivities(rounded, "y", "scene")] == [(0.0, 0.0, 0.0)] * 3
+    infinite = result_of(tmp_path, design, 8, lambda x: np.where(np.arange(len(x)) == 3, np.inf, x[:, 0]))
+    with pytest.raises(SceneError, match="1 of .* runs have none"):
+        sensitivities(infinite, "y", "scene")
 
 
 def test_total_indices_of_a_product_are_those_of_theory(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from crane_sim.study.statistics import (
     estimate_median,
     estimate_share,
 )
+from crane_sim.study.summary import spread_of
 
 
 def test_a_known_offset_is_found() -> None:
@@ -24,6 +25,26 @@ def test_a_known_offset_is_found() -> None:
     same = compare_pairs(first, first)
     assert (same.pairs, same.mean, same.p_value, same.share) == (4, 0.0, 1.0, 0.5)
     assert compare_pairs(first[:0], first[:0]).pairs == 0
+
+
+@pytest.mark.filterwarnings("error")
+def test_differences_that_vary_by_rounding_do_not_vary() -> None:
+    """An offset of 0.05 but for the last bits has its mean as interval, and the p-value of equal differences."""
+    first = np.linspace(0.1, 0.5, 12)
+    found, exact = compare_pairs(first, first + 0.05), compare_pairs(np.zeros(12), np.full(12, 0.05))
+    assert np.ptp(first + 0.05 - first) > 0.0
+    assert found.low == found.mean == found.high == pytest.approx(0.05, abs=1e-15) and isnan(found.effect_size)
+    assert found.p_value == exact.p_value
+    noise = compare_pairs(first, first * (1.0 + np.finfo(float).eps * np.arange(-6.0, 6.0)))
+    assert (noise.p_value, noise.share) == (1.0, 0.5)
+
+
+@pytest.mark.filterwarnings("error")
+def test_infinite_metrics_are_left_out() -> None:
+    """A pair with an infinite metric counts as one without it."""
+    first, second = np.array([1.0, np.inf, 3.0, 4.0, 5.0]), np.array([2.0, 3.0, 5.0, -np.inf, 6.0])
+    assert compare_pairs(first, second) == compare_pairs(first[[0, 2, 4]], second[[0, 2, 4]])
+    assert spread_of(second) == {"runs": 4, "least": 2.0, "median": 4.0, "greatest": 6.0}
 
 
 def test_wilcoxon_of_one_sided_differences_is_its_closed_form() -> None:
@@ -46,6 +67,15 @@ def test_the_interval_covers() -> None:
     for i in range(trials):
         found = compare_pairs(np.zeros(40), rng.normal(0.3, 1.0, 40), seed=i)
         inside += found.low <= 0.3 <= found.high
+    assert abs(inside / trials - 0.95) < 4.0 * (0.95 * 0.05 / trials) ** 0.5
+
+
+@pytest.mark.parametrize("n", [2, 4, 8])
+def test_the_interval_of_few_pairs_covers(n: int) -> None:
+    """Of 2000 samples of few normal differences 95 % of intervals have the mean inside, within four standard errors."""
+    rng, trials = np.random.default_rng(n), 2000
+    found = [compare_pairs(np.zeros(n), rng.normal(0.3, 1.0, n)) for _ in range(trials)]
+    inside = sum(each.low <= 0.3 <= each.high for each in found)
     assert abs(inside / trials - 0.95) < 4.0 * (0.95 * 0.05 / trials) ** 0.5
 
 

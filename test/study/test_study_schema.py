@@ -1,10 +1,12 @@
 """Files of studies: what they make of parameters and variants, and how a wrong one is refused."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
 from crane_sim.study import Case, Study, cases, load_study
 
@@ -69,6 +71,27 @@ def test_a_study_is_what_it_writes() -> None:
     assert load_study(first.model_dump(mode="json")) == first
 
 
+def test_parameters_vary_the_scene_with_the_changes_of_the_study() -> None:
+    """A relative distribution has factors of what `changes` set, also in a group that only they have."""
+    third = {"distribution": "uniform", "low": 1.0, "high": 1.5, "relative": True}
+    parameters = {MASS: third, "friction.trolley.coulomb": third, "trolley.mass": third}
+    changes = {"cable.node_masses": [100.0], "friction": {"trolley": {"coulomb": 4.0}}, "trolley.mass": 60.0}
+    for case in cases(study(design="sobol", samples=4, parameters=parameters, changes=changes)):
+        for key, own in zip(parameters, (100.0, 4.0, 60.0), strict=True):
+            assert own <= case.parameters[key] == case.changes[key] <= 1.5 * own
+    assert read(SCENE)["trolley"]["mass"] == 20.0
+
+
+def test_a_key_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    """A study's file is read as a scene's: the line names file, line and column."""
+    file = tmp_path / "twice.yaml"
+    file.write_text("scene: overhead_energy\nparameters:\n  trolley.mass: [15.0]\n  trolley.mass: [20.0]\n")
+    with pytest.raises(SceneError, match=r"study file .*twice\.yaml: cannot be read: line 3, column 3: .*twice"):
+        load_study(file)
+    with pytest.raises(SceneError, match="study file .*nowhere.yaml: there is no such file"):
+        load_study(tmp_path / "nowhere.yaml")
+
+
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "unknown key": ({"sample": 4}, "did you mean 'samples'"),
     "no parameters": ({"parameters": {}}, "parameters"),
@@ -86,6 +109,16 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no samples": ({"design": "sobol"}, "samples is missing"),
     "Sobol": ({"design": "sobol", "samples": 100}, "samples = 100: a Sobol sequence is balanced at powers of two"),
     "in a variant, too": ({"variants": {"a": {MASS: 1.0}}}, f"variants.a.{MASS} = 1.0: is among the parameters, too"),
+    "in the changes, too": ({"changes": {MASS: 1.0}}, f"changes.{MASS} = 1.0: is among the parameters, too"),
+    "a change without a place": ({"changes": {"cable.node_masses.3": 1.0}}, "'3' is no index of a list of 1"),
+    "unknown metric of the worst runs": (
+        {"duration": 0.1, "recordings": {"worst": {"metric": "peak_swing_dge"}}},
+        "'peak_swing_dge' of recordings.worst.metric, did you mean 'peak_swing_deg'",
+    ),
+    "text as metric of the worst runs": (
+        {"duration": 0.1, "recordings": {"worst": {"metric": "state_sha256"}}},
+        "recordings.worst.metric = 'state_sha256': is text, not a number",
+    ),
     "nothing to vary": (
         {"design": "sobol", "samples": 4, "parameters": {"payload.mas": UNIFORM}},
         "parameters.payload.mas: the scene has no payload.mas of its own",
@@ -103,6 +136,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("name", BAD)
 def test_a_wrong_study_is_refused_in_one_line(name: str, tmp_path: Any) -> None:
     """The line names key and value and says what is possible; nothing is written."""

@@ -103,7 +103,7 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
     found = [_refused_cell(trial, law, samples) for law in trial.refused]
     for law in laws:
         metrics = {name: estimate_median(_with_failures(metric_of(result, name, law)), seed) for name in METRICS}
-        pairs = compare_pairs(metric_of(result, METRICS[0], best), metric_of(result, METRICS[0], law), seed)
+        pairs = compare_pairs(metric_of(result, METRICS[0], best), metric_of(result, METRICS[0], law), seed, few=0)
         controlled = estimate_share(int(is_controlled(result, law).sum()), samples)
         cell = SampledCell(trial.crane, law, trial.trial, samples, "", controlled, metrics)
         difference = None if law == best and np.isfinite(np.median(errors[law])) else pairs

@@ -157,7 +157,7 @@ def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
 
         def draw(axes: Any, spread: dict[str, npt.NDArray[np.float64]] = spread, name: str = name) -> None:
             for color, (variant, values) in zip(COLORS * 9, spread.items(), strict=False):
-                ordered = np.sort(values[~np.isnan(values)])
+                ordered = np.sort(values[np.isfinite(values)])
                 share = np.arange(1, len(ordered) + 1) / max(len(ordered), 1)
                 axes.step(ordered, share, where="post", color=color, label=variant)
             axes.set(xlabel=name, ylabel="share of runs", ylim=(0, 1.02))
