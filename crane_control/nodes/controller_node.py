@@ -77,7 +77,10 @@ class ControllerNode(LawNode):
 
     def _diagnose(self) -> Diagnostics:
         setpoints, outer = self._setpoints, outer_loop_of(self._law)
-        return Diagnostics(setpoints.warning(outer), setpoints.metrics()) if setpoints and outer else Diagnostics()
+        missing = {"trajectory action": self._goals.missing_package} if self._goals.missing_package else {}
+        if setpoints and outer:
+            return Diagnostics(setpoints.warning(outer), missing | setpoints.metrics())
+        return Diagnostics(values=missing)
 
     def _reset(self) -> None:
         self._next_reference, self._referred = 0, self._law

@@ -50,23 +50,29 @@ def _fail(message: str, code: int, stream: TextIO | None = None) -> int:
 
 
 def _show_warning(
-    message: Warning | str, category: type[Warning], file_name: str, line_number: int, *_: object
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
 ) -> None:
-    """Print a warning in one line where it is meant for users, as of a deprecated key, else with its place."""
-    if issubclass(category, FutureWarning):
-        print(f"crane: warning: {message}", file=sys.stderr)
-    else:
-        print(warnings.formatwarning(message, category, file_name, line_number), file=sys.stderr, end="")
+    """Print a warning of a deprecated name in one line, others with their place; see `warnings.showwarning`."""
+    from crane_sim.files.errors import RenameWarning
+
+    own = issubclass(category, RenameWarning)
+    text = f"crane: warning: {message}\n" if own else warnings.formatwarning(message, category, filename, lineno, line)
+    print(text, file=file or sys.stderr, end="")
 
 
 def _on_interrupt() -> None:
     """End the process independent of its other threads."""
     stream = None
-    if sys.stderr.isatty():
-        stream = os.fdopen(os.dup(2), "w")
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # a progress display draws no more
-        print("\r\x1b[K\x1b[?25h", end="", file=stream)  # clear its line, show the cursor
     try:
+        if sys.stderr.isatty():
+            stream = os.fdopen(os.dup(2), "w")
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # a progress display draws no more
+            print("\r\x1b[K\x1b[?25h", end="", file=stream)  # clear its line, show the cursor
         _fail("interrupted", 1, stream)
         process_signals.end_workers()
     finally:

@@ -30,6 +30,10 @@ _NO_GROUP = ("model_type", "dict_type", "model_attributes_type", "named_tuple_ty
 _NEAR = 0.65  # of difflib: least similarity of a word to a suggestion; "cable" and "crane" have 0.6
 
 
+class RenameWarning(FutureWarning):
+    """Warning of a name in a file or a command that has a new one; the next release refuses it."""
+
+
 class SceneError(ValueError):
     """A scene that cannot be used; the message is one line that names the key, its value and what is possible."""
 

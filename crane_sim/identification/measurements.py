@@ -60,17 +60,27 @@ def _checked(given: Measurements, scene: Scene) -> Measurements:
     for name in given.joints:
         if name not in scene.joint_names:
             raise SceneError(f"measurements: {unknown_key(name, scene.joint_names, 'joint')}")
+    if len(set(given.joints)) < len(given.joints):
+        raise SceneError(f"measurements: joints {', '.join(given.joints)}: one of them stands twice")
+    arrays = {name: _as_array(name, getattr(given, name)) for name in ("t", "q", "command_times", "commands")}
+    samples, commands = arrays["t"].size, arrays["command_times"].size
     shapes = {
-        "t": (len(given.t),),
-        "q": (len(given.t), len(given.joints)),
-        "command_times": (len(given.command_times),),
-        "commands": (len(given.command_times), len(scene.actuated)),
+        "t": (samples,),
+        "q": (samples, len(given.joints)),
+        "command_times": (commands,),
+        "commands": (commands, len(scene.actuated)),
     }
-    arrays = {name: np.asarray(getattr(given, name), dtype=np.float64) for name in shapes}
     for name, shape in shapes.items():
         if arrays[name].shape != shape:
             raise SceneError(f"measurements: {name} has the shape {arrays[name].shape}, must have {shape}")
     return given._replace(**arrays)
+
+
+def _as_array(name: str, values: Any) -> Array:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise SceneError(f"measurements: {name}: must be an array of numbers") from None
 
 
 def read_measurements(path: Path | str, scene: Scene) -> Measurements:

@@ -120,7 +120,11 @@ class FileLock:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             return False
-        return True
+        if self._path.exists() and os.path.samestat(os.fstat(self._file), self._path.stat()):
+            return True
+        os.close(self._file)  # the one before has removed it: another process may have locked a new one
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        return False
 
 
 _LOCK_POLL = 0.01  # s

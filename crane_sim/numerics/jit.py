@@ -183,8 +183,12 @@ class _CheckedCache(FunctionCache):
         return loaded
 
     def save_overload(self, sig, data):
-        if _is_trusted():
-            super().save_overload(sig, data)
+        if _is_trusted():  # numba reads and writes the index of a function's signatures without a lock
+            index = FileLock(self._lock_file("index"), _LOCK_TIMEOUT)
+            try:
+                super().save_overload(sig, data)
+            finally:
+                index.release()
         if lock := self._locks.pop(sig, None):
             lock.release()
 

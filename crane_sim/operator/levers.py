@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from crane_sim.files.errors import SceneError, shorten, unknown_key
+from crane_sim.files.errors import RenameWarning, SceneError, shorten, unknown_key
 
 AXES = ("left stick horizontal", "left stick vertical", "right stick horizontal", "right stick vertical")
 """Names of the axes of a game controller, by their numbers."""
@@ -90,7 +90,7 @@ def _apply_changes(assignment: Assignment, changes: Sequence[str]) -> Assignment
     for change in changes:
         name, _, value = change.partition("=")
         if name == "dead_man":
-            warnings.warn("--map dead_man is now called enable", FutureWarning, stacklevel=2)
+            warnings.warn("--map dead_man is now called enable", RenameWarning, stacklevel=2)
             name = "enable"
         digits = value.removeprefix("-")
         if not digits.isdecimal():

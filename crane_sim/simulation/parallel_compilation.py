@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
@@ -41,14 +41,15 @@ class _SecondProcess:
     """The second process, which is started once, and only where there is a second core."""
 
     def __init__(self, scene: Scene) -> None:
-        self._scene = scene
+        self._scene, self._tried = scene, False
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Start it, if it has not been started."""
-        if self._process is not None or len(os.sched_getaffinity(0)) < 2:
+        """Start it at the first call; where that is not possible, nothing happens."""
+        if self._tried or len(os.sched_getaffinity(0)) < 2:
             return
-        with tempfile.TemporaryFile() as document:
+        self._tried = True
+        with suppress(OSError, pickle.PicklingError), tempfile.TemporaryFile() as document:
             pickle.dump(self._scene.to_dict(), document)
             document.seek(0)
             command, silent = [sys.executable, "-m", __name__, str(os.getpid())], subprocess.DEVNULL

@@ -4,6 +4,8 @@ import warnings
 from collections.abc import Mapping
 from typing import Any
 
+from crane_sim.files.errors import RenameWarning
+
 KEYS = {"figures": "metrics"}
 """New names of a study's keys by the deprecated ones."""
 OWN_METRIC = {b"figure": b"own"}
@@ -19,4 +21,4 @@ def warn_of_deprecated_keys(document: Mapping[str, Any]) -> None:
     """Warn of every deprecated key in a study's document: the next release refuses it."""
     for deprecated, new in KEYS.items():
         if deprecated in document:
-            warnings.warn(f"study: {deprecated} is now called {new}", FutureWarning, stacklevel=3)
+            warnings.warn(f"study: {deprecated} is now called {new}", RenameWarning, stacklevel=3)

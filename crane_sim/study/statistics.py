@@ -128,10 +128,11 @@ def compare_pairs(first: Array, second: Array, seed: int = 0, few: int = FEW) ->
         return PairedDifference(0, *[np.nan] * 6)
     tolerance = ROUNDING * float(max(np.max(np.abs(first)), np.max(np.abs(second))))
     mean, spread = float(np.mean(difference)), float(np.std(difference, ddof=1)) if n > 1 else np.nan
-    varies = spread > tolerance
+    varies, equated = spread > tolerance, equate_rounded(difference, tolerance)
+    mean = mean if varies else float(np.mean(equated))
     low, high = _interval(difference, seed, few) if varies else (mean, mean) if n > 1 else (np.nan, np.nan)
     effect = mean / spread if varies else np.nan
-    return PairedDifference(n, mean, low, high, effect, *rank_pairs(equate_rounded(difference, tolerance)))
+    return PairedDifference(n, mean, low, high, effect, *rank_pairs(equated))
 
 
 def _interval(difference: Array, seed: int, few: int) -> tuple[float, float]:

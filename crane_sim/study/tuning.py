@@ -193,8 +193,10 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
 def _lock(held: int, folder: Path) -> None:
     try:
         fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except BlockingIOError:
         raise SceneError(f"folder {folder}: another process is running this search") from None
+    except OSError as error:
+        raise SceneError(f"folder {folder}: {error.strerror}") from None
 
 
 def _check_or_write_identity(folder: Path, study: Study) -> None:

@@ -70,6 +70,17 @@ def test_it_ends_with_the_block() -> None:
     assert set(children(os.getpid())) == before
 
 
+def test_a_block_goes_on_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no process can be started, functions are compiled in the block as ever."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError("no memory")
+
+    monkeypatch.setattr(subprocess, "Popen", fail)
+    with compile_evaluation_beside(crane_sim.load_scene(SCENE)):
+        assert numba.njit(lambda x: 3.0 * x)(1) == 3.0
+
+
 @pytest.mark.interpreted
 @pytest.mark.parametrize("scene", [SCENE, "knuckle_sea", "overhead_bench", "tower_gust", "reeved_twelve_falls"])
 def test_every_kind_of_crane_can_be_evaluated(scene: str) -> None:

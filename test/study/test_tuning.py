@@ -168,6 +168,8 @@ def test_intervals_decide() -> None:
     few = compare_pairs(np.zeros(5), np.full(5, -1.0))  # a constant difference
     assert tuning.verdict_on(few) == "too few samples"
     assert tuning.verdict_on(compare_pairs(np.zeros(6), np.full(6, -1.0))) == "improved"
+    last_bits = np.full(8, 1.0) * (1.0 - 2.0**-53)
+    assert tuning.verdict_on(compare_pairs(np.ones(8), last_bits)) == "no difference shown"
     nan = math.nan
     assert tuning.verdict_on(difference(8, nan, nan, p_value=0.01)) == "improved"
     assert tuning.verdict_on(difference(8, nan, nan, p_value=1.0)) == "no difference shown"

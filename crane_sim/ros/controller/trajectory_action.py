@@ -57,12 +57,17 @@ class _Followed(NamedTuple):
 
 
 class TrajectoryAction:
-    """The goals of the action: one is followed, and a newer one may wait for its start."""
+    """The goals of the action: one is followed, and a newer one may wait for its start.
+
+    Attributes:
+        missing_package: one line on why there is no action although the law follows a trajectory, else empty.
+    """
 
     def __init__(self, node: Node, scene: Scene, law: Any, settings: SimpleNamespace) -> None:
         """Offer nothing yet; `settings.stop_time` [s] is how long the joints take to stop after a goal."""
         self._node, self._scene, self._settings = node, scene, settings
         self._every = max(1, round(_FEEDBACK_PERIOD / scene.period))
+        self.missing_package = ""
         self._now = 0.0  # s, of the newest state
         self._accepts = self._stops = False
         self._pending: _Accepted | None = None
@@ -126,7 +131,7 @@ class TrajectoryAction:
         try:
             self._action = import_module(f"{_PACKAGE}.action").FollowJointTrajectory
         except ImportError:
-            self._node.get_logger().debug(f"no action {NAME}: {_PACKAGE} is not installed (docs/interfaces.md)")
+            self.missing_package = f"off: the package {_PACKAGE} is not installed, `./crane interfaces` builds it"
 
     def _answer_goal(self, _: Any) -> GoalResponse:
         """Accept a goal; one that is wrong ends at once, with the code that says why: a rejection has none."""
