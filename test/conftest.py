@@ -88,9 +88,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def _limited(item: pytest.Item) -> Iterator[None]:
     """Fail the block after the time limit; code that does not return to Python is left to `faulthandler_timeout`.
 
-    Slow tests have no limit.
+    Long tests have twice the time, slow ones have no limit.
     """
-    limit = 0.0 if item.get_closest_marker("slow") else float(item.config.getini("test_limit"))
+    usual = float(item.config.getini("test_limit"))
+    limit = 0.0 if item.get_closest_marker("slow") else 2.0 * usual if item.get_closest_marker("long") else usual
 
     def expire(*_: object) -> None:
         faulthandler.dump_traceback(file=sys.__stderr__)
