@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 import numpy as np
 
 from crane_sim.numerics.jit import watch_compiling
-from crane_sim.process_signals import end_with_parent
+from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.rollout import RawRun, make_rollout, summarize
@@ -52,8 +52,11 @@ class _SecondProcess:
         with suppress(OSError, pickle.PicklingError), tempfile.TemporaryFile() as document:
             pickle.dump(self._scene.to_dict(), document)
             document.seek(0)
-            command, silent = [sys.executable, "-m", __name__, str(os.getpid())], subprocess.DEVNULL
-            self._process = subprocess.Popen(command, stdin=document, stdout=silent, stderr=silent)
+            command, silent = [sys.executable, "-m", __name__], subprocess.DEVNULL
+            end_with_this_one = set_parent_death_signal()
+            self._process = subprocess.Popen(
+                command, stdin=document, stdout=silent, stderr=silent, preexec_fn=end_with_this_one
+            )
 
     def stop(self) -> None:
         """End it, whatever it is doing."""
@@ -76,5 +79,4 @@ def compile_evaluation(scene: Scene) -> None:
 
 
 if __name__ == "__main__":
-    end_with_parent(int(sys.argv[1]))
     compile_evaluation(load_scene(pickle.load(sys.stdin.buffer)))

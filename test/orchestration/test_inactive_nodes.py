@@ -17,7 +17,7 @@ from crane_sim.ros.controller.responder import serve_responder
 def test_a_node_reports_whether_it_is_active() -> None:
     """Each activation and deactivation reaches the node, and is reported."""
     reports, activations = [], []
-    host: Any = SimpleNamespace(stop_reason="finish", wait=lambda _: None)
+    host: Any = SimpleNamespace(stop_reason="finish", wait=lambda _: None, report_ready=lambda: None)
     host.pipes = SimpleNamespace(report=lambda event, **fields: reports.append((event, fields)))
 
     def manage(autostart: bool, on_change: Any) -> None:

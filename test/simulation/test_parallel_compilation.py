@@ -46,7 +46,7 @@ def test_the_second_process_leaves_the_integration_alone(tmp_path: Path) -> None
     document.write_bytes(pickle.dumps(crane_sim.load_scene(SCENE).to_dict()))
     environment = os.environ | {"CRANE_SIM_CACHE": str(tmp_path / "cache")}
     with document.open("rb") as stdin:
-        command = [sys.executable, "-m", parallel_compilation.__name__, str(os.getpid())]
+        command = [sys.executable, "-m", parallel_compilation.__name__]
         subprocess.run(command, stdin=stdin, env=environment, check=True, timeout=300.0)
     done = run_to_completion([sys.executable, "-c", COMPILED], env=environment, check=True)
     compiled, state_sha256 = json.loads(done.stdout)
