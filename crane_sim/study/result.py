@@ -16,7 +16,7 @@ from crane_sim.study import deprecated_names
 from crane_sim.study.runs import OK
 from crane_sim.study.schema import Study, load_study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
-from crane_sim.study.store import OWN_METRIC, load_pyarrow
+from crane_sim.study.store import OWN_METRIC, SEARCH, load_pyarrow
 
 
 def read_result(folder: Path) -> "StudyResult":
@@ -25,7 +25,7 @@ def read_result(folder: Path) -> "StudyResult":
     Raises:
         SceneError: the folder holds no study, or one that is not finished.
     """
-    if (folder / "tune.json").is_file():
+    if (folder / SEARCH).is_file():
         raise SceneError(_tuned_folder(folder))
     if not (folder / "study.json").is_file():
         raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")

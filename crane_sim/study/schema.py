@@ -224,12 +224,18 @@ def varied_document(study: Study) -> dict[str, Any]:
     Raises:
         SceneError: there is no such scene, or a change has no place in it.
     """
-    document = copy.deepcopy(scene_document(study))
-    switch_law(document, study.changes)
+    document = scene_document(study)
     try:
-        return with_values(document, study.changes)
+        return changed_document(document, study.changes)
     except SceneError as error:
         raise SceneError(f"study: changes.{error}") from None
+
+
+def changed_document(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scene's document with changes by dotted key; raises SceneError where one has no place."""
+    changed = copy.deepcopy(dict(document))
+    switch_law(changed, changes)
+    return with_values(changed, changes)
 
 
 def scene_document(study: Study) -> dict[str, Any]:

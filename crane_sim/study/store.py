@@ -35,6 +35,8 @@ MAX_BLOCK = 512
 """Cases of a block at most: what a block costs beside its cases is then little for each of them."""
 IDENTITY = "study.json"
 """The file of a folder that says which study it is of."""
+SEARCH = "tune.json"
+"""The file of a folder of `crane tune` that says which search it is of."""
 OWN_METRIC = {b"metric": b"own"}
 """Metadata of a column that is a metric by the study's own function."""
 _INTEGERS = ("case", "sample", "seed", "steps", "events")
@@ -78,6 +80,20 @@ def hash_of(identity: dict[str, Any]) -> str:
 def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
     """Return the keys at which two identities differ, in one line; empty where they do not."""
     return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
+
+
+def lock_folder(descriptor: int, folder: Path, what: str) -> None:
+    """Lock an open file, or the folder itself, for this process; it is freed when the process ends, however it ends.
+
+    Raises:
+        SceneError: another process runs `what` the folder is of, or it cannot be locked.
+    """
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise SceneError(f"folder {folder}: another process is running this {what}") from None
+    except OSError as error:
+        raise SceneError(f"folder {folder}: {error.strerror}") from None
 
 
 class Store:
@@ -137,10 +153,7 @@ class Store:
             SceneError: another process runs the study of this folder.
         """
         with self._file.open() as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise SceneError(f"folder {self.folder}: another process is running this study") from None
+            lock_folder(file.fileno(), self.folder, "study")
             self._remove_leftovers()
             yield
 

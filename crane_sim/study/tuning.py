@@ -7,7 +7,6 @@ are then run beside the scene's own gains on other samples: a study like any oth
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import math
@@ -32,7 +31,7 @@ from crane_sim.study.execution import check_cases, check_metrics, run, run_block
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
 from crane_sim.study.statistics import CONFIDENCE, PairedDifference
-from crane_sim.study.store import block_needs, hash_of, identity_of, load_pyarrow, write_whole
+from crane_sim.study.store import SEARCH, block_needs, hash_of, identity_of, load_pyarrow, lock_folder, write_whole
 from crane_sim.study.tuning_checks import (
     base_changes,
     check_design,
@@ -50,8 +49,6 @@ SAMPLES_AT_ONCE = 4
 """Samples that a worker runs before its rows are looked at."""
 NOT_REACHED = "samples_not_reached"
 """The constraint of a trial: the share of the samples that it did not reach is 0."""
-SEARCH = "tune.json"
-"""The file of a folder that says which search it is of."""
 MIN_PAIRS = 6
 """Pairs that a verdict needs: of five, however they differ, Wilcoxon's test has a p-value of 2 / 2^5, more than 5 %."""
 
@@ -181,22 +178,13 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     except OSError as error:
         raise SceneError(f"folder {folder}: {error.strerror}") from None
     try:
-        _lock(held, folder)
+        lock_folder(held, folder, "search")
         _check_or_write_identity(folder, study)
         for file in folder.glob("trials.log.lock*"):  # of a process that ended while it wrote to the journal
             file.unlink()
         yield
     finally:
         os.close(held)
-
-
-def _lock(held: int, folder: Path) -> None:
-    try:
-        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise SceneError(f"folder {folder}: another process is running this search") from None
-    except OSError as error:
-        raise SceneError(f"folder {folder}: {error.strerror}") from None
 
 
 def _check_or_write_identity(folder: Path, study: Study) -> None:

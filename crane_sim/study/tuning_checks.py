@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from crane_sim.files.document import get_value, switch_law, with_values
+from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study.cases import cases
@@ -15,7 +14,7 @@ from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER
 from crane_sim.study.execution import run_blocks
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, each_row
-from crane_sim.study.schema import MORRIS, Study, Tune, scene_document
+from crane_sim.study.schema import MORRIS, Study, Tune, changed_document, scene_document
 from crane_sim.study.store import block_needs, identity_of
 from crane_sim.study.workers import Workers
 
@@ -42,9 +41,7 @@ def base_changes(study: Study, settings: Tune) -> dict[str, Any]:
 
 def trial_document(study: Study, settings: Tune) -> dict[str, Any]:
     """Return the document of the scene with the changes of every trial."""
-    document, changes = copy.deepcopy(scene_document(study)), study.changes | base_changes(study, settings)
-    switch_law(document, changes)
-    return with_values(document, changes)
+    return changed_document(scene_document(study), study.changes | base_changes(study, settings))
 
 
 def check_gains(study: Study, settings: Tune) -> None:

@@ -49,6 +49,11 @@ def decode_simulation_state(data: bytes) -> int | None:
         return None
 
 
+def describe_missing(package: str) -> str:
+    """Return the line of diagnostics on what is off without a package of messages, which no wheel has."""
+    return f"off: the package {package} is not installed, `./crane interfaces` builds it"
+
+
 def nanoseconds(stamp: Time) -> int:
     """Return a stamp as an integer number of nanoseconds."""
     return stamp.sec * NS_PER_S + stamp.nanosec

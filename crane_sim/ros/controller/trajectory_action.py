@@ -131,7 +131,7 @@ class TrajectoryAction:
         try:
             self._action = import_module(f"{_PACKAGE}.action").FollowJointTrajectory
         except ImportError:
-            self.missing_package = f"off: the package {_PACKAGE} is not installed, `./crane interfaces` builds it"
+            self.missing_package = messages.describe_missing(_PACKAGE)
 
     def _answer_goal(self, _: Any) -> GoalResponse:
         """Accept a goal; one that is wrong ends at once, with the code that says why: a rejection has none."""

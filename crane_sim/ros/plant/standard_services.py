@@ -7,6 +7,7 @@ from typing import Any
 from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.node import Node
 
+from crane_sim.ros.common.messages import describe_missing
 from crane_sim.ros.plant.entities import Entities
 from crane_sim.ros.plant.entity_services import EntityServices
 from crane_sim.ros.plant.run_control import RunControl
@@ -22,7 +23,7 @@ def missing_package() -> str:
     try:
         import_module(f"{_PACKAGE}.srv")
     except ImportError:
-        return f"off: the package {_PACKAGE} is not installed, `./crane interfaces` builds it"
+        return describe_missing(_PACKAGE)
     return ""
 
 

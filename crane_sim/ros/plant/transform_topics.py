@@ -27,7 +27,7 @@ def missing_package(scope: str) -> str:
     """Return one line on why transforms are off although they are wanted, empty where they are not."""
     if scope == TransformScope.OFF or TFMessage is not None:
         return ""
-    return "off: the package tf2_msgs is not installed, `./crane interfaces` builds it"
+    return messages.describe_missing("tf2_msgs")
 
 
 class TransformTopics:
