@@ -21,7 +21,7 @@ from crane_sim.identification.least_squares import (
     refine,
 )
 from crane_sim.identification.measurements import Measurements, Source, choose_joints, measurements_of
-from crane_sim.identification.shooting import Point, Shooting
+from crane_sim.identification.shooting import ORDER_6, Point, Shooting
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 
 Array = npt.NDArray[np.float64]
@@ -176,7 +176,7 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
 def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[str]) -> Identification:
     """Return the result at the point of least cost: covariance from the sensitivities without the states' share."""
     _, shooting, deviation, point = found
-    linear = linearise(shooting, deviation, point)
+    linear = linearise(shooting, deviation, point, ORDER_6)
     relative, freedom, condition = _covariance(linear, shooting)
     values = shooting.values(point.logarithms)
     covariance = relative * np.outer(values, values)
