@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+import scipy  # its parts are imported where they are used
 
 from crane_sim.files.errors import SceneError
 from crane_sim.identification.least_squares import (
@@ -181,7 +181,7 @@ def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[
     values = shooting.values(point.logarithms)
     covariance = relative * np.outer(values, values)
     deviations = np.sqrt(np.diag(covariance))
-    reach = np.maximum(float(student.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values))
+    reach = np.maximum(float(scipy.stats.t.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values))
     columns = (shooting.parameters, shooting.nominal, values, deviations, values - reach, values + reach)
     estimates = tuple(Estimate(key, *map(float, numbers)) for key, *numbers in zip(*columns, strict=True))
     error, there = linear.residual * deviation, np.isfinite(shooting.data.q)
