@@ -115,13 +115,20 @@ def pytest_configure(config: pytest.Config) -> None:
         del os.environ["PYTHONDONTWRITEBYTECODE"]
 
 
+def pytest_collection(session: pytest.Session) -> None:
+    """Let every other worker collect the files from the last one on: one finds what another one has compiled."""
+    worker = getattr(session.config, "workerinput", {"workerid": "gw0"})["workerid"]
+    if session.config.args == ["test"] and int(worker.removeprefix("gw")) % 2:
+        session.config.args = [str(folder) for folder in sorted(Path("test").glob("*/"), reverse=True)]
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects; the longest files are first.
 
     At the end of the tests a worker has nothing to do while the other one runs a file of minutes.
     """
-    items.sort(key=lambda item: item.path.name not in _LONGEST)
+    items.sort(key=lambda item: (item.path.name not in _LONGEST, str(item.path)))
     for item in items:
         mark = item.get_closest_marker("long")
         if mark is None or "cases" not in mark.kwargs:
