@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
-import scipy  # its parts are imported where they are used
+import scipy  # which imports `scipy.stats` where it is used
 
 from crane_sim.files.errors import SceneError
 from crane_sim.identification.least_squares import (
@@ -205,8 +205,10 @@ def _covariance(linear: Linear, shooting: Shooting) -> tuple[Array, int, float]:
     """Return (covariance (p, p) of logarithms, degrees of freedom, condition number of the sensitivities).
 
     Raises:
-        SceneError: the information matrix is singular, or a parameter has no influence.
+        SceneError: the information matrix is singular, a parameter has no influence, or a run near the estimates fails.
     """
+    if not linear.finite:
+        raise SceneError("run: near the estimates the simulation fails; give a shorter segment")
     reduced, rank, squares = _reduce(linear, shooting)
     norms = np.linalg.norm(reduced, axis=0)
     _, singular, rotation = np.linalg.svd(reduced / np.where(norms > 0.0, norms, 1.0), full_matrices=False)

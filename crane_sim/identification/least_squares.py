@@ -81,7 +81,7 @@ def evaluate_cost(shooting: Shooting, deviation: Array, point: Point) -> float:
     return 0.5 * squares if np.isfinite(squares) else np.inf
 
 
-def linearise(shooting: Shooting, deviation: Array, point: Point, weights: Mapping[int, float] = ORDER_2) -> Linear:
+def linearise(shooting: Shooting, deviation: Array, point: Point, weights: Mapping[int, float]) -> Linear:
     """Return residuals and derivatives by differences at a point; SceneError: parameters near it are not possible."""
     tables = shooting.sensitivities(point, weights)
     there = np.isfinite(shooting.data.q)[:, :, None]
@@ -107,7 +107,7 @@ def minimise(shooting: Shooting, deviation: Array, point: Point, converged: floa
     Raises:
         SceneError: values near those of the point are not possible.
     """
-    at, damping = linearise(shooting, deviation, point), 1e-3
+    at, damping = linearise(shooting, deviation, point, ORDER_2), 1e-3
     if not at.finite:
         raise SceneError("run: near the first guess the simulation fails; give a shorter segment or other values")
     for iteration in range(1, ITERATIONS + 1):
@@ -128,7 +128,7 @@ def _improve(shooting: Shooting, deviation: Array, point: Point, cost: float) ->
     if not evaluate_cost(shooting, deviation, point) < cost:
         return None
     try:
-        linear = linearise(shooting, deviation, point)
+        linear = linearise(shooting, deviation, point, ORDER_2)
     except SceneError:
         return None
     return linear if linear.finite else None

@@ -1,12 +1,12 @@
-"""Multiple shooting: predictions of a measured run, segment by segment, and their exact sensitivities.
+"""Multiple shooting: predictions of a measured run, segment by segment, and their sensitivities.
 
 Every segment begins with a state of its own, which is an unknown. Parameters are searched by the logarithm of their
 ratio to the first guess: each keeps its sign, and none comes to the 0 that most of them may not pass.
 
 Sensitivities are central differences of order 6 of the same simulation. Steps end at every instant and are far below
 their tolerance there, so a prediction is a smooth function of its unknowns down to rounding: with `STEP` the truncation
-is some 1e-15 and rounding 1e-12 of the scale. The search for the minimum needs them to 1e-4 only and has the outermost
-pair, a third of the simulations: the minimum is where the cost is least, however its derivatives were found.
+is some 1e-15 and rounding 1e-12 of the scale. The search for the minimum has the outermost pair alone, a third of the
+simulations: it converges as quickly, and errors of 1e-4 move its end by less than its stopping criterion does.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from crane_sim.stepping.excitation import Excitation, integrate_held, integrate_
 Array = npt.NDArray[np.float64]
 STEP = 2e-4  # of differences: of a logarithm, or m, rad and their rates of an initial state
 ORDER_6 = {1: 3.0 / 4.0, 2: -3.0 / 20.0, 3: 1.0 / 60.0}  # weights of central differences, by multiples of the step
-ORDER_2 = {3: 1.0 / 6.0}
+ORDER_2 = {3: 1.0 / 6.0}  # over the same span: where it is finite, so are the outermost runs of order 6
 OMITTED = ("control", "sensors", "faults", "imu", "camera", "uncertain", "inputs")
 """Groups of a scene that say nothing on how the crane answers its commands, or that are not constant."""
 SAME_INSTANT = 1e-9  # s

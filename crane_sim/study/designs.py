@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy  # its parts are imported where they are used
+import scipy  # which imports `scipy.stats` where it is used
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy  # its parts are imported where they are used: `scipy.stats` takes a second
+import scipy  # which imports `scipy.stats` where it is used: that takes a second
 
 CONFIDENCE = 0.95
 _RESAMPLES = 9999

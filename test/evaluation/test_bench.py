@@ -103,7 +103,7 @@ def test_rounds_time_candidates_for_the_cheapest() -> None:
 
 
 def test_verdicts_name_the_missed_targets() -> None:
-    """A target that is missed is named: 1.3 to 2 times C's time, by the scene, 15 times less than other engines'."""
+    """The verdict names each missed target: C's time by a factor of the scene, 1/15 of the best general engine's."""
     rows = [point(NAME, 1e-13, 10.0), point("hand C", 1e-13, 5.0), point("MuJoCo", 1e-13, 100.0)]
     rows += [point("Drake", 1e-13, 900.0), point("CasADi C", 1e-13, 9.0)]
     results = targets("S1", {"points": [list(row) for row in rows]})

@@ -1,14 +1,14 @@
 """A pytest session without compilation, which runs requested tests: `interpreted_tests.py FILE ...`.
 
 Requests are lines of JSON on its standard input, [test, the one after it or null]; for each it prints one line, the
-test's reports. A file is collected at its first request: of several workers each requests a part of the files. States
-that are arrays pass through `plain_arrays`.
+test's reports. A file is imported when one of its tests is first named: of several workers each requests a part of the
+files. States that are arrays pass through `plain_arrays`.
 """
 
 import json
 import os
 import sys
-from collections.abc import Collection
+from collections.abc import Sequence
 from importlib import import_module
 from typing import TextIO
 
@@ -19,15 +19,17 @@ import pytest
 class OnRequest:
     """A plugin: tests run in the order of the requests, and their reports are the answers."""
 
-    def __init__(self, files: Collection[str], requests: TextIO, answers: TextIO) -> None:
+    def __init__(self, files: Sequence[str], requests: TextIO, answers: TextIO) -> None:
         """Take requests for tests of files from one stream, write answers into another one."""
         self._files, self._requests, self._answers = files, requests, answers
+        self._modules: dict[str, pytest.Item | pytest.Collector] = {}  # by file
         self._items: dict[str, dict[str, pytest.Item]] = {}  # by file and test
         self._reports: list[pytest.TestReport] = []
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_collection(self) -> bool:
-        """Collect nothing yet."""
+    def pytest_collection(self, session: pytest.Session) -> bool:
+        """Find the files, all at once since their folders have the fixtures, without importing them."""
+        self._modules = {module.nodeid: module for module in session.perform_collect(self._files, genitems=False)}
         return True
 
     @pytest.hookimpl(tryfirst=True)
@@ -36,7 +38,7 @@ class OnRequest:
         hook = session.config.hook
         for name, after in map(json.loads, self._requests):
             item, following = self._find(session, name), self._find(session, after)
-            assert item, f"{name}: is no test of {self._files}"
+            assert item, f"{name}: could not be collected"
             self._reports = []
             session._setupstate.teardown_exact(item)  # fixtures kept for a test that ran elsewhere
             hook.pytest_runtest_protocol(item=item, nextitem=following)
@@ -47,10 +49,12 @@ class OnRequest:
     def _find(self, session: pytest.Session, name: str | None) -> pytest.Item | None:
         """Return a test of the files; None where it is in none of them."""
         file = (name or "").partition("::")[0]
-        if file not in self._files:
+        if file not in self._modules:
             return None
         if file not in self._items:
-            self._items[file] = {item.nodeid: item for item in session.perform_collect([file])}
+            items = list(session.genitems(self._modules[file]))
+            session.config.hook.pytest_collection_modifyitems(session=session, config=session.config, items=items)
+            self._items[file] = {item.nodeid: item for item in items}
         return self._items[file].get(name)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:

@@ -1,7 +1,7 @@
 """Arithmetic on states that are arrays, in plain Python: intrinsics cannot run with NUMBA_DISABLE_JIT=1.
 
 It is for tests of whole runs, not of numbers: sums are not rounded as the compiled ones are. The fused multiply-add,
-a quarter of the time of such runs through ctypes, is the one function that is compiled: the same bits.
+a quarter of the time of such runs through ctypes, is the one function that is compiled, to the C library's bits.
 """
 
 import sys
@@ -44,6 +44,7 @@ _PLAIN = {"accumulate": add_rows, "add_weighted": _add_weighted, "error_square":
 class _CompiledLibrary:
     """The functions that `elementary` takes from the C library."""
 
+    # by its dispatcher: numba.njit would return the Python function
     fma = staticmethod(
         CPUDispatcher(lambda a, b, c: elementary._fma(a, b, c), targetoptions={"nopython": True}).compile(
             (types.float64,) * 3
