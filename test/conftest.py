@@ -115,12 +115,31 @@ def pytest_configure(config: pytest.Config) -> None:
         del os.environ["PYTHONDONTWRITEBYTECODE"]
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Let every other worker collect folders from the last file on: each finds byte code that the other one wrote."""
+    report = yield
+    if _worker_of(collector.config)[-1:] in {*"13579"} and isinstance(collector, pytest.Directory):
+        report.result.reverse()
+    return report
+
+
+def _worker_of(config: pytest.Config) -> str:
+    """Return the name of this worker, such as gw1; "" where there are none."""
+    return getattr(config, "workerinput", {"workerid": ""})["workerid"]
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects; the longest files are first.
 
-    At the end of the tests a worker has nothing to do while the other one runs a file of minutes.
+    At the end of the tests a worker has nothing to do while the other one runs a file of minutes. Workers must have
+    one order of files.
     """
+    if _worker_of(config):
+        items.sort(key=lambda item: str(item.path))
     items.sort(key=lambda item: item.path.name not in _LONGEST)
     for item in items:
         mark = item.get_closest_marker("long")

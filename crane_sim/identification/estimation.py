@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+import scipy  # which imports `scipy.stats` where it is used
 
 from crane_sim.files.errors import SceneError
 from crane_sim.identification.least_squares import (
@@ -21,7 +21,7 @@ from crane_sim.identification.least_squares import (
     refine,
 )
 from crane_sim.identification.measurements import Measurements, Source, choose_joints, measurements_of
-from crane_sim.identification.shooting import Point, Shooting
+from crane_sim.identification.shooting import ORDER_6, Point, Shooting
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 
 Array = npt.NDArray[np.float64]
@@ -176,12 +176,12 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
 def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[str]) -> Identification:
     """Return the result at the point of least cost: covariance from the sensitivities without the states' share."""
     _, shooting, deviation, point = found
-    linear = linearise(shooting, deviation, point)
+    linear = linearise(shooting, deviation, point, ORDER_6)
     relative, freedom, condition = _covariance(linear, shooting)
     values = shooting.values(point.logarithms)
     covariance = relative * np.outer(values, values)
     deviations = np.sqrt(np.diag(covariance))
-    reach = np.maximum(float(student.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values))
+    reach = np.maximum(float(scipy.stats.t.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values))
     columns = (shooting.parameters, shooting.nominal, values, deviations, values - reach, values + reach)
     estimates = tuple(Estimate(key, *map(float, numbers)) for key, *numbers in zip(*columns, strict=True))
     error, there = linear.residual * deviation, np.isfinite(shooting.data.q)
@@ -205,8 +205,10 @@ def _covariance(linear: Linear, shooting: Shooting) -> tuple[Array, int, float]:
     """Return (covariance (p, p) of logarithms, degrees of freedom, condition number of the sensitivities).
 
     Raises:
-        SceneError: the information matrix is singular, or a parameter has no influence.
+        SceneError: the information matrix is singular, a parameter has no influence, or a run near the estimates fails.
     """
+    if not linear.finite:
+        raise SceneError("run: near the estimates the simulation fails; give a shorter segment")
     reduced, rank, squares = _reduce(linear, shooting)
     norms = np.linalg.norm(reduced, axis=0)
     _, singular, rotation = np.linalg.svd(reduced / np.where(norms > 0.0, norms, 1.0), full_matrices=False)

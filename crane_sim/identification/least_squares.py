@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError
-from crane_sim.identification.shooting import Point, Shooting
+from crane_sim.identification.shooting import ORDER_2, Point, Shooting
 
 Array = npt.NDArray[np.float64]
 ITERATIONS = 60
@@ -80,9 +81,9 @@ def evaluate_cost(shooting: Shooting, deviation: Array, point: Point) -> float:
     return 0.5 * squares if np.isfinite(squares) else np.inf
 
 
-def linearise(shooting: Shooting, deviation: Array, point: Point) -> Linear:
-    """Return residuals and derivatives at a point; SceneError: parameters near it are not possible."""
-    tables = shooting.sensitivities(point)
+def linearise(shooting: Shooting, deviation: Array, point: Point, weights: Mapping[int, float]) -> Linear:
+    """Return residuals and derivatives by differences at a point; SceneError: parameters near it are not possible."""
+    tables = shooting.sensitivities(point, weights)
     there = np.isfinite(shooting.data.q)[:, :, None]
     by_parameter, by_state = (np.where(there, table, 0.0) / deviation[None, :, None] for table in tables)
     return Linear(subtract_prediction(shooting, point) / deviation, by_parameter, by_state)
@@ -106,7 +107,7 @@ def minimise(shooting: Shooting, deviation: Array, point: Point, converged: floa
     Raises:
         SceneError: values near those of the point are not possible.
     """
-    at, damping = linearise(shooting, deviation, point), 1e-3
+    at, damping = linearise(shooting, deviation, point, ORDER_2), 1e-3
     if not at.finite:
         raise SceneError("run: near the first guess the simulation fails; give a shorter segment or other values")
     for iteration in range(1, ITERATIONS + 1):
@@ -127,7 +128,7 @@ def _improve(shooting: Shooting, deviation: Array, point: Point, cost: float) ->
     if not evaluate_cost(shooting, deviation, point) < cost:
         return None
     try:
-        linear = linearise(shooting, deviation, point)
+        linear = linearise(shooting, deviation, point, ORDER_2)
     except SceneError:
         return None
     return linear if linear.finite else None

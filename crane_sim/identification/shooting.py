@@ -1,11 +1,12 @@
-"""Multiple shooting: predictions of a measured run, segment by segment, and their exact sensitivities.
+"""Multiple shooting: predictions of a measured run, segment by segment, and their sensitivities.
 
 Every segment begins with a state of its own, which is an unknown. Parameters are searched by the logarithm of their
 ratio to the first guess: each keeps its sign, and none comes to the 0 that most of them may not pass.
 
 Sensitivities are central differences of order 6 of the same simulation. Steps end at every instant and are far below
 their tolerance there, so a prediction is a smooth function of its unknowns down to rounding: with `STEP` the truncation
-is some 1e-15 and rounding 1e-12 of the scale.
+is some 1e-15 and rounding 1e-12 of the scale. The search for the minimum has the outermost pair alone, a third of the
+simulations: it converges as quickly, and errors of 1e-4 move its end by less than its stopping criterion does.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ from crane_sim.stepping.excitation import Excitation, integrate_held, integrate_
 
 Array = npt.NDArray[np.float64]
 STEP = 2e-4  # of differences: of a logarithm, or m, rad and their rates of an initial state
-WEIGHTS = {1: 3.0 / 4.0, 2: -3.0 / 20.0, 3: 1.0 / 60.0}  # of central differences of order 6
+ORDER_6 = {1: 3.0 / 4.0, 2: -3.0 / 20.0, 3: 1.0 / 60.0}  # weights of central differences, by multiples of the step
+ORDER_2 = {3: 1.0 / 6.0}  # over the same span: where it is finite, so are the outermost runs of order 6
 OMITTED = ("control", "sensors", "faults", "imu", "camera", "uncertain", "inputs")
 """Groups of a scene that say nothing on how the crane answers its commands, or that are not constant."""
 SAME_INSTANT = 1e-9  # s
@@ -122,25 +124,30 @@ class Shooting:
         times, commands = excitation_of(scene, self.data)
         samples = np.searchsorted(times, self.data.t - SAME_INSTANT)
         out = np.full((len(times), len(scene.joint_names)), np.nan)
+        integrate = _integrator(scene)
         for segment, state in zip(self.segments, self.states(point).values(), strict=True):
             span = int(samples[segment.first]), int(samples[segment.end - 1])
-            _integrate(scene, Excitation(times, commands, *span, self._low, self._high), *state, out)
+            integrate(Excitation(times, commands, *span, self._low, self._high), *state, out)
         return np.ascontiguousarray(out[samples][:, self._columns])
 
-    def sensitivities(self, point: Point) -> tuple[Array, Array]:
+    def sensitivities(self, point: Point, weights: Mapping[int, float] = ORDER_6) -> tuple[Array, Array]:
         """Return the derivatives of `predict` by logarithms (K, m, p) and by each segment's deviations (K, m, 2 n).
+
+        Args:
+            point: where.
+            weights: of the differences, `ORDER_6` or `ORDER_2`.
 
         Raises:
             SceneError: parameters that near are not possible.
         """
         logarithms, deviations = point
         by_parameter = [
-            _central_difference(lambda h, i=i: self.predict(Point(_shift(logarithms, i, h), deviations)), STEP)
+            _central_difference(lambda h, i=i: self.predict(Point(_shift(logarithms, i, h), deviations)), weights)
             for i in range(len(logarithms))
         ]
         by_state = [
             _central_difference(
-                lambda h, j=j: self.predict(Point(logarithms, _shift(deviations, (slice(None), j), h))), STEP
+                lambda h, j=j: self.predict(Point(logarithms, _shift(deviations, (slice(None), j), h))), weights
             )
             for j in range(deviations.shape[1])
         ]
@@ -154,9 +161,10 @@ def _shift(values: Array, index: Any, h: float) -> Array:
     return shifted
 
 
-def _central_difference(function: Callable[[float], Array], h: float) -> Array:
-    """Return the derivative of a function at 0 by differences of order 6 with step h."""
-    return sum((weight * (function(k * h) - function(-k * h)) for k, weight in WEIGHTS.items()), np.zeros(())) / h
+def _central_difference(function: Callable[[float], Array], weights: Mapping[int, float]) -> Array:
+    """Return the derivative of a function at 0 by differences over multiples of `STEP`."""
+    pairs = ((weight, function(k * STEP) - function(-k * STEP)) for k, weight in weights.items())
+    return sum((weight * difference for weight, difference in pairs), np.zeros(())) / STEP
 
 
 def nominal_value(document: Mapping[str, Any], key: str) -> float:
@@ -233,15 +241,15 @@ def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
     return times, commands
 
 
-def _integrate(scene: Scene, part: Excitation, q: Array, v: Array, out: Array) -> None:
-    """Fill the instants of a segment in `out` (n, nq), up to where the integration fails."""
+def _integrator(scene: Scene) -> Callable[[Excitation, Array, Array, Array], object]:
+    """Return the function of (part, q, v, out) that fills `out` (n, nq) up to where the integration fails."""
+    method, model = strict_method(scene), scene.model
     if not acts(scene.hardware):
-        integrate_held(strict_method(scene), scene.model, part, q, v, out)
-        return
+        return lambda part, q, v, out: integrate_held(method, model, part, q, v, out)
     drives = scene.hardware.drives.copy()
     drives.delay = 0  # it is in the instants
-    servos = HardwareRun(scene).state.servos
-    integrate_with_drives(strict_method(scene), scene.model, drives, servos, part, q, v, out)
+    servos = HardwareRun(scene).state.servos  # of one segment: with servos there is no second
+    return lambda part, q, v, out: integrate_with_drives(method, model, drives.copy(), servos, part, q, v, out)
 
 
 def strict_method(scene: Scene) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import qmc
+import scipy  # which imports `scipy.stats` where it is used
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
@@ -41,9 +41,9 @@ def draw_probabilities(study: Study) -> Array:
         case "monte_carlo":
             p = np.random.default_rng(seed).random((n, d))
         case "latin_hypercube":
-            p = qmc.LatinHypercube(d, rng=seed).random(n)
+            p = scipy.stats.qmc.LatinHypercube(d, rng=seed).random(n)
         case "sobol":
-            p = qmc.Sobol(d, rng=seed).random(n)
+            p = scipy.stats.qmc.Sobol(d, rng=seed).random(n)
         case "morris":  # the middles of quarters, finite values of unbounded distributions, too
             p = (draw_design(study) * (LEVELS - 1) + 0.5) / LEVELS
         case _:

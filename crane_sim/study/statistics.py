@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy  # which imports `scipy.stats` where it is used: that takes a second
 
 CONFIDENCE = 0.95
 _RESAMPLES = 9999
@@ -68,7 +68,7 @@ def estimate_median(values: Array, seed: int = 0) -> Estimate:
 
 def estimate_share(count: int, of: int) -> Estimate:
     """Return the share `count` / `of` with Wilson's score interval (Wilson 1927)."""
-    found = stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="wilson")
+    found = scipy.stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="wilson")
     return Estimate(count / of, float(found.low), float(found.high))
 
 
@@ -86,14 +86,14 @@ def rank_pairs(difference: Array) -> tuple[float, float]:
 
     The p-value is 1 where no pair differs.
     """
-    p = float(np.asarray(stats.wilcoxon(difference))[1]) if np.any(difference != 0.0) else 1.0
+    p = float(np.asarray(scipy.stats.wilcoxon(difference))[1]) if np.any(difference != 0.0) else 1.0
     return p, float(np.mean(difference < 0.0) + 0.5 * np.mean(difference == 0.0))
 
 
 def sum_signed_ranks(difference: Array) -> float:
     """Return the sum of the ranks of (n,) differences by size, with their signs: Wilcoxon's W+ - W-, without zeros."""
     some = difference[difference != 0.0]
-    return float(np.sum(np.sign(some) * stats.rankdata(np.abs(some))))
+    return float(np.sum(np.sign(some) * scipy.stats.rankdata(np.abs(some))))
 
 
 def is_constant(values: Array) -> bool:
@@ -142,11 +142,12 @@ def _interval(difference: Array, seed: int, few: int) -> tuple[float, float]:
     """
     n = len(difference)
     if n > MANY or n < few:
-        quantile = stats.norm.ppf(0.5 + CONFIDENCE / 2) if n > MANY else stats.t.ppf(0.5 + CONFIDENCE / 2, n - 1)
+        upper = 0.5 + CONFIDENCE / 2
+        quantile = scipy.stats.norm.ppf(upper) if n > MANY else scipy.stats.t.ppf(upper, n - 1)
         half = quantile * np.std(difference, ddof=1) / np.sqrt(n)
         return float(np.mean(difference) - half), float(np.mean(difference) + half)
     rng = np.random.default_rng(seed)
-    found = stats.bootstrap(
+    found = scipy.stats.bootstrap(
         (difference,), np.mean, n_resamples=_RESAMPLES, confidence_level=CONFIDENCE, rng=rng, batch=100
     ).confidence_interval
     return float(found.low), float(found.high)
@@ -155,5 +156,5 @@ def _interval(difference: Array, seed: int, few: int) -> tuple[float, float]:
 def compare_failures(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_]) -> FailureDifference:
     """Return in which of the samples (n,) the runs of two variants fail."""
     only, other = int(np.sum(first & ~second)), int(np.sum(second & ~first))
-    p = float(stats.binomtest(only, only + other, 0.5).pvalue) if only + other else 1.0
+    p = float(scipy.stats.binomtest(only, only + other, 0.5).pvalue) if only + other else 1.0
     return FailureDifference(only, other, int(np.sum(first & second)), p)

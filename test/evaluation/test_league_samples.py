@@ -3,7 +3,7 @@
 import json
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -43,19 +43,33 @@ def league_in(folder: Path, **options: Any) -> list[SampledCell]:
     return list(evaluate_samples(SAMPLES, folder, [GROUP], 1, **options))
 
 
+class WholeLeague(NamedTuple):
+    """The small league that nothing has interrupted."""
+
+    folder: Path
+    cells: list[SampledCell]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> WholeLeague:
+    """Return the whole small league; tests leave it as it is."""
+    folder = tmp_path_factory.mktemp("league") / "whole"
+    return WholeLeague(folder, league_in(folder))
+
+
 def rows_in(folder: Path) -> list[StudyResult]:
     """Return the results of the small league's trials."""
     return [read_result(folder / study_of(GROUP, trial, SAMPLES).folder) for trial in GROUP.trials]
 
 
 @pytest.mark.interpreted
-def test_cells_are_statistics_of_rows_and_rows_are_single_runs(tmp_path: Path) -> None:
+def test_cells_are_statistics_of_rows_and_rows_are_single_runs(whole: WholeLeague) -> None:
     """A cell's medians and shares are those of its rows; a row has the metrics of the single run of its scene."""
-    cells = league_in(tmp_path)
+    folder, cells = whole
     assert [(cell.law, cell.trial) for cell in cells] == [
         (entrant.name, trial.column) for trial in GROUP.trials for entrant in GROUP.entrants
     ]
-    still, _ = rows_in(tmp_path)
+    still, _ = rows_in(folder)
     energy = cells[0]
     errors = np.array([row["payload_mae"] for row in still.table.to_pylist() if row["variant"] == "energy"])
     assert len(errors) == SAMPLES and energy.metrics["payload_mae"].value == np.median(errors)
@@ -69,10 +83,10 @@ def test_cells_are_statistics_of_rows_and_rows_are_single_runs(tmp_path: Path) -
 
 
 @pytest.mark.interpreted
-def test_all_laws_see_the_same_samples(tmp_path: Path) -> None:
+def test_all_laws_see_the_same_samples(whole: WholeLeague) -> None:
     """A law under two names has the same rows bit for bit, no difference from itself, and is better than neither."""
-    cells = {(cell.law, cell.trial): cell for cell in league_in(tmp_path)}
-    for result in rows_in(tmp_path):
+    cells = {(cell.law, cell.trial): cell for cell in whole.cells}
+    for result in rows_in(whole.folder):
         hashes = result.column("state_sha256").reshape(SAMPLES, len(GROUP.entrants))
         assert (hashes[:, 1] == hashes[:, 2]).all() and len(set(hashes[:, 1])) == SAMPLES
     for trial in GROUP.trials:
@@ -82,12 +96,12 @@ def test_all_laws_see_the_same_samples(tmp_path: Path) -> None:
 
 
 @pytest.mark.interpreted
-def test_a_league_that_was_interrupted_goes_on(tmp_path: Path) -> None:
+def test_a_league_that_was_interrupted_goes_on(whole: WholeLeague, tmp_path: Path) -> None:
     """Interrupted after its first rows, the same league runs what is missing; its cells are those of a whole one.
 
     Rows that are there keep their files, and a finished league runs nothing.
     """
-    folder, whole = tmp_path / "interrupted", tmp_path / "whole"
+    folder = tmp_path / "interrupted"
 
     def interrupt(done: int, _: int) -> None:
         if done >= 4:
@@ -104,10 +118,10 @@ def test_a_league_that_was_interrupted_goes_on(tmp_path: Path) -> None:
             assert {file: file.stat().st_mtime_ns for file in kept} == kept
         began.append(done)
 
-    assert league_in(folder, on_progress=look) == league_in(whole)
+    assert league_in(folder, on_progress=look) == whole.cells
     assert began[0] >= 4
     again: list[tuple[int, int]] = []
-    assert league_in(folder, on_progress=lambda *count: again.append(count)) == league_in(whole)
+    assert league_in(folder, on_progress=lambda *count: again.append(count)) == whole.cells
     count = SAMPLES * len(GROUP.entrants)
     assert again == [(count, 2 * count), (2 * count, 2 * count)]
 
@@ -206,10 +220,9 @@ def test_folders_have_words_for_signs_only() -> None:
 
 
 @pytest.mark.interpreted
-def test_page_and_data_are_written(tmp_path: Path) -> None:
+def test_page_and_data_are_written(whole: WholeLeague, tmp_path: Path) -> None:
     """The page has a row for each cell, the data its numbers; what is not finite is null."""
-    cells = league_in(tmp_path / "rows")
-    cells.append(SampledCell("trolley", "other", "gust", SAMPLES, "it has no camera"))
+    cells = [*whole.cells, SampledCell("trolley", "other", "gust", SAMPLES, "it has no camera")]
     save_samples(cells, tmp_path)
     page = (tmp_path / "league_samples.md").read_text()
     assert "| energy | set-point | 0 % (0 … 39) |" in page and "- trolley, other, gust: it has no camera" in page

@@ -23,7 +23,7 @@ class Interpreter:
 
     def __init__(self, session: pytest.Session) -> None:
         """Start it, for all interpreted tests of the session."""
-        files = dict.fromkeys(str(item.path) for item in session.items if is_interpreted(item))
+        files = dict.fromkeys(item.nodeid.partition("::")[0] for item in session.items if is_interpreted(item))
         self._log = tempfile.TemporaryFile("w+")
         self._process = subprocess.Popen(
             [sys.executable, str(PROGRAM), *files],

@@ -11,8 +11,9 @@ from interval_coverage import CASES, MASSES, NOISE, Case, errors_of, measured
 
 import crane_sim
 from crane_sim.files.errors import SceneError
-from crane_sim.identification import Measurements, from_rollout, read_measurements
-from crane_sim.identification.shooting import Point, Shooting
+from crane_sim.identification import Measurements, estimation, from_rollout, read_measurements
+from crane_sim.identification.least_squares import Linear, linearise
+from crane_sim.identification.shooting import ORDER_2, ORDER_6, Point, Shooting
 from crane_sim.integrators.dop853 import A, B
 
 SCENE = "overhead_energy"
@@ -76,6 +77,28 @@ def test_sensitivities_are_extrapolated_differences() -> None:
     for j, step in enumerate(np.eye(deviations.shape[1])):
         expected = extrapolate(lambda h, step=step: shooting.predict(Point(logarithms, deviations + h * step)))
         assert np.abs(by_state[:, :, j] - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_the_search_has_nearly_the_same_derivatives() -> None:
+    """Differences of order 2, of which the search has enough, are those of order 6 to 1e-4 of the largest one."""
+    data = from_rollout(crane_sim.simulate(SCENE, duration=3.0), NOISE)
+    shooting = Shooting(crane_sim.load_scene(SCENE), data, [*MASSES], 3.0)
+    found = (shooting.sensitivities(shooting.start, weights) for weights in (ORDER_6, ORDER_2))
+    for fine, rough in zip(*found, strict=True):
+        difference = np.abs(rough - fine).max(axis=(0, 1))
+        assert np.all(difference > 0.0) and np.all(difference < 1e-4 * np.abs(fine).max(axis=(0, 1)))
+
+
+def test_a_run_that_fails_near_the_estimates_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a run that only the intervals need comes to no end, there are no intervals: a line, no error of LAPACK."""
+
+    def fail(*args: Any) -> Linear:
+        linear = linearise(*args)
+        return linear._replace(by_parameter=np.full_like(linear.by_parameter, np.nan))
+
+    monkeypatch.setattr(estimation, "linearise", fail)
+    with pytest.raises(SceneError, match="^run: near the estimates the simulation fails; give a shorter segment$"):
+        crane_sim.identify(SCENE, crane_sim.simulate(SCENE, duration=3.0), ["trolley.mass"])
 
 
 def test_a_run_without_noise_gives_the_true_parameters() -> None:
