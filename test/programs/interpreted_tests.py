@@ -8,7 +8,6 @@ files. States that are arrays pass through `plain_arrays`.
 import json
 import os
 import sys
-from collections.abc import Sequence
 from importlib import import_module
 from typing import TextIO
 
@@ -19,9 +18,9 @@ import pytest
 class OnRequest:
     """A plugin: tests run in the order of the requests, and their reports are the answers."""
 
-    def __init__(self, files: Sequence[str], requests: TextIO, answers: TextIO) -> None:
-        """Take requests for tests of files from one stream, write answers into another one."""
-        self._files, self._requests, self._answers = files, requests, answers
+    def __init__(self, requests: TextIO, answers: TextIO) -> None:
+        """Take requests from one stream, write answers into another one."""
+        self._requests, self._answers = requests, answers
         self._modules: dict[str, pytest.Item | pytest.Collector] = {}  # by file
         self._items: dict[str, dict[str, pytest.Item]] = {}  # by file and test
         self._reports: list[pytest.TestReport] = []
@@ -29,7 +28,7 @@ class OnRequest:
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection(self, session: pytest.Session) -> bool:
         """Find the files, all at once since their folders have the fixtures, without importing them."""
-        self._modules = {module.nodeid: module for module in session.perform_collect(self._files, genitems=False)}
+        self._modules = {module.nodeid: module for module in session.perform_collect(genitems=False)}
         return True
 
     @pytest.hookimpl(tryfirst=True)
@@ -68,7 +67,7 @@ def main() -> None:
     plain_arrays.install()
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
-    pytest.main(["-n", "0", "-m", ""], plugins=[OnRequest(sys.argv[1:], requests, answers)])
+    pytest.main(["-n", "0", "-m", "", *sys.argv[1:]], plugins=[OnRequest(requests, answers)])
 
 
 if __name__ == "__main__":
