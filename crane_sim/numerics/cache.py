@@ -29,6 +29,8 @@ UNDIGESTED = (
     "nodes",
 )
 """Folders of a package with no compiled code and not imported by any: a change there does not invalidate the cache."""
+_DIGESTED_PREFIXES = tuple(os.path.join(package, "") for package in _PACKAGES)
+_UNDIGESTED_PREFIXES = tuple(os.path.join(package, folder, "") for package in _PACKAGES for folder in UNDIGESTED)
 
 
 def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
@@ -82,13 +84,9 @@ def _sources_below(folder: str, undigested: set[str]) -> Iterator[str]:
             yield entry.path
 
 
-def _is_undigested(file: Path, folder: Path) -> bool:
-    return any(file.relative_to(folder).is_relative_to(undigested) for undigested in UNDIGESTED)
-
-
 def is_digested(file: Path) -> bool:
     """Return whether the digest includes this file."""
-    return any(file.is_relative_to(package) and not _is_undigested(file, package) for package in _PACKAGES)
+    return str(file).startswith(_DIGESTED_PREFIXES) and not str(file).startswith(_UNDIGESTED_PREFIXES)
 
 
 class FileLock:

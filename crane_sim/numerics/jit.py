@@ -41,6 +41,7 @@ from numba.core.typing.templates import infer, infer_global, make_intrinsic_temp
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
+from crane_sim.numerics import import_array_functions
 from crane_sim.numerics.cache import SOURCES_AT_IMPORT, FileLock, cache_folder, is_digested
 
 Function = Callable[..., Any]
@@ -173,6 +174,7 @@ class _CheckedCache(FunctionCache):
         self._locks: dict[Any, FileLock] = {}  # of functions that this process is compiling, by signature
 
     def load_overload(self, sig, target_context):
+        import_array_functions()
         if not _is_trusted():
             return None
         if loaded := super().load_overload(sig, target_context):

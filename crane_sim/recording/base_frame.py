@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+
+from crane_sim.recording.rotations import quaternions_of, rotation_matrices
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,20 +27,25 @@ def base_of(scene: Scene) -> AnyBase | None:
     return getattr(scene.model, "base", None)
 
 
-def base_rotations(base: Array) -> Rotation:
-    """Return the rotations (K,) of a base whose axes (K, 6) are surge, sway, heave [m], roll, pitch, yaw [rad]."""
-    return Rotation.from_euler("ZYX", base[:, :2:-1])
+def base_quaternions(base: Array) -> Array:
+    """Return the quaternions (K, 4), x y z w, of a base (K, 6): surge, sway, heave [m], roll, pitch, yaw [rad]."""
+    return quaternions_of(*base[:, 3:].T)
+
+
+def base_rotations(base: Array) -> Array:
+    """Return the rotation matrices (K, 3, 3) of a base (K, 6), from its axes to the world's."""
+    return rotation_matrices(base_quaternions(base))
 
 
 def to_base(points: Array, base: Array | None) -> Array:
     """Return points (K, N, 3) of the world in the axes of the base (K, 6); None is a fixed base."""
     if base is None:
         return points
-    return np.einsum("kji,knj->kni", base_rotations(base).as_matrix(), points - base[:, None, :3])
+    return np.einsum("kji,knj->kni", base_rotations(base), points - base[:, None, :3])
 
 
 def to_world(points: Array, base: Array | None) -> Array:
     """Return points (K, N, 3) of the base (K, 6) in the world; None is a fixed base."""
     if base is None:
         return points
-    return np.einsum("kij,knj->kni", base_rotations(base).as_matrix(), points) + base[:, None, :3]
+    return np.einsum("kij,knj->kni", base_rotations(base), points) + base[:, None, :3]

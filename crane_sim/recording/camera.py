@@ -6,7 +6,6 @@ from math import cos, degrees, radians, sin, tan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
@@ -16,6 +15,7 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.recording.rotations import rotations_about_z
 from crane_sim.trajectories.trajectory import sample_trajectory
 
 if TYPE_CHECKING:
@@ -72,7 +72,8 @@ def of_suspended(scene: Scene) -> Framing:
     else:
         behind, (reach, top) = 0.2 * size, _boom_extent(scene, size)
     aside = max(0.2 * size, reach * sin(min(spread, radians(90.0))))
-    corners = Rotation.from_euler("z", heading).apply(_corners((-behind, reach), (-aside, aside), (ground, top)))
+    (turn,) = rotations_about_z(np.array([heading]))
+    corners = _corners((-behind, reach), (-aside, aside), (ground, top)) @ turn.T
     eye, look_at = _look(corners, degrees(heading) - 70.0, 17.0)
     return Framing(
         size=size, ground=(0.0, 0.0, ground), ground_size=1.25 * size, eye=eye, look_at=look_at, deck=(0.6, 0.25)

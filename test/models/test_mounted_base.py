@@ -120,7 +120,7 @@ def test_recordings_place_a_mounted_base() -> None:
     times = np.linspace(0.0, 9.0, 40)
     positions = base_positions(scene.model.base, times)
     assert np.abs(np.diff(positions[:, 5])).max() < 0.1  # no jump by a whole turn
-    for t, row, turned in zip(times, positions, base_rotations(positions).as_matrix(), strict=True):
+    for t, row, turned in zip(times, positions, base_rotations(positions), strict=True):
         state = base_state(scene, t)
         assert row[:3] == pytest.approx(state.position, abs=1e-13)  # rounding
         assert turned == pytest.approx(state.rotation, abs=1e-14)

@@ -32,6 +32,15 @@ def test_the_package_alone_is_light() -> None:
     assert done.stdout.strip() == "[]"
 
 
+def test_a_simulation_imports_what_it_uses() -> None:
+    """A run imports neither scipy.linalg nor coverage, for which numba looks, and both can be imported afterwards."""
+    run = "import sys, crane_sim; crane_sim.energy('knuckle_setpoint', [0] * 6, [0] * 6)"
+    look = "print(sorted({'coverage', 'scipy.linalg'} & set(sys.modules)))"
+    code = f"{run}; {look}; import coverage, scipy.linalg.cython_blas; {look}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["[]", "['coverage', 'scipy.linalg']"]
+
+
 @pytest.mark.interpreted
 def test_results_are_shown_in_short() -> None:
     """Scenes, runs and batches show what they are in at most three lines."""

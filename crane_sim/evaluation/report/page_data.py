@@ -11,7 +11,7 @@ from crane_sim.evaluation.report.decimation import encode_columns, encode_floats
 from crane_sim.evaluation.report.metrics_table import headlines, joint_table, plain_metrics
 from crane_sim.evaluation.report.panels import Panel, panels_of
 from crane_sim.evaluation.report.robot import parse_robot, used_coordinates
-from crane_sim.recording.base_frame import base_rotations
+from crane_sim.recording.base_frame import base_quaternions
 from crane_sim.recording.rope_colors import usual_tensions
 from crane_sim.recording.states import get_color, make_spans
 
@@ -113,7 +113,7 @@ def frames_of(run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_V
     parts["tension"] = rope_loads(run)[steps]
     if run.base is not None:
         base = run.base[steps]
-        parts["base"] = np.hstack([base[:, :3], base_rotations(base).as_quat()])
+        parts["base"] = np.hstack([base[:, :3], base_quaternions(base)])
     if frames.target is not None:
         parts["target"] = frames.target
     if frames.falls is not None:

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 import numpy as np
 import rerun as rr
 import rerun.urdf  # noqa: F401  (makes rr.urdf available)
-from scipy.spatial.transform import Rotation
 
 from crane_sim.description import overhead_visuals
 from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.description.workspace import make_bounding_box
 from crane_sim.recording.camera import TROLLEY, of_room
+from crane_sim.recording.rotations import rotation_matrices, rotations_about_z
 from crane_sim.scenes.schema.rigging import ATTITUDE
 
 if TYPE_CHECKING:
@@ -235,10 +235,10 @@ def fall_ends(falls: Falls, values: Mapping[str, Array], tip: Array) -> tuple[Ar
         tip: (F, 3) m, of the support, relative to the base.
     """
     yaw = sum((values[name] for name in ("slew", "lateral_deflection") if name in values), np.zeros(len(tip)))
-    turns = Rotation.from_euler("z", yaw[:, None]).as_matrix()
+    turns = rotations_about_z(yaw)
     load = np.column_stack([values[f"payload_{axis}"] for axis in "xyz"])
     attitude = np.column_stack([values[name] for name in ATTITUDE])
-    rows = Rotation.from_quat(np.roll(attitude, -1, axis=1)).as_matrix()
+    rows = rotation_matrices(np.roll(attitude, -1, axis=1))
     return tip[:, None] + np.einsum("kij,nj->kni", turns, falls.top), load[:, None] + np.einsum(
         "kij,nj->kni", rows, falls.bottom
     )

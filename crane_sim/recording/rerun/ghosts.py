@@ -12,7 +12,7 @@ import numpy as np
 import rerun as rr
 
 from crane_sim.description.suspended import ATTITUDE_JOINT
-from crane_sim.recording.base_frame import WORLD, base_rotations
+from crane_sim.recording.base_frame import WORLD, base_quaternions
 from crane_sim.recording.rerun.cranes import CABLE_RADIUS_RATIO, joint_transforms, load_robot
 from crane_sim.recording.rerun.timelines import time_columns
 
@@ -61,7 +61,7 @@ def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeCo
         return
     columns = rr.Transform3D.columns(
         translation=base[:, :3],
-        quaternion=base_rotations(base).as_quat(),
+        quaternion=base_quaternions(base),
         parent_frame=[WORLD] * len(base),
         child_frame=[root] * len(base),
     )

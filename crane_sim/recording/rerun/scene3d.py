@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.base_frame import WORLD, base_rotations, to_base
+from crane_sim.recording.base_frame import WORLD, base_quaternions, to_base
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
 from crane_sim.recording.rerun.vessel import Vessel
@@ -66,7 +66,7 @@ class Scene3D:
         frames = len(base)
         columns = rr.Transform3D.columns(
             translation=base[:, :3],
-            quaternion=base_rotations(base).as_quat(),
+            quaternion=base_quaternions(base),
             parent_frame=[WORLD] * frames,
             child_frame=[self._layout.stand.frame] * frames,
         )
