@@ -108,7 +108,7 @@ def _limited(item: pytest.Item) -> Iterator[None]:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Let processes of tests share byte code where Python is told to write none: each would compile all modules."""
-    if os.environ.get("PYTHONDONTWRITEBYTECODE") and not hasattr(config, "workerinput"):
+    if os.environ.get("PYTHONDONTWRITEBYTECODE") and not _worker_of(config):
         folder = tempfile.mkdtemp(prefix="crane_sim-bytecode-")
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
         os.environ["PYTHONPYCACHEPREFIX"] = folder
@@ -191,7 +191,7 @@ def shared_files() -> set[str]:
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Record the files in shared memory before the first test; a worker is killed with its leader."""
-    if hasattr(session.config, "workerinput"):
+    if _worker_of(session.config):
         session_guard.tie_to_parent()
     session.config.stash[_FILES] = shared_files()
 
@@ -199,6 +199,6 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Fail when tests leave files in shared memory; of several workers, only the leader checks."""
     leftover = shared_files() - session.config.stash[_FILES]
-    if leftover and not hasattr(session.config, "workerinput"):
+    if leftover and not _worker_of(session.config):
         print(f"\nfiles left in /dev/shm: {sorted(leftover)}")
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -15,12 +15,14 @@ compiled code can be cached on disk.
 
 Compiled code is cached in a folder named after a digest of every source file that it may come from (and of the versions
 that produced it). It is read and written only while the files still have the digest of the time before the first kernel
-was imported, so stale machine code is never executed.
+was imported, so stale machine code is never executed. What other files have a part in, which the digest does not cover,
+is compiled anew in each process: their entry points, and signatures with types of theirs.
 """
 
 import functools
 import gc
 import hashlib
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -175,7 +177,7 @@ class _CheckedCache(FunctionCache):
 
     def load_overload(self, sig, target_context):
         import_array_functions()
-        if not _is_trusted():
+        if not _is_cacheable(sig):
             return None
         if loaded := super().load_overload(sig, target_context):
             return loaded
@@ -185,7 +187,7 @@ class _CheckedCache(FunctionCache):
         return loaded
 
     def save_overload(self, sig, data):
-        if _is_trusted():  # numba reads and writes the index of a function's signatures without a lock
+        if _is_cacheable(sig):  # numba reads and writes the index of a function's signatures without a lock
             index = FileLock(self._lock_file("index"), _LOCK_TIMEOUT)
             try:
                 super().save_overload(sig, data)
@@ -199,45 +201,54 @@ class _CheckedCache(FunctionCache):
         return Path(self.cache_path, f"{key}.lock")
 
 
-_outside: list[str] = []  # files of compiled functions in other packages, which the digest does not cover
+_replaced: list[str] = []  # generic functions of the packages that other files give an implementation for their types
 
 
-def _is_trusted() -> bool:
-    return not _outside and SOURCES_AT_IMPORT.is_current()
+def _is_cacheable(arguments: tuple[Any, ...]) -> bool:
+    """Return whether the digest covers all that a function of the packages compiles for arguments of these types."""
+    return not _replaced and all(map(_is_covered, arguments)) and SOURCES_AT_IMPORT.is_current()
 
 
-def _note_origin(f: Function) -> None:
-    _note_file(f.__code__.co_filename)
+def _is_covered(kind: Any) -> bool:
+    """Return whether a numba type has no class of a file that the digest does not cover: it may bring its own code."""
+    if isinstance(kind, types.NamedTuple | types.NamedUniTuple) and _is_foreign(kind.instance_class):
+        return False
+    return not isinstance(kind, types.BaseTuple) or all(map(_is_covered, kind))
 
 
 @functools.cache
-def _note_file(name: str) -> None:
-    file = Path(name).resolve()
-    if not is_digested(file):
-        _outside.append(str(file))
+def _is_foreign(cls: type) -> bool:
+    """Return whether a class is neither the packages' nor one that their functions take from Python or numpy."""
+    file = getattr(sys.modules.get(cls.__module__), "__file__", None)
+    return cls.__module__ not in ("builtins", "numpy") and not _is_digested_file(file or "")
+
+
+@functools.cache
+def _is_digested_file(name: str) -> bool:
+    return is_digested(Path(name).resolve())
+
+
+def _is_digested_function(f: Function) -> bool:
+    return _is_digested_file(f.__code__.co_filename)
 
 
 def kernel(f: Function) -> Function:
     """Compile `f` as a function that is inlined into every caller."""
-    _note_origin(f)
     return numba.njit(f, **OPTIONS)
 
 
 def routine(f: Function) -> Function:
     """Compile `f` as a function that is not inlined: for long ones, whose copies would cost minutes to compile."""
-    _note_origin(f)
     return numba.njit(f, **(OPTIONS | {"forceinline": False}))
 
 
 def lean_kernel(f: Function) -> Function:
     """Compile `f` as an inlined function without reference counting, see LEAN."""
-    _note_origin(f)
     return numba.njit(f, **LEAN)
 
 
 def lean_routine(f: Function) -> Function:
     """Compile `f` as a function that is not inlined, without reference counting, see LEAN."""
-    _note_origin(f)
     return numba.njit(f, **(LEAN | {"forceinline": False}))
 
 
@@ -249,7 +260,6 @@ def routine_returning(name: str) -> Callable[[Function], Function]:
     """
 
     def decorate(f: Function) -> Function:
-        _note_origin(f)
         at = f.__code__.co_varnames.index(name)
         for options, counts in ((OPTIONS, True), (LEAN, False)):
 
@@ -270,10 +280,10 @@ def _is_all_numbers(kind: Any) -> bool:
 
 
 def entry_point(f: Function) -> Function:
-    """Compile `f` as a function that Python calls; machine code is cached on disk."""
+    """Compile `f` as a function that Python calls; machine code of the packages is cached on disk."""
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
     settings: Any = numba_config
-    if not settings.DISABLE_JIT:
+    if not settings.DISABLE_JIT and _is_digested_function(f):
         settings.CACHE_DIR, previous = str(cache_folder()), settings.CACHE_DIR
         dispatcher._cache = _CheckedCache(f)
         settings.CACHE_DIR = previous
@@ -375,7 +385,8 @@ def generic(f: Function, options: Any = OPTIONS) -> TypeDispatched:
 
     def register(cls: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
-            _note_origin(implementation)
+            if _is_digested_function(f) and not _is_digested_function(implementation) and not _is_foreign(cls):
+                _replaced.append(f"{f.__name__}: {cls.__name__}")
             implementations.clear()
             return table.register(cls)(implementation)
 

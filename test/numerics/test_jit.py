@@ -83,15 +83,60 @@ def test_processes_share_a_compilation(tmp_path: Path) -> None:
     assert list(tmp_path.rglob("*.nbc")) and not list(tmp_path.rglob("*.lock"))
 
 
-def test_nothing_is_cached_with_kernels_from_outside(tmp_path: Path) -> None:
-    """With a kernel from a file outside the packages, which the digest of sources does not cover, nothing is cached."""
-    (tmp_path / "mine.py").write_text(
-        "from crane_sim.numerics.jit import kernel\n@kernel\ndef twice(x):\n    return 2.0 * x\n"
-        + PROBE.replace("; ", "\n")
-    )
-    tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
-    probe(tree, cache, f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine")
-    assert not list(cache.rglob("*.nbc"))
+OWN_TYPE = """
+from typing import NamedTuple
+from crane_sim import system
+from crane_sim.numerics.jit import entry_point, kernel
+from crane_sim.simulation.dynamics import energy_at
+
+class Mine(NamedTuple):
+    value: float
+
+@kernel
+def twice(x):
+    return 2.0 * x
+
+@entry_point
+def four_times(x):
+    return twice(twice(x))
+
+four_times(1.0)
+"""
+OWN_ENERGY = """
+@system.kinetic.register(Mine)
+def mine(p, x):
+    return twice(p.value)
+
+@system.potential.register(Mine)
+def zero(p, x):
+    return 0.0
+
+@system.base_energy.register(Mine)
+def none(p, t, x):
+    return 0.0, 0.0
+
+@system.state.register(Mine)
+def state(p, t, q, v):
+    return q
+
+assert energy_at(Mine(1.5), 0.0, 1.0, 1.0) == (3.0, 0.0)
+"""
+FOR_OUR_TYPE = """
+from crane_sim.models.effects import PayloadDrag, add_drag
+add_drag.register(PayloadDrag)(lambda drag, force, velocity: force)
+"""
+
+
+@pytest.mark.parametrize(
+    ("own", "cached"),
+    [(OWN_TYPE + OWN_ENERGY, set()), (OWN_TYPE + PROBE, {"energy_at"}), (OWN_TYPE + FOR_OUR_TYPE + PROBE, set())],
+    ids=["signatures with own types", "others", "an implementation for a type of the packages"],
+)
+def test_what_the_digest_does_not_cover_is_not_cached(own: str, cached: set[str], tmp_path: Path) -> None:
+    """Of a file outside the packages neither entry points nor types are in what is cached: it may change unnoticed."""
+    (tmp_path / "mine.py").write_text(own.replace("; print", "\nprint"))
+    probe(ROOT, tmp_path / "cache", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine")
+    assert {file.name.partition(".")[2].partition("-")[0] for file in tmp_path.rglob("*.nbc")} == cached
 
 
 def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
