@@ -159,6 +159,7 @@ def test_the_loop_follows_its_ramp_with_the_linear_lag() -> None:
     assert run.summary["energy_audit_error"] < 1e-12
 
 
+@pytest.mark.interpreted
 def test_a_torque_limit_binds_and_the_integral_does_not_wind_up() -> None:
     """At its limit the drive accelerates with F / m; behind it the speed overshoots less than the linear loop does."""
     scene = trolley(PI, actuator={"limit": 300.0})

@@ -102,6 +102,7 @@ def test_a_cable_as_stiff_as_steel() -> None:
     assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
 
 
+@pytest.mark.long(cases=["15_toss_N3_bilateral"])
 @pytest.mark.parametrize("name", BILATERAL)
 def test_springs_that_push_and_dampers(name: str) -> None:
     """A payload thrown beyond the horizontal on damped springs lands where the reference says, its losses metered."""
@@ -159,6 +160,7 @@ def test_a_spring_bounces_with_its_frequency(method: Any) -> None:
     assert np.max(np.abs(nodes[:, 0, 0])) == 0.0
 
 
+@pytest.mark.long
 def test_the_rigid_cable_is_the_limit() -> None:
     """The distance from the rigid cable's reference shrinks like 1 / k."""
     case = CHAIN["02_N2_large_angle"]

@@ -42,6 +42,7 @@ def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.Mon
     assert crane_sim.simulate(scene).summary["state_sha256"] == own
 
 
+@pytest.mark.interpreted
 def test_the_command_takes_a_file_of_the_working_folder(tmp_path: Path) -> None:
     """`crane simulate --law FILE.py:FUNCTION` runs the law of that file."""
     (tmp_path / "mine.py").write_text(LAW)

@@ -100,7 +100,8 @@ def test_metrics_in_lanes_are_those_of_single_runs(duration: float) -> None:
     assert all(end.metrics["negative_tension_steps"] > 0 for end in run_all(scenes))
 
 
-@pytest.mark.parametrize("inputs", [{}, {"inputs.trolley": {"kind": "constant", "value": 3.0}}])
+@pytest.mark.long(cases=["pushed"])
+@pytest.mark.parametrize("inputs", [{}, {"inputs.trolley": {"kind": "constant", "value": 3.0}}], ids=["free", "pushed"])
 def test_metrics_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """What stood in the buffers of lanes before a run does not show in its metrics."""
     make = batch_metrics.lane_buffers
@@ -115,6 +116,7 @@ def test_metrics_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypat
     check_metrics([load_scene("overhead_swing", FIXED | {"duration": 0.3} | inputs)])
 
 
+@pytest.mark.long
 def test_metrics_of_other_cranes_compile() -> None:
     """Metrics of a crane that is not watched in lanes are gathered by compiled code, too, and are those of its run."""
     check_metrics([load_scene("pendulum_free", {"duration": 0.1})])

@@ -128,6 +128,7 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
     return studies.run(FAILING, tmp_path_factory.mktemp("study") / "failing", workers=1)
 
 
+@pytest.mark.interpreted
 def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
     """Failed and impossible runs are rows with status and reason; metrics stand there up to where it failed."""
     rows = failing.table.to_pylist()
@@ -137,6 +138,7 @@ def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
     assert failing.failed("stiff").tolist() == [True, True] and failing.failed("energy").tolist() == [False, True]
 
 
+@pytest.mark.interpreted
 def test_failures_are_recorded(failing: studies.StudyResult) -> None:
     """Of the run that failed there is a recording, with the bits of its row; a refused scene has none."""
     (file,) = (failing.folder / "recordings").iterdir()
@@ -225,6 +227,7 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
     assert without_times(table) == without_times(plain)
 
 
+@pytest.mark.interpreted
 def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> None:
     """`crane report FOLDER` writes one file without requests: failures first, each variant's metrics, links to runs.
 
