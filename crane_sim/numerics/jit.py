@@ -213,7 +213,8 @@ def _is_covered(kind: Any) -> bool:
     """Return whether a numba type has no class of a file that the digest does not cover: it may bring its own code."""
     if isinstance(kind, types.NamedTuple | types.NamedUniTuple) and _is_foreign(kind.instance_class):
         return False
-    return not isinstance(kind, types.BaseTuple) or all(map(_is_covered, kind))
+    parts: Any = kind if isinstance(kind, types.BaseTuple) else ()
+    return all(map(_is_covered, parts))
 
 
 @functools.cache
