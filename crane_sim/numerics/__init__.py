@@ -1,37 +1,42 @@
 """Compiled arithmetic: kernels and their cache, states, arrays, lanes, linear systems; numba only here.
 
-Numba imports two packages only to see whether they are there, which takes a tenth of a process's start: `coverage`,
-which it has no use for where nothing measures it, and all of scipy.linalg, for numpy.cov and the like.
+Numba imports two packages only to see whether they are there: all of scipy.linalg, a tenth of the start of a process,
+and `coverage`, where it is installed, of which it has no use where nothing measures it.
 """
 
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 
 @contextmanager
-def _withheld(name: str) -> Iterator[None]:
-    """Let imports of a module fail within the block as if it were not installed, unless it was imported before."""
+def _without_coverage() -> Iterator[None]:
+    """Let imports of `coverage` fail within the block as if it were not installed, unless it was imported before."""
     modules: Any = sys.modules
-    if name in modules:
+    if "coverage" in modules or "numba" in modules:
         yield
         return
-    modules[name] = None  # Python's own mark of a module that must not be imported
+    modules["coverage"] = None  # Python's own mark of a module that must not be imported
     try:
         yield
     finally:
-        del modules[name]
+        modules.pop("coverage", None)
 
 
-with _withheld("coverage"):
+with _without_coverage():
     import numba as numba
 
 
 @cache
 def import_array_functions() -> None:
-    """Import what numba would import when it first compiles or loads a function."""
-    with _withheld("scipy.linalg.cython_blas"):
-        from numba.np import arraymath
-    arraymath._HAVE_BLAS = True  # it is there
+    """Import numba's array functions without scipy.linalg, which is imported when a function needs it."""
+    from numba.np import linalg
+
+    ensure_blas, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = ensure_blas

@@ -29,8 +29,6 @@ UNDIGESTED = (
     "nodes",
 )
 """Folders of a package with no compiled code and not imported by any: a change there does not invalidate the cache."""
-_DIGESTED_PREFIXES = tuple(os.path.join(package, "") for package in _PACKAGES)
-_UNDIGESTED_PREFIXES = tuple(os.path.join(package, folder, "") for package in _PACKAGES for folder in UNDIGESTED)
 
 
 def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
@@ -63,6 +61,10 @@ class SourceState:
             self._stamps = stamps
         return stamps == self._stamps
 
+    def includes(self, file: str) -> bool:
+        """Return whether the digest includes a file; "" and names in brackets, of code that no file has, are none."""
+        return os.path.realpath(file) in self._stamps
+
     def _read_stamps(self) -> dict[str, tuple[int, ...]]:
         """Return the file attributes that change on a write, by path."""
         files = (file for folder in map(str, self._folders) for file in _sources(folder))
@@ -82,11 +84,6 @@ def _sources_below(folder: str, undigested: set[str]) -> Iterator[str]:
                 yield from _sources_below(entry.path, undigested)
         elif entry.name.endswith(".py"):
             yield entry.path
-
-
-def is_digested(file: Path) -> bool:
-    """Return whether the digest includes this file."""
-    return str(file).startswith(_DIGESTED_PREFIXES) and not str(file).startswith(_UNDIGESTED_PREFIXES)
 
 
 class FileLock:

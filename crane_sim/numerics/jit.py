@@ -1,6 +1,6 @@
 """Decorators of compiled functions; numba is imported here and in the arithmetic modules of this folder, nowhere else.
 
-- `entry_point`: a function that Python calls; its machine code is cached on disk.
+- `entry_point`: a function that Python calls; the packages' own are cached on disk as machine code.
 - `kernel`: a function that only compiled code calls, inlined into every caller; `routine`: one that is not inlined.
 - `generic`: a function with single dispatch: a kernel with one implementation for each type of its first argument, like
   functools.singledispatch, chosen at compile time.
@@ -15,8 +15,9 @@ compiled code can be cached on disk.
 
 Compiled code is cached in a folder named after a digest of every source file that it may come from (and of the versions
 that produced it). It is read and written only while the files still have the digest of the time before the first kernel
-was imported, so stale machine code is never executed. What other files have a part in, which the digest does not cover,
-is compiled anew in each process: their entry points, and signatures with types of theirs.
+was imported, so stale machine code is never executed. Code of other files, which the digest does not cover, is compiled
+anew in each process: their entry points, and functions that are given types of theirs. Nothing is cached once such a
+file implements a function of the packages for a type that is not its own.
 """
 
 import functools
@@ -33,7 +34,7 @@ import numpy as np
 from llvmlite.binding import Linkage
 from numba._dynfunc import make_function
 from numba.core import config as numba_config
-from numba.core import event, types
+from numba.core import event, sigutils, types
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -44,7 +45,7 @@ from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
 from crane_sim.numerics import import_array_functions
-from crane_sim.numerics.cache import SOURCES_AT_IMPORT, FileLock, cache_folder, is_digested
+from crane_sim.numerics.cache import SOURCES_AT_IMPORT, FileLock, cache_folder
 
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
@@ -74,6 +75,7 @@ class LinkedLibrary(JITCodeLibrary):
     """Library of LLVM code that is linked into its callers, and not compiled to machine code by itself."""
 
     optimized = False
+    source = ""  # the file of the function
     _final_module: Any
     _shared_module: Any
 
@@ -108,7 +110,7 @@ class _LinkedLowering(NativeLowering):
         """Lower the function, and register it under a key that stands for its address."""
         name = state.func_id.func_qualname
         state.library = LinkedLibrary(state.targetctx.codegen(), name)
-        state.library.optimized = self._optimized
+        state.library.optimized, state.library.source = self._optimized, state.func_id.filename
         state.flags.no_compile = True
         super().run_pass(state)
         lowered = state.cr
@@ -166,7 +168,7 @@ _LOCK_TIMEOUT = 120.0  # s; the largest function compiles in a third of that on 
 
 
 class _CheckedCache(FunctionCache):
-    """Numba's on-disk cache, disabled as soon as sources on disk differ from the ones in memory.
+    """Numba's on-disk cache of what the digest covers, disabled once sources on disk differ from the ones in memory.
 
     While a process compiles a function, others that need the same function wait for it, and load it from the disk.
     """
@@ -187,7 +189,8 @@ class _CheckedCache(FunctionCache):
         return loaded
 
     def save_overload(self, sig, data):
-        if _is_cacheable(sig):  # numba reads and writes the index of a function's signatures without a lock
+        if _is_cacheable(sig) and all(map(_is_digested_file, _linked_sources(data.library))):
+            # numba reads and writes the index of a function's signatures without a lock
             index = FileLock(self._lock_file("index"), _LOCK_TIMEOUT)
             try:
                 super().save_overload(sig, data)
@@ -201,35 +204,57 @@ class _CheckedCache(FunctionCache):
         return Path(self.cache_path, f"{key}.lock")
 
 
-_replaced: list[str] = []  # generic functions of the packages that other files give an implementation for their types
+_implemented_elsewhere: list[str] = []
+"""Functions of the packages that other files implement for types that are not their own; then nothing is cached."""
 
 
-def _is_cacheable(arguments: tuple[Any, ...]) -> bool:
-    """Return whether the digest covers all that a function of the packages compiles for arguments of these types."""
-    return not _replaced and all(map(_is_covered, arguments)) and SOURCES_AT_IMPORT.is_current()
+def _is_cacheable(signature: Any) -> bool:
+    """Return whether the digest covers all that a function of the packages compiles for a signature."""
+    arguments, _ = sigutils.normalize_signature(signature)
+    return not _implemented_elsewhere and all(map(_is_covered, arguments)) and SOURCES_AT_IMPORT.is_current()
+
+
+def _linked_sources(library: Any) -> set[str]:
+    """Return the files of all functions that are linked into a library, as where a module's function was replaced."""
+    sources, seen, pending = set[str](), set[int](), [library]
+    while pending:
+        linked = pending.pop()
+        if id(linked) not in seen:
+            seen.add(id(linked))
+            pending += linked._linking_libraries
+            sources |= {linked.source} if isinstance(linked, LinkedLibrary) else set()
+    return sources
 
 
 def _is_covered(kind: Any) -> bool:
-    """Return whether a numba type has no class of a file that the digest does not cover: it may bring its own code."""
-    if isinstance(kind, types.NamedTuple | types.NamedUniTuple) and _is_foreign(kind.instance_class):
+    """Return whether a numba type is of numbers and arrays, and of tuples whose classes the digest covers.
+
+    Implementations for any other type may be code that it does not cover.
+    """
+    if isinstance(kind, types.NamedTuple | types.NamedUniTuple) and _is_own_class(kind.instance_class):
         return False
-    parts: Any = kind if isinstance(kind, types.BaseTuple) else ()
-    return all(map(_is_covered, parts))
+    if isinstance(kind, types.BaseTuple):
+        parts: Any = kind
+        return all(map(_is_covered, parts))
+    return isinstance(kind, _COVERED_TYPES)
 
 
-@functools.cache
-def _is_foreign(cls: type) -> bool:
-    """Return whether a class is neither the packages' nor one that their functions take from Python or numpy."""
-    file = getattr(sys.modules.get(cls.__module__), "__file__", None)
-    return cls.__module__ not in ("builtins", "numpy") and not _is_digested_file(file or "")
+_COVERED_TYPES = types.Number | types.Boolean | types.NoneType | types.Array | types.UnicodeType | types.Omitted
+
+
+def _is_own_class(cls: Any) -> bool:
+    """Return whether `cls` is a NamedTuple class of a file that the digest does not cover: no other type matches it."""
+    if type(cls) is not type or not issubclass(cls, tuple) or not hasattr(cls, "_fields"):
+        return False
+    return not _is_digested_file(getattr(sys.modules.get(cls.__module__), "__file__", None) or "")
 
 
 @functools.cache
 def _is_digested_file(name: str) -> bool:
-    return is_digested(Path(name).resolve())
+    return SOURCES_AT_IMPORT.includes(name)
 
 
-def _is_digested_function(f: Function) -> bool:
+def _is_digested(f: Function) -> bool:
     return _is_digested_file(f.__code__.co_filename)
 
 
@@ -284,7 +309,7 @@ def entry_point(f: Function) -> Function:
     """Compile `f` as a function that Python calls; machine code of the packages is cached on disk."""
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
     settings: Any = numba_config
-    if not settings.DISABLE_JIT and _is_digested_function(f):
+    if not settings.DISABLE_JIT and _is_digested(f):
         settings.CACHE_DIR, previous = str(cache_folder()), settings.CACHE_DIR
         dispatcher._cache = _CheckedCache(f)
         settings.CACHE_DIR = previous
@@ -386,8 +411,8 @@ def generic(f: Function, options: Any = OPTIONS) -> TypeDispatched:
 
     def register(cls: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
-            if _is_digested_function(f) and not _is_digested_function(implementation) and not _is_foreign(cls):
-                _replaced.append(f"{f.__name__}: {cls.__name__}")
+            if _is_digested(f) and not _is_digested(implementation) and not _is_own_class(cls):
+                _implemented_elsewhere.append(f.__name__)
             implementations.clear()
             return table.register(cls)(implementation)
 

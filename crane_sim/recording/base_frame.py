@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crane_sim.recording.rotations import quaternions_of, rotation_matrices
+from crane_sim.recording.rotations import quaternions_of
+from crane_sim.trajectories.base_motion import rotations
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +35,7 @@ def base_quaternions(base: Array) -> Array:
 
 def base_rotations(base: Array) -> Array:
     """Return the rotation matrices (K, 3, 3) of a base (K, 6), from its axes to the world's."""
-    return rotation_matrices(base_quaternions(base))
+    return rotations(base[:, 3:])
 
 
 def to_base(points: Array, base: Array | None) -> Array:

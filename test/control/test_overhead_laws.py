@@ -204,7 +204,7 @@ def test_laws_that_believe_in_one_link_work_on_more(law: str, links: int) -> Non
     assert run.scene.law(run.t[k], tuple(run.q[k]), tuple(run.v[k])) == tuple(run.u[k])
 
 
-@pytest.mark.long
+@pytest.mark.interpreted
 def test_the_first_link_alone_misleads_lqr() -> None:
     """Fed with the first link's angle instead of the mean, LQR drives the waves of a cable with a heavy payload."""
     cable = {"lengths": [1.0, 1.0], "node_masses": [0.1, 100.0]}

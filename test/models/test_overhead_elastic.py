@@ -160,7 +160,6 @@ def test_a_spring_bounces_with_its_frequency(method: Any) -> None:
     assert np.max(np.abs(nodes[:, 0, 0])) == 0.0
 
 
-@pytest.mark.long
 def test_the_rigid_cable_is_the_limit() -> None:
     """The distance from the rigid cable's reference shrinks like 1 / k."""
     case = CHAIN["02_N2_large_angle"]

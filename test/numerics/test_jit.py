@@ -121,22 +121,63 @@ def state(p, t, q, v):
 
 assert energy_at(Mine(1.5), 0.0, 1.0, 1.0) == (3.0, 0.0)
 """
-FOR_OUR_TYPE = """
+FOR_THEIR_TYPE = """
 from crane_sim.models.effects import PayloadDrag, add_drag
-add_drag.register(PayloadDrag)(lambda drag, force, velocity: force)
+add_drag.register(PayloadDrag | Mine)(lambda drag, force, velocity: force)
 """
 
 
 @pytest.mark.parametrize(
     ("own", "cached"),
-    [(OWN_TYPE + OWN_ENERGY, set()), (OWN_TYPE + PROBE, {"energy_at"}), (OWN_TYPE + FOR_OUR_TYPE + PROBE, set())],
-    ids=["signatures with own types", "others", "an implementation for a type of the packages"],
+    [
+        pytest.param(OWN_TYPE + OWN_ENERGY, set(), id="functions of own types"),
+        pytest.param(OWN_TYPE + PROBE, {"energy_at"}, id="other functions"),
+        pytest.param(OWN_TYPE + FOR_THEIR_TYPE + PROBE, set(), id="with an implementation for a type of the packages"),
+    ],
 )
 def test_what_the_digest_does_not_cover_is_not_cached(own: str, cached: set[str], tmp_path: Path) -> None:
-    """Of a file outside the packages neither entry points nor types are in what is cached: it may change unnoticed."""
-    (tmp_path / "mine.py").write_text(own.replace("; print", "\nprint"))
+    """Neither entry points nor types of a file outside the packages are cached.
+
+    Nothing is, once the file implements a function of the packages for a type of theirs.
+    """
+    (tmp_path / "mine.py").write_text(own)
     probe(ROOT, tmp_path / "cache", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine")
     assert {file.name.partition(".")[2].partition("-")[0] for file in tmp_path.rglob("*.nbc")} == cached
+
+
+OWN_POTENTIAL = """
+from crane_sim.models.supports import support_potential
+from crane_sim.models.supports.knuckle_boom import Knuckle
+support_potential.register(Knuckle)(lambda support, pose, gravity: 100.0)
+"""
+
+
+def test_code_of_ones_own_stays_in_its_process(tmp_path: Path) -> None:
+    """A process with an implementation of its own loads nothing that others compiled, and leaves them nothing."""
+    (tmp_path / "mine.py").write_text(OWN_POTENTIAL + PROBE)
+    mine, cache = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine", tmp_path / "cache"
+    own, usual = probe(ROOT, cache, mine), probe(ROOT, cache)
+    assert own == probe(ROOT, cache, mine) != usual == probe(ROOT, cache)
+
+
+@jit.kernel
+def double(x):
+    """Return twice a number."""
+    return 2.0 * x
+
+
+@jit.entry_point
+def doubled_speed(position, velocity, rate):
+    """Return what a kernel of this file makes of the result of one of the packages."""
+    return double(inertial_velocity(position, velocity, rate)[0])
+
+
+def test_the_files_of_compiled_code_are_known() -> None:
+    """The files of all functions in compiled code are known: a module may have got one by assignment."""
+    assert doubled_speed((1.0, 2.0, 3.0), (4.0, 5.0, 6.0), 0.5) == 6.0
+    (compiled,) = doubled_speed.overloads.values()
+    files = {Path(file).name for file in jit._linked_sources(compiled.library)}
+    assert files == {"test_jit.py", "rotating_frame.py"}
 
 
 def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
