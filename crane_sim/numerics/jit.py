@@ -22,30 +22,21 @@ file implements a function of the packages for a type that is not its own.
 
 import functools
 import gc
-import hashlib
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 import numba
 import numpy as np
-from llvmlite.binding import Linkage
-from numba._dynfunc import make_function
 from numba.core import config as numba_config
-from numba.core import event, sigutils, types
-from numba.core.caching import FunctionCache
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import register_pass
-from numba.core.typed_passes import AnnotateTypes, NativeLowering
+from numba.core import event, types
 from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 from numba.extending import intrinsic as _intrinsic
 from numba.extending import overload
 
-from crane_sim.numerics import import_array_functions
-from crane_sim.numerics.cache import SOURCES_AT_IMPORT, FileLock, cache_folder
+from crane_sim.numerics.cache import cache_folder
+from crane_sim.numerics.checked_cache import CheckedCache, is_digested, note_implementation
+from crane_sim.numerics.linked_library import LinkedCompiler, OptimizedCompiler
 
 Function = Callable[..., Any]
 intrinsic: Any = _intrinsic
@@ -71,90 +62,12 @@ def lower_to(define: Function) -> Callable[[Function], Any]:
     return decorate
 
 
-class LinkedLibrary(JITCodeLibrary):
-    """Library of LLVM code that is linked into its callers, and not compiled to machine code by itself."""
-
-    optimized = False
-    source = ""  # the file of the function
-    _final_module: Any
-    _shared_module: Any
-
-    def _optimize_final_module(self) -> None:
-        """Optimise only code of which there are many copies; all else is optimised as part of the entry point."""
-        if self.optimized:
-            super()._optimize_final_module()
-
-    def _get_module_for_linking(self) -> Any:
-        self._ensure_finalized()
-        if self._shared_module is None:
-            for function in self._final_module.functions:
-                if not function.is_declaration and function.linkage == Linkage.external:
-                    function.linkage = "linkonce_odr"  # several callers link it in
-            self._shared_module = self._final_module
-        return self._shared_module
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
-        self._finalized = True
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)
-class _LinkedLowering(NativeLowering):
-    """Numba's lowering into a `LinkedLibrary`."""
-
-    _name = "linked_lowering"
-    _optimized = False
-
-    def run_pass(self, state: Any) -> Literal[True]:
-        """Lower the function, and register it under a key that stands for its address."""
-        name = state.func_id.func_qualname
-        state.library = LinkedLibrary(state.targetctx.codegen(), name)
-        state.library.optimized, state.library.source = self._optimized, state.func_id.filename
-        state.flags.no_compile = True
-        super().run_pass(state)
-        lowered = state.cr
-        key = make_function(lowered.fndesc.lookup_module(), name, name, 0, lowered.env, (state.library,))
-        state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])
-        state.reload_init.extend(state.library._reload_init)
-        state.cr = lowered._replace(cfunc=key)
-        return True
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)
-class _OptimizedLowering(_LinkedLowering):
-    _name = "optimized_lowering"
-    _optimized = True
-
-
-class _LinkedCompiler(CompilerBase):
-    """Numba's compiler for functions that only compiled code calls."""
-
-    _lowering: type = _LinkedLowering
-
-    def define_pipelines(self) -> list[Any]:
-        """Return numba's passes with the lowering replaced."""
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        needed = [
-            (step, why) for step, why in passes.passes if step is not AnnotateTypes
-        ]  # it would keep the syntax tree in memory
-        passes.passes[:] = [(self._lowering if step is NativeLowering else step, why) for step, why in needed]
-        passes.finalize()
-        return [passes]
-
-
-class _OptimizedCompiler(_LinkedCompiler):
-    """Numba's compiler for functions of which a caller holds many copies, such as the stages of a step."""
-
-    _lowering = _OptimizedLowering
-
-
 OPTIONS: Any = {
     "error_model": "numpy",
     "forceinline": True,
     "no_cfunc_wrapper": True,
     "no_cpython_wrapper": True,
-    "pipeline_class": _LinkedCompiler,
+    "pipeline_class": LinkedCompiler,
     "_nrt": True,  # explicit: functions would inherit it from their first caller
 }
 """Compile options of kernels: IEEE division, no reassociation, inlining into the caller."""
@@ -162,100 +75,6 @@ LEAN: Any = OPTIONS | {"_nrt": False}
 """Compile options without reference counting, for functions that allocate nothing and return numbers only: saves about
 six nanoseconds for each array argument. An array that such a function returned, or received from a counted function,
 would be freed twice, or never."""
-
-
-_LOCK_TIMEOUT = 120.0  # s; the largest function compiles in a third of that on a busy machine
-
-
-class _CheckedCache(FunctionCache):
-    """Numba's on-disk cache of what the digest covers, disabled once sources on disk differ from the ones in memory.
-
-    While a process compiles a function, others that need the same function wait for it, and load it from the disk.
-    """
-
-    def __init__(self, f: Function) -> None:
-        super().__init__(f)
-        self._locks: dict[Any, FileLock] = {}  # of functions that this process is compiling, by signature
-
-    def load_overload(self, sig, target_context):
-        import_array_functions()
-        if not _is_cacheable(sig):
-            return None
-        if loaded := super().load_overload(sig, target_context):
-            return loaded
-        self._locks[sig] = FileLock(self._lock_file(sig), _LOCK_TIMEOUT)
-        if loaded := super().load_overload(sig, target_context):
-            self._locks.pop(sig).release()
-        return loaded
-
-    def save_overload(self, sig, data):
-        if _is_cacheable(sig) and all(map(_is_digested_file, _linked_sources(data.library))):
-            # numba reads and writes the index of a function's signatures without a lock
-            index = FileLock(self._lock_file("index"), _LOCK_TIMEOUT)
-            try:
-                super().save_overload(sig, data)
-            finally:
-                index.release()
-        if lock := self._locks.pop(sig, None):
-            lock.release()
-
-    def _lock_file(self, sig: Any) -> Path:
-        key = hashlib.sha256(f"{self._impl.filename_base} {sig}".encode()).hexdigest()[:32]
-        return Path(self.cache_path, f"{key}.lock")
-
-
-_implemented_elsewhere: list[str] = []
-"""Functions of the packages that other files implement for types that are not their own; then nothing is cached."""
-
-
-def _is_cacheable(signature: Any) -> bool:
-    """Return whether the digest covers all that a function of the packages compiles for a signature."""
-    arguments, _ = sigutils.normalize_signature(signature)
-    return not _implemented_elsewhere and all(map(_is_covered, arguments)) and SOURCES_AT_IMPORT.is_current()
-
-
-def _linked_sources(library: Any) -> set[str]:
-    """Return the files of all functions that are linked into a library, as where a module's function was replaced."""
-    sources, seen, pending = set[str](), set[int](), [library]
-    while pending:
-        linked = pending.pop()
-        if id(linked) not in seen:
-            seen.add(id(linked))
-            pending += linked._linking_libraries
-            sources |= {linked.source} if isinstance(linked, LinkedLibrary) else set()
-    return sources
-
-
-def _is_covered(kind: Any) -> bool:
-    """Return whether a numba type is of numbers and arrays, and of tuples whose classes the digest covers.
-
-    Implementations for any other type may be code that it does not cover.
-    """
-    if isinstance(kind, types.NamedTuple | types.NamedUniTuple) and _is_own_class(kind.instance_class):
-        return False
-    if isinstance(kind, types.BaseTuple):
-        parts: Any = kind
-        return all(map(_is_covered, parts))
-    return isinstance(kind, _COVERED_TYPES)
-
-
-_COVERED_TYPES = types.Number | types.Boolean | types.NoneType | types.Array | types.UnicodeType | types.Omitted
-
-
-def _is_own_class(cls: Any) -> bool:
-    """Return whether `cls` is a NamedTuple class of a file that the digest does not cover: no other type matches it."""
-    if type(cls) is not type or not issubclass(cls, tuple) or not hasattr(cls, "_fields"):
-        return False
-    return not _is_digested_file(getattr(sys.modules.get(cls.__module__), "__file__", None) or "")
-
-
-@functools.cache
-def _is_digested_file(name: str) -> bool:
-    return SOURCES_AT_IMPORT.includes(name)
-
-
-def _is_digested(f: Function) -> bool:
-    return _is_digested_file(f.__code__.co_filename)
 
 
 def kernel(f: Function) -> Function:
@@ -309,9 +128,9 @@ def entry_point(f: Function) -> Function:
     """Compile `f` as a function that Python calls; machine code of the packages is cached on disk."""
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
     settings: Any = numba_config
-    if not settings.DISABLE_JIT and _is_digested(f):
+    if not settings.DISABLE_JIT and is_digested(f):
         settings.CACHE_DIR, previous = str(cache_folder()), settings.CACHE_DIR
-        dispatcher._cache = _CheckedCache(f)
+        dispatcher._cache = CheckedCache(f)
         settings.CACHE_DIR = previous
     return dispatcher
 
@@ -393,7 +212,7 @@ def lean_routine_generic(f: Function) -> TypeDispatched:
 
 def stage_generic(f: Function) -> TypeDispatched:
     """Return a `generic` function whose implementations are optimised before they are inlined, once for all copies."""
-    return generic(f, OPTIONS | {"pipeline_class": _OptimizedCompiler})
+    return generic(f, OPTIONS | {"pipeline_class": OptimizedCompiler})
 
 
 def generic(f: Function, options: Any = OPTIONS) -> TypeDispatched:
@@ -411,8 +230,7 @@ def generic(f: Function, options: Any = OPTIONS) -> TypeDispatched:
 
     def register(cls: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
-            if _is_digested(f) and not _is_digested(implementation) and not _is_own_class(cls):
-                _implemented_elsewhere.append(f.__name__)
+            note_implementation(f, cls, implementation)
             implementations.clear()
             return table.register(cls)(implementation)
 

@@ -15,6 +15,7 @@ import crane_sim
 from crane_sim.models.effects import PayloadDrag, add_drag
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.numerics import jit
+from crane_sim.numerics.linked_library import LinkedLibrary, linked_sources
 from crane_sim.numerics.states import add, add_scaled, dimension, leaves, scale, squared_error_norm, weighted_sum
 from crane_sim.simulation.rollout import simulate
 
@@ -176,7 +177,7 @@ def test_the_files_of_compiled_code_are_known() -> None:
     """The files of all functions in compiled code are known: a module may have got one by assignment."""
     assert doubled_speed((1.0, 2.0, 3.0), (4.0, 5.0, 6.0), 0.5) == 6.0
     (compiled,) = doubled_speed.overloads.values()
-    files = {Path(file).name for file in jit._linked_sources(compiled.library)}
+    files = {Path(file).name for file in linked_sources(compiled.library)}
     assert files == {"test_jit.py", "rotating_frame.py"}
 
 
@@ -253,7 +254,7 @@ def test_a_kernel_has_no_machine_code_of_its_own() -> None:
     """A kernel computes what its Python source does, and is compiled only as part of its callers."""
     position, velocity, kernel = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), cast(Any, inertial_velocity)
     assert velocity_in_a_frame(position, velocity, 0.5) == kernel.py_func(position, velocity, 0.5)
-    assert {type(compiled.library) for compiled in kernel.overloads.values()} == {jit.LinkedLibrary}
+    assert {type(compiled.library) for compiled in kernel.overloads.values()} == {LinkedLibrary}
 
 
 @pytest.mark.parametrize("group", ["springs", "swing_friction", "payload_drag", "inputs"])
