@@ -71,12 +71,22 @@ def test_a_run_over_ros_is_sampled_to_its_end() -> None:
     assert named["plant, growth since the warm-up"].passed  # the recorder's buffers still fill in the first seconds
 
 
+def test_the_mean_rate_is_that_of_all_messages() -> None:
+    """A late last message does not change the rate of ten seconds at 1 kHz; a clock that runs fast does, by as much."""
+    sent = [1_000_000_000 + 1_000_000 * k for k in range(10_001)]
+    assert realtime.mean_rate(sent) == pytest.approx(1000.0, rel=1e-12)
+    late = [*sent[:-1], sent[-1] + 2_000_000]
+    assert realtime.mean_rate(late) == pytest.approx(1000.0, abs=2e-4)  # Hz: 6 / 10 001 of the 0.2 Hz of the ends alone
+    fast = [1_000_000_000 + 999_900 * k for k in range(10_001)]
+    assert realtime.mean_rate(fast) == pytest.approx(1000.1, abs=1e-4)  # Hz: 1 / 0.9999 is 1.00010001
+
+
 @pytest.mark.long
 def test_overruns_are_those_that_a_subscriber_counts() -> None:
     """At 1 kHz the plant's own count of overruns is that of a subscriber, which only has the times of sending."""
     metrics, data = realtime.soak(3.0)
     named = {metric.what: metric for metric in metrics}
-    (plant,) = data["plant"]
+    (plant,) = data["monitored"]
     assert plant["steps"] == 3000
     assert named["overruns, the plant's own count"].value == plant["deadline_misses"]
     assert named["overruns, the subscriber's count"].value == sum(data["counted"])

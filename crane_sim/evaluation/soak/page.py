@@ -80,9 +80,11 @@ PARTS = {
     ),
     "realtime": Part(
         "Real time at 1 kHz",
-        "Rounds of ten seconds, in turn: a loop that only sleeps until its next deadline, then plant and controller. "
-        "Rate and overruns are also counted by the monitor, from when states and efforts were sent; the plant's "
-        "period error is compared with that of the bare loop in the same round, on the same machine.",
+        "Rounds of ten seconds, in turn: a loop that only sleeps until its next deadline, plant and controller by "
+        "themselves, and plant and controller beside the monitor. The period error, which the plant measures itself, "
+        "is compared with that of the bare loop in the same round, on the same machine. Rate and overruns beside the "
+        "monitor are also counted by it, from when states and efforts were sent; where a machine has few cores, it "
+        "takes time from the nodes that it observes.",
     ),
 }
 
