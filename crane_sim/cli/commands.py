@@ -244,9 +244,9 @@ def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
 @click.argument("packages", nargs=-1)
 @click.option("--check", is_flag=True, help="Build nothing: only list what is there and from where.")
 def interfaces(packages: tuple[str, ...], check: bool) -> None:
-    """Build the message packages that ROS 2's wheels lack into the environment (some minutes, once), and list them.
+    """Build the message packages that ROS 2's wheels lack into the environment (about a minute, once), and list them.
 
-    PACKAGES: tf2_msgs, simulation_interfaces; all when left out. One that is there is used as it is.
+    PACKAGES: tf2_msgs, simulation_interfaces, control_msgs; all when left out. One that is there is used as it is.
     """
     from crane_sim.cli.interfaces import interfaces as command
 
@@ -256,7 +256,7 @@ def interfaces(packages: tuple[str, ...], check: bool) -> None:
 @app.command()
 @click.argument("scene")
 def urdf(scene: str) -> None:
-    """Print the URDF of a scene's crane, as the plant publishes it on robot_description."""
+    """Print the URDF of a scene's crane; describe SCENE --ros2-control adds the tag that the plant publishes, too."""
     from crane_sim.description import urdf as describe_crane
 
     print(describe_crane(load_scene_with_options(scene)))

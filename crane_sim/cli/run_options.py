@@ -42,8 +42,8 @@ _OPTIONS = {
     "wait": click.option(
         "--wait",
         type=float,
-        help="With --no-controller: seconds without a command of your node until the run ends (default 120). "
-        "Until its first command the run always waits at least 120 s. 0: no limit.",
+        help="With --no-controller, lockstep: seconds that the plant waits for a command of your node until the run "
+        "ends (default 120; 0: no limit). To connect, the node has 120 s at least.",
     ),
     "restart": click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
     "on_silence": click.option(

@@ -1,6 +1,9 @@
 """Watchdog of commands in real time, without ROS and with a plant that only records its efforts."""
 
+import ctypes
+import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
 
@@ -100,3 +103,19 @@ def test_a_command_is_stale_by_wall_time(late: float, counts: bool) -> None:
     realtime.step_once()
     assert simulation.efforts == [(3.0, 4.0) if counts else (0.0, 0.0)]
     assert simulation.validator.refused == ({} if counts else {"stale": 1})
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="timer slack is Linux's")
+def test_a_run_sleeps_without_timer_slack() -> None:
+    """A real-time run sets the least timer slack, 1 ns, of its thread, which had Linux's default of 50 us."""
+    prctl = ctypes.CDLL(None).prctl
+    set_slack, get_slack = 29, 30
+
+    def timer_slacks() -> list[int]:
+        prctl(set_slack, ctypes.c_ulong(50_000))
+        before = prctl(get_slack)
+        Realtime(OneCommandHost(), FakeSimulation(3), settings(0.0)).run()  # type: ignore[arg-type]
+        return [before, prctl(get_slack)]
+
+    with ThreadPoolExecutor(1) as thread:  # its slack is its own
+        assert thread.submit(timer_slacks).result(timeout=60.0) == [50_000, 1]

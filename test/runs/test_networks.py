@@ -127,6 +127,14 @@ def hash_of_example(scene: Scene) -> str:
     return plant.summary()["state_sha256"]
 
 
+SERVICES_OF_AN_ACTION = ("/_action/send_goal", "/_action/cancel_goal", "/_action/get_result")
+TOPICS_OF_AN_ACTION = ("/_action/feedback", "/_action/status")
+ACTION_PARTS = {
+    "execute": {"publish": TOPICS_OF_AN_ACTION, "reply": SERVICES_OF_AN_ACTION},
+    "call": {"subscribe": TOPICS_OF_AN_ACTION, "request": SERVICES_OF_AN_ACTION},
+}
+
+
 def allowed_names(name: str) -> dict[str, list[str]]:
     """Return the full names that the SROS2 policy allows a node, by what it does with them."""
     names: dict[str, list[str]] = {}
@@ -135,7 +143,9 @@ def allowed_names(name: str) -> dict[str, list[str]]:
             for group in profile:
                 ((what, rule),) = group.attrib.items()
                 assert rule == "ALLOW"
-                names[what] = [full_name(entry.text or "", profile.get("ns", ""), name) for entry in group]
+                full_names = [full_name(entry.text or "", profile.get("ns", ""), name) for entry in group]
+                for part, parts in ACTION_PARTS.get(what, {what: ("",)}).items():
+                    names.setdefault(part, []).extend(f"{each}{end}" for each in full_names for end in parts)
     return names
 
 
@@ -146,19 +156,23 @@ def full_name(name: str, namespace: str, node: str) -> str:
     return f"{namespace}/{name.replace('~', node)}"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_policy_allows_the_topics_and_services_of_the_nodes(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:
-    """Everything that plant, controller and recorder publish, subscribe to and serve is in the SROS2 policy."""
-    modules = ["crane_sim.ros.plant_node", "crane_control.nodes.controller_node", "crane_sim.ros.recorder_node"]
-    own = {modules[0]: ["-p", "expected_controllers:=2"], modules[2]: ["-p", f"path:={tmp_path / 'run.rrd'}"]}
-    command = ["-m", "MODULE", "--ros-args", "-r", "__ns:=/knuckle"]
+    """Everything that plant, controller, operator and recorder publish, subscribe to and offer is in the policy."""
+    modules = {
+        "crane_sim.ros.plant_node": ["-p", "expected_controllers:=3"],
+        "crane_control.nodes.controller_node": [],
+        "crane_control.nodes.operator_node": [],
+        "crane_sim.ros.recorder_node": ["-p", f"path:={tmp_path / 'run.rrd'}", "-p", f"mcap:={tmp_path / 'run.mcap'}"],
+    }
+    names = [module.split(".")[-1].removesuffix("_node") for module in modules]
     with ExitStack() as nodes:
-        for module in modules:
-            words = [sys.executable, command[0], module, *command[2:], *own.get(module, [])]
+        for module, own in modules.items():
+            words = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle", *own]
             nodes.enter_context(started_program(words, env=ros_environment))
-        lister = [sys.executable, PROGRAMS / "graph_lister.py", "/knuckle", "plant", "controller", "recorder"]
+        lister = [sys.executable, PROGRAMS / "graph_lister.py", "/knuckle", *names]
         listing = run_to_completion(lister, env=ros_environment, check=True)
     for node, does in json.loads(listing.stdout).items():
         for what, names in does.items():

@@ -46,11 +46,8 @@ from crane_sim.models.supports import (
     support_potential,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import (
-    any_joint_held,
-    held_guard,
-    takes_energy,
-)
+from crane_sim.models.supports.actuated_support import takes_energy
+from crane_sim.models.supports.friction_modes import any_joint_held, held_guard
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import (
     describe_drive,

@@ -17,7 +17,7 @@ from crane_sim.models.falls.crane import (
 from crane_sim.models.guards import friction_event
 from crane_sim.models.stops import WINCH
 from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.actuated_support import friction_state_offset, mode_after_guard
+from crane_sim.models.supports.friction_modes import friction_state_offset, mode_after_guard
 from crane_sim.models.supports.hoist import hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, mode_of_stopped_winch, winch_guard, winch_mode
 from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls

@@ -49,7 +49,8 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import ActuatedSupport, with_friction_states, write_friction_rates
+from crane_sim.models.supports.actuated_support import ActuatedSupport, with_friction_states
+from crane_sim.models.supports.friction_modes import write_friction_rates
 from crane_sim.models.supports.backlash import (
     GearedSupport,
     drive_count,

@@ -19,13 +19,12 @@ from crane_sim.models.supports import (
     support_potential,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import (
-    ActuatedSupport,
+from crane_sim.models.supports.actuated_support import ActuatedSupport, takes_energy
+from crane_sim.models.supports.friction_modes import (
     any_joint_held,
     friction_state_offset,
     held_guard,
     mode_after_guard,
-    takes_energy,
 )
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import (

@@ -12,7 +12,7 @@ from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_stamps import CommandStamps, realtime_range
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.serialization import decode_array
-from crane_sim.ros.common.timing import StepTiming
+from crane_sim.ros.common.timing import StepTiming, minimize_timer_slack
 from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
 from crane_sim.ros.plant.scheduler import should_stop
@@ -67,6 +67,7 @@ class Realtime:
     def run(self) -> None:
         """See `StepScheduler`; a late step is counted, and the next ones catch up with the schedule."""
         simulation, period = self._simulation, self._period
+        minimize_timer_slack()
         if self._commands:
             self._commands.start()
         simulation.start()
