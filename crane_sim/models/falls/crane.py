@@ -49,8 +49,8 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.models.supports.friction_modes import write_friction_rates
 from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
+from crane_sim.models.supports.friction_modes import write_friction_rates
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes

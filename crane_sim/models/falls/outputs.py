@@ -47,7 +47,6 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.actuated_support import takes_energy
-from crane_sim.models.supports.friction_modes import any_joint_held, held_guard
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import (
     describe_drive,
@@ -60,6 +59,7 @@ from crane_sim.models.supports.backlash import (
 )
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.friction import step_control_of
+from crane_sim.models.supports.friction_modes import any_joint_held, held_guard
 from crane_sim.models.supports.hoist import (
     MotionHoist,
     PrescribedHoist,

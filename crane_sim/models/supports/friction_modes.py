@@ -31,6 +31,7 @@ from crane_sim.numerics.jit import generic, kernel, lean_generic
 from crane_sim.numerics.states import replace_entry
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
+
 @lean_generic
 def write_friction_rates(support, pose, out):
     """Write the derivatives of the friction states into the end of `out`."""

@@ -50,7 +50,6 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.actuated_support import ActuatedSupport, with_friction_states
-from crane_sim.models.supports.friction_modes import write_friction_rates
 from crane_sim.models.supports.backlash import (
     GearedSupport,
     drive_count,
@@ -61,6 +60,7 @@ from crane_sim.models.supports.backlash import (
 )
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleState, FlexibleSupport, elastic_entries
+from crane_sim.models.supports.friction_modes import write_friction_rates
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.swaying_tower import SwayingTower, SwayState

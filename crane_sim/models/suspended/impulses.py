@@ -33,8 +33,8 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
-from crane_sim.models.supports.friction_modes import reset_friction_modes
 from crane_sim.models.supports.backlash import switch_drive
+from crane_sim.models.supports.friction_modes import reset_friction_modes
 from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.suspended.crane import (
     fill_directions,

@@ -20,12 +20,6 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.supports.actuated_support import ActuatedSupport, takes_energy
-from crane_sim.models.supports.friction_modes import (
-    any_joint_held,
-    friction_state_offset,
-    held_guard,
-    mode_after_guard,
-)
 from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import (
     GearedSupport,
@@ -36,6 +30,12 @@ from crane_sim.models.supports.backlash import (
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.friction_modes import (
+    any_joint_held,
+    friction_state_offset,
+    held_guard,
+    mode_after_guard,
+)
 from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.supports.swaying_tower import SwayingTower
