@@ -33,13 +33,28 @@ def test_a_drift_is_distinguished_from_noise(fall: float) -> None:
     trend = drift(noisy_rates(fall))
     assert trend.low < -fall < trend.high
     assert trend.change == pytest.approx(-fall, abs=3.0)  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
-    assert [metric.passed for metric in drift_metrics(noisy_rates(fall))] == [True, fall < MAX_FALL, True]
+    passed = [metric.passed for metric in drift_metrics(noisy_rates(fall), [1e7] * 900)]
+    assert passed == [True, True, True, fall < MAX_FALL, True]
+
+
+@pytest.mark.parametrize("fall", [0.0, 10.0])
+def test_the_processor_s_clock_is_no_drift(fall: float) -> None:
+    """A clock that falls by 30 % takes its share of a rate; what the rate loses besides is detected."""
+    clock = [1.0 - 0.3 * i / 899 for i in range(900)]
+    rates = [rate * share for rate, share in zip(noisy_rates(fall), clock, strict=True)]
+    named = {metric.what: metric for metric in drift_metrics(rates, [2e7 * share for share in clock])}
+    assert named["rate, change from begin to end"].value < -25.0
+    of_clock = named["processor's speed, change from begin to end"].value
+    assert of_clock == pytest.approx(-34.2, abs=0.3)  # % of 0.85; the medians of the ends are 29 / 30 of it apart
+    judged = named["rate at constant speed, change from begin to end"]
+    assert judged.value == pytest.approx(-fall, abs=3.0)  # %: see above
+    assert judged.passed == (fall < MAX_FALL)
 
 
 def test_an_unresolved_drift_has_a_wide_interval() -> None:
     """On a disturbed machine, where the change is not resolved, the interval beside it is wide."""
     draw = random.Random(3)
-    assert drift_metrics([draw.uniform(500.0, 1500.0) for _ in range(30)])[-1].value > MAX_FALL
+    assert drift_metrics([draw.uniform(500.0, 1500.0) for _ in range(30)], [1e7] * 30)[-1].value > MAX_FALL
 
 
 def test_steps_without_ros_leak_no_memory() -> None:

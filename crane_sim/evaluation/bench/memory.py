@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim import load_scene
-from crane_sim.evaluation.bench.measurement import machine
+from crane_sim.evaluation.bench.measurement import machine, measure_processor_speed
 from crane_sim.orchestration import run
 
 INTERVAL = 1.0  # s between samples
@@ -33,6 +33,7 @@ class MemorySampler:
         times: s of the run, one per sample.
         samples: (time [s], resident memory [MB]) by node, for the time that its process exists.
         steps: of the run, one number per sample.
+        speeds: of the processor, see `measure_processor_speed`, one per sample.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -40,6 +41,7 @@ class MemorySampler:
         self.times: list[float] = []
         self.samples: dict[str, list[tuple[float, float]]] = {}
         self.steps: list[int] = []
+        self.speeds: list[float] = []
         self._seconds, self._start, self._pids = seconds, 0.0, dict[str, int]()
 
     def on_activated(self, name: str, pid: int) -> None:
@@ -55,6 +57,7 @@ class MemorySampler:
         if elapsed >= len(self.times) * INTERVAL:
             self.times.append(elapsed)
             self.steps.append(step)
+            self.speeds.append(measure_processor_speed())
             for name, pid in self._pids.items():
                 if (memory := resident(pid)) is not None:
                     self.samples.setdefault(name, []).append((elapsed, memory))
@@ -96,6 +99,7 @@ def measure(
         "recorded_steps": summary.get("recorded_steps"),  # None: without a recorder
         "sample_times_s": [round(t, 3) for t in sampler.times],
         "sample_steps": sampler.steps,
+        "sample_processor_speeds": [round(speed) for speed in sampler.speeds],
         "resident": {node: memory_metrics(samples, warm_up) for node, samples in sampler.samples.items()},
         "machine": machine(),
     }

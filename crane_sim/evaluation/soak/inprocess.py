@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from crane_sim import load_scene
+from crane_sim.evaluation.bench.measurement import measure_processor_speed
 from crane_sim.evaluation.bench.memory import resident
 from crane_sim.evaluation.soak.drift import drift_metrics
 from crane_sim.evaluation.soak.metrics import Metric, at_most
@@ -27,26 +28,27 @@ def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[
     }
     metrics, data = [], dict[str, Any]()
     for method, blocks in methods.items():
-        memory, rates = _measure_blocks(blocks(load_scene(name), block), block)
+        memory, rates, speeds = _measure_blocks(blocks(load_scene(name), block), block)
         ends = [block * (i + 1) for i in range(BLOCKS)]
-        data[method] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates}
+        data[method] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates, "processor_speed": speeds}
         metrics += [
             Metric(f"{method}, steps", ends[-1]),
             at_most(f"{method}, growth of resident memory", memory[-1] - memory[0], MAX_GROWTH, "MB"),
-            *drift_metrics(rates[1:], f"{method}, "),
+            *drift_metrics(rates[1:], speeds[1:], f"{method}, "),
         ]
     return metrics, data
 
 
-def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float]]:
-    """Return resident memory [MB] and rate [steps/s] after each block of steps."""
-    memory, rates = [], []
+def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float], list[float]]:
+    """Return resident memory [MB], rate [steps/s] and the processor's speed after each block of steps."""
+    memory, rates, speeds = [], [], []
     start = time.perf_counter()
     for _ in blocks:
         rates.append(steps / (time.perf_counter() - start))
         memory.append(resident(os.getpid()))
+        speeds.append(measure_processor_speed())
         start = time.perf_counter()
-    return memory, rates
+    return memory, rates, speeds
 
 
 def _advance_plant(scene: Scene, block: int) -> Iterator[None]:

@@ -23,14 +23,19 @@ def soak(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
             Metric(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
             at_most(f"{node}, growth since the warm-up", resident["growth_MB"], MAX_GROWTH, "MB"),
         ]
-    times, rates = _step_rates(measured)
-    data: dict[str, Any] = {"seconds": times, "steps_per_second": rates}
+    times, rates, speeds = _step_rates(measured)
+    data: dict[str, Any] = {"seconds": times, "steps_per_second": rates, "processor_speed": speeds}
     data["memory_MB"] = {node: resident["samples_MB"][1:] for node, resident in measured["resident"].items()}
-    warm = [rate for t, rate in zip(times, rates, strict=True) if t > warm_up]
-    return metrics + drift_metrics(warm), data
+    first = next((i for i, t in enumerate(times) if t > warm_up), len(times))
+    return metrics + drift_metrics(rates[first:], speeds[first:]), data
 
 
-def _step_rates(measured: dict[str, Any]) -> tuple[list[float], list[float]]:
-    """Return the ends [s] of the intervals between two samples of a run, and its steps per second in them."""
+def _step_rates(measured: dict[str, Any]) -> tuple[list[float], list[float], list[float]]:
+    """Return the ends [s] of the intervals between two samples of a run, its steps per second and the speeds in them.
+
+    A speed is the mean of those at both ends of the interval.
+    """
     times, steps = np.array(measured["sample_times_s"]), np.array(measured["sample_steps"])
-    return times[1:].tolist(), (np.diff(steps) / np.diff(times)).tolist()
+    speeds = np.array(measured["sample_processor_speeds"])
+    means = 0.5 * (speeds[1:] + speeds[:-1])
+    return times[1:].tolist(), (np.diff(steps) / np.diff(times)).tolist(), means.tolist()

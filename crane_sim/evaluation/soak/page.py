@@ -56,7 +56,8 @@ PARTS = {
     "memory": Part(
         "Long runs over ROS",
         "One lockstep run with plant, controller and recorder, as fast as possible, sampled once a second. The rate "
-        "is judged after the warm-up: the run is divided into thirty segments, each represented by its median, and the "
+        "at constant speed of the processor, which a fixed piece of arithmetic measures with each sample, is judged "
+        "after the warm-up: the run is divided into thirty segments, each represented by its median, and the "
         "change is the median slope between all pairs of them (Theil and Sen) times its length. Half its "
         "95 % interval is the part that noise of the machine can explain.",
         ("seconds", "steps_per_second", "memory_MB"),
