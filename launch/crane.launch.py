@@ -88,7 +88,9 @@ def state_publisher(config: dict[str, LaunchConfiguration]) -> Node:
         executable="robot_state_publisher",
         namespace=config["namespace"],
         parameters=[{"robot_description": description, "use_sim_time": True, "frame_prefix": prefix}],
-        remappings=[("robot_description", "state_publisher/robot_description")],  # the plant's own is the same
+        remappings=[
+            ("robot_description", "state_publisher/robot_description")
+        ],  # the plant's has the ros2_control tag, too
         condition=IfCondition(config["state_publisher"]),
     )
 

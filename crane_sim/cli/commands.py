@@ -256,7 +256,7 @@ def interfaces(packages: tuple[str, ...], check: bool) -> None:
 @app.command()
 @click.argument("scene")
 def urdf(scene: str) -> None:
-    """Print the URDF of a scene's crane; describe SCENE --ros2-control adds the tag that the plant publishes, too."""
+    """Print a crane's URDF, without the <ros2_control> tag that the plant adds (describe SCENE --ros2-control)."""
     from crane_sim.description import urdf as describe_crane
 
     print(describe_crane(load_scene_with_options(scene)))

@@ -42,8 +42,8 @@ _OPTIONS = {
     "wait": click.option(
         "--wait",
         type=float,
-        help="With --no-controller, lockstep: seconds that the plant waits for a command of your node until the run "
-        "ends (default 120; 0: no limit). To connect, the node has 120 s at least.",
+        help="With --no-controller, in lockstep: seconds that the plant waits for a command of your node until the run "
+        "ends (default 120; 0: no limit). The node has at least 120 s to connect, also in real time.",
     ),
     "restart": click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
     "on_silence": click.option(

@@ -86,7 +86,12 @@ def determinism(count: int, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--seconds", type=click.FloatRange(1.0), default=60.0, help="Seconds of real time.")
+@click.option(
+    "--seconds",
+    type=click.FloatRange(1.0),
+    default=60.0,
+    help="Seconds of each: bare loop, run by itself, run with monitor.",
+)
 @_output
 def realtime(seconds: float, **output: Any) -> None:
     """Run at 1 kHz in real time: rate, overruns, and period error compared with that of a loop that only sleeps."""

@@ -103,8 +103,8 @@ def test_overruns_are_those_that_a_subscriber_counts() -> None:
     named = {metric.what: metric for metric in metrics}
     (plant,) = data["monitored"]
     assert plant["steps"] == 3000
-    assert named["overruns, the plant's own count"].value == plant["deadline_misses"]
-    assert named["overruns, the subscriber's count"].value == sum(data["counted"])
+    assert named["overruns beside the monitor, the plant's count"].value == plant["deadline_misses"]
+    assert named["overruns beside the monitor, its count"].value == sum(data["counted"])
     (counted,), (near_deadline,) = data["counted"], data["near_deadline"]
     # 3 of 3000: steps delayed after their last message is sent, which only the plant can count
     assert counted <= plant["deadline_misses"] <= counted + near_deadline + 3

@@ -107,7 +107,7 @@ def test_a_command_is_stale_by_wall_time(late: float, counts: bool) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="timer slack is Linux's")
 def test_a_run_sleeps_without_timer_slack() -> None:
-    """A real-time run sets the least timer slack, 1 ns, of its thread, which had Linux's default of 50 us."""
+    """A real-time run sets the least timer slack, 1 ns, of its thread, here after Linux's default of 50 us."""
     prctl = ctypes.CDLL(None).prctl
     set_slack, get_slack = 29, 30
 
@@ -117,5 +117,7 @@ def test_a_run_sleeps_without_timer_slack() -> None:
         Realtime(OneCommandHost(), FakeSimulation(3), settings(0.0)).run()  # type: ignore[arg-type]
         return [before, prctl(get_slack)]
 
+    if prctl(get_slack) < 0:
+        pytest.skip("this system does not allow to set it")
     with ThreadPoolExecutor(1) as thread:  # its slack is its own
         assert thread.submit(timer_slacks).result(timeout=60.0) == [50_000, 1]

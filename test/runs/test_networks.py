@@ -156,30 +156,44 @@ def full_name(name: str, namespace: str, node: str) -> str:
     return f"{namespace}/{name.replace('~', node)}"
 
 
+def names_beyond_the_policy(programs: dict[str, list[str]], env: dict[str, str]) -> list[str]:
+    """Return what nodes, by module with their arguments, publish, subscribe to or offer beyond the SROS2 policy."""
+    names = [module.split(".")[-1].removesuffix("_node") for module in programs]
+    with ExitStack() as nodes:
+        for module, own in programs.items():
+            words = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle", *own]
+            nodes.enter_context(started_program(words, env=env))
+        lister = [sys.executable, PROGRAMS / "graph_lister.py", "/knuckle", *names]
+        listing = run_to_completion(lister, env=env, check=True)
+    return [
+        f"{node} {what} {name}"
+        for node, does in json.loads(listing.stdout).items()
+        for what, names in does.items()
+        for name in names
+        if not any(fnmatch(name, rule) for rule in allowed_names(node).get(what, []))
+    ]
+
+
 @pytest.mark.long
 def test_the_policy_allows_the_topics_and_services_of_the_nodes(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:
     """Everything that plant, controller, operator and recorder publish, subscribe to and offer is in the policy."""
-    modules = {
+    programs = {
         "crane_sim.ros.plant_node": ["-p", "expected_controllers:=3"],
         "crane_control.nodes.controller_node": [],
         "crane_control.nodes.operator_node": [],
         "crane_sim.ros.recorder_node": ["-p", f"path:={tmp_path / 'run.rrd'}", "-p", f"mcap:={tmp_path / 'run.mcap'}"],
     }
-    names = [module.split(".")[-1].removesuffix("_node") for module in modules]
-    with ExitStack() as nodes:
-        for module, own in modules.items():
-            words = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle", *own]
-            nodes.enter_context(started_program(words, env=ros_environment))
-        lister = [sys.executable, PROGRAMS / "graph_lister.py", "/knuckle", *names]
-        listing = run_to_completion(lister, env=ros_environment, check=True)
-    for node, does in json.loads(listing.stdout).items():
-        for what, names in does.items():
-            beyond = [
-                name for name in names if not any(fnmatch(name, rule) for rule in allowed_names(node).get(what, []))
-            ]
-            assert not beyond, f"{node} {what}"
+    assert not names_beyond_the_policy(programs, ros_environment)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scene", ["knuckle_sea", "knuckle_bench", "bridge_speed_drive"])
+def test_the_policy_allows_the_topics_of_every_plant(scene: str, ros_environment: dict[str, str]) -> None:
+    """A moving base with its instruments, sensors, and drives by speed: their topics are in the policy, too."""
+    own = ["-p", f"scene:={scene}", "-p", "mode:=realtime"]
+    assert not names_beyond_the_policy({"crane_sim.ros.plant_node": own}, ros_environment)
 
 
 def test_a_secure_node_needs_valid_keys(tmp_path: Path, ros_environment: dict[str, str]) -> None:

@@ -25,9 +25,12 @@ print(json.dumps(run_sleep_loop({period}, {steps})))
 
 
 def run_sleep_loop(period: float, steps: int) -> dict[str, Any]:
-    """Sleep until each of `steps` deadlines, a period [s] apart; return the metrics of a real-time run's summary."""
+    """Sleep until each of `steps` deadlines, a period [s] apart; return the metrics of a real-time run's summary.
+
+    Like a plant's, the calling thread has the least timer slack from then on.
+    """
     timing, misses = StepTiming(), 0
-    minimize_timer_slack()  # as in a plant
+    minimize_timer_slack()
     due = start = time.monotonic()
     for _ in range(steps):
         due += period

@@ -97,8 +97,8 @@ def _compute_metrics(
         Metric("period error p99, beside the monitor", _median(_period_errors(monitored)), "us"),
         Metric("mean rate, heard", float(np.mean(rates)), "Hz"),
         at_most("mean rate of a round, farthest off", deviation, _RATE, "Hz"),
-        Metric("overruns, the plant's own count", misses),
-        Metric("overruns, the subscriber's count", sum(counted)),
+        Metric("overruns beside the monitor, the plant's count", misses),
+        Metric("overruns beside the monitor, its count", sum(counted)),
         Metric("steps too close to their deadline to be counted", sum(near_deadline)),
         at_most("their difference, of all steps", difference, _MAX_DIFFERENCE, "%"),
     ]
