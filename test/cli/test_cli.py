@@ -88,7 +88,7 @@ def test_help_of_run_has_possible_values_and_time_limits() -> None:
     """`crane run -h` has the values of --mode and --on-silence, and both time limits of --wait."""
     text = " ".join(CliRunner().invoke(app, ["run", "-h"], prog_name="crane").stdout.split())
     assert "lockstep | realtime" in text and "zero | hold | brake" in text
-    assert "(default 120)" in text and "at least 120 s to connect" in text
+    assert "(default 120; 0: no limit)" in text and "at least 120 s to connect" in text
 
 
 def test_help_of_the_benchmark_lists_its_suites() -> None:
