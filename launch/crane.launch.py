@@ -88,9 +88,8 @@ def state_publisher(config: dict[str, LaunchConfiguration]) -> Node:
         executable="robot_state_publisher",
         namespace=config["namespace"],
         parameters=[{"robot_description": description, "use_sim_time": True, "frame_prefix": prefix}],
-        remappings=[
-            ("robot_description", "state_publisher/robot_description")
-        ],  # the plant's has the ros2_control tag, too
+        # the plant publishes its own, which has the ros2_control tag, too
+        remappings=[("robot_description", "state_publisher/robot_description")],
         condition=IfCondition(config["state_publisher"]),
     )
 

@@ -1,11 +1,13 @@
 """1 kHz in real time: rate, overruns as an independent subscriber counts them, period error: `crane soak realtime`."""
 
+import statistics
 import time
 from typing import Any
 
 import numpy as np
 
 from crane_sim import load_scene
+from crane_sim.evaluation.bench.measurement import ratio
 from crane_sim.evaluation.bench.realtime import run_sleep_process
 from crane_sim.evaluation.soak.metrics import Metric, at_most
 from crane_sim.evaluation.soak.monitor import Received, monitor, wait_for_discovery
@@ -91,10 +93,12 @@ def _compute_metrics(
         Metric("rounds", len(monitored)),
         Metric("overruns of the bare loop", _overruns(bare)),
         Metric("overruns, run by itself", _overruns(alone)),
-        Metric("period error p99, bare loop", _median(_period_errors(bare)), "us"),
-        Metric("period error p99, run by itself", _median(_period_errors(alone)), "us"),
-        at_most("their ratio, median of the rounds", _median(_ratios(alone, bare)), _RATIO),
-        Metric("period error p99, beside the monitor", _median(_period_errors(monitored)), "us"),
+        Metric("period error p99, bare loop", statistics.median(_period_errors(bare)), "us"),
+        Metric("period error p99, run by itself", statistics.median(_period_errors(alone)), "us"),
+        at_most(
+            "their ratio, median of the rounds", ratio(_period_errors(alone), _period_errors(bare))["median"], _RATIO
+        ),
+        Metric("period error p99, beside the monitor", statistics.median(_period_errors(monitored)), "us"),
         Metric("mean rate, heard", float(np.mean(rates)), "Hz"),
         at_most("mean rate of a round, farthest off", deviation, _RATE, "Hz"),
         Metric("overruns beside the monitor, the plant's count", misses),
@@ -111,11 +115,3 @@ def _overruns(rounds: list[dict[str, Any]]) -> int:
 def _period_errors(rounds: list[dict[str, Any]]) -> list[float]:
     """Return the 99 % quantile of each round, us."""
     return [round_["period_error_us"]["p99"] for round_ in rounds]
-
-
-def _ratios(plant: list[dict[str, Any]], bare: list[dict[str, Any]]) -> list[float]:
-    return [a / b for a, b in zip(_period_errors(plant), _period_errors(bare), strict=True)]
-
-
-def _median(values: list[float]) -> float:
-    return float(np.median(values))
