@@ -9,13 +9,14 @@ from typing import Any
 
 import pytest
 from PIL import Image
+from process_helpers import wait_until
 
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.rerun import screenshot as picture_module
 from crane_sim.recording.rerun import viewer as viewer_module
 from crane_sim.recording.rerun.clip import Cut, write_clip
 from crane_sim.recording.rerun.screenshot import Shown, picture
-from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
+from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError, headless_viewer
 
 STATE = SimpleNamespace(
     active_recording="run",
@@ -111,6 +112,17 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
     with pytest.raises(PictureError) as caught:
         picture(recording, recording.with_suffix(".png"))
     assert str(caught.value) == NO_DRAWING
+
+
+def test_temporary_files_of_a_viewer_are_removed(recording: Path, tmp_path: Path) -> None:
+    """What a viewer creates in the folder for temporary files, and leaves when it is ended, is gone with it."""
+    program, made = tmp_path / "viewer", tmp_path / "made"
+    program.write_text(f"#!/bin/sh\nmktemp -d > {made}.new && mv {made}.new {made}\nexec sleep 60\n")
+    with headless_viewer():
+        wait_until(made.exists, "the viewer's folder")
+        folder = Path(made.read_text().strip())
+        assert folder.is_dir()
+    assert not folder.exists()
 
 
 def test_a_tab_is_selected_by_its_title(recording: Path, tmp_path: Path) -> None:

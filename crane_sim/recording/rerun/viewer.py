@@ -6,6 +6,7 @@ import contextlib
 import os
 import socket
 import subprocess
+import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
@@ -117,16 +118,25 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
     """Run a viewer for the length of the block; it ends with this process, however that ends."""
     (port,) = free_ports(1)
     command = [str(rerun_executable()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
-    env, quiet = os.environ | ENVIRONMENT, subprocess.DEVNULL
-    try:
-        process = subprocess.Popen(command, env=env, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal())
-    except OSError as error:
-        raise PictureError(f"no viewer: {error}") from error
-    try:
-        yield HeadlessViewer(process, port)
-    finally:
-        process.terminate()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(END_SECONDS)
-        process.kill()
-        process.wait()
+    quiet = subprocess.DEVNULL
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:  # a viewer that is ended leaves one of its own
+        env = os.environ | ENVIRONMENT | {"TMPDIR": folder}
+        try:
+            process = subprocess.Popen(
+                command, env=env, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal()
+            )
+        except OSError as error:
+            raise PictureError(f"no viewer: {error}") from error
+        try:
+            yield HeadlessViewer(process, port)
+        finally:
+            _end(process)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process in order, or kill it after `END_SECONDS`."""
+    process.terminate()
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(END_SECONDS)
+    process.kill()
+    process.wait()
