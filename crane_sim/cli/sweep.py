@@ -96,7 +96,7 @@ def print_result(result: StudyResult, console: Console) -> None:
     for other, each in summary["failure_differences"].items():
         if each["first_only"] + each["second_only"]:
             console.print(_failure_difference(next(iter(summary["failures"])), other, each), highlight=False)
-    console.print(_metrics(summary))
+    console.print(_metrics_table(summary))
     if len(summary["failures"]) > 1:
         console.print(_differences(summary))
     for name, by_variant in summary["sensitivities"].items():
@@ -117,7 +117,7 @@ def _table_of_metrics(title: str, *numbers: str) -> Table:
     return Table(*names, *columns, title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
 
 
-def _metrics(summary: dict[str, Any]) -> Table:
+def _metrics_table(summary: dict[str, Any]) -> Table:
     """Return the table of the spread of metrics, of the summary of a study."""
     keys = ("runs", "least", "median", "greatest")
     table = _table_of_metrics("metrics", *keys)

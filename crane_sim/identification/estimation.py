@@ -21,7 +21,7 @@ from crane_sim.identification.least_squares import (
     refine,
 )
 from crane_sim.identification.measurements import Measurements, Source, choose_joints, measurements_of
-from crane_sim.identification.shooting import ORDER_6, Point, Shooting
+from crane_sim.identification.shooting import ORDER_6, Shooting, Unknowns
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 
 Array = npt.NDArray[np.float64]
@@ -93,7 +93,7 @@ class Minimum(NamedTuple):
     length: float  # s, of the segments
     shooting: Shooting
     deviation: Array  # (m,) standard deviation of each joint's residuals
-    point: Point
+    point: Unknowns
 
 
 def identify(
@@ -160,7 +160,7 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
     for length in (segment / rung for rung in RUNGS):
         try:
             shooting = Shooting(scene, data, parameters, length, states)
-            starts = [Point(guess, shooting.start.deviations) for guess in guesses]
+            starts = [Unknowns(guess, shooting.start.deviations) for guess in guesses]
             costs = [evaluate_cost(shooting, deviation, start) for start in starts]
             point, _ = minimise(shooting, deviation, starts[int(np.argmin(costs))], ROUGHLY)
         except SceneError as error:  # segments are too short for their samples, or too long for the first guess

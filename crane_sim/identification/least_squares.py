@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError
-from crane_sim.identification.shooting import ORDER_2, Point, Shooting
+from crane_sim.identification.shooting import ORDER_2, Shooting, Unknowns
 
 Array = npt.NDArray[np.float64]
 ITERATIONS = 60
@@ -56,13 +56,13 @@ def _least_deviation(q: Array) -> Array:
     return np.maximum(LEAST_DEVIATION * (np.nanmax(q, axis=0) - np.nanmin(q, axis=0)), 1e-12)
 
 
-def subtract_prediction(shooting: Shooting, point: Point) -> Array:
+def subtract_prediction(shooting: Shooting, point: Unknowns) -> Array:
     """Return data less prediction (K, m), 0 where nothing was measured; SceneError: the parameters are impossible."""
     q = shooting.data.q
     return np.where(np.isfinite(q), q - shooting.predict(point), 0.0)
 
 
-def estimate_deviation(shooting: Shooting, point: Point) -> Array:
+def estimate_deviation(shooting: Shooting, point: Unknowns) -> Array:
     """Return the standard deviations (m,) of residuals by joint, with its share of the unknowns taken off."""
     q = shooting.data.q
     unknowns = (len(point.logarithms) + point.deviations.size) / q.shape[1]
@@ -70,7 +70,7 @@ def estimate_deviation(shooting: Shooting, point: Point) -> Array:
     return np.maximum(np.sqrt(squares / np.maximum(1.0, counts - unknowns)), _least_deviation(q))
 
 
-def evaluate_cost(shooting: Shooting, deviation: Array, point: Point) -> float:
+def evaluate_cost(shooting: Shooting, deviation: Array, point: Unknowns) -> float:
     """Return half the sum of squared residuals; infinite where the scene is invalid or its run fails."""
     try:
         residual = subtract_prediction(shooting, point) / deviation
@@ -81,7 +81,7 @@ def evaluate_cost(shooting: Shooting, deviation: Array, point: Point) -> float:
     return 0.5 * squares if np.isfinite(squares) else np.inf
 
 
-def linearise(shooting: Shooting, deviation: Array, point: Point, weights: Mapping[int, float]) -> Linear:
+def linearise(shooting: Shooting, deviation: Array, point: Unknowns, weights: Mapping[int, float]) -> Linear:
     """Return residuals and derivatives by differences at a point; SceneError: parameters near it are not possible."""
     tables = shooting.sensitivities(point, weights)
     there = np.isfinite(shooting.data.q)[:, :, None]
@@ -89,7 +89,7 @@ def linearise(shooting: Shooting, deviation: Array, point: Point, weights: Mappi
     return Linear(subtract_prediction(shooting, point) / deviation, by_parameter, by_state)
 
 
-def refine(shooting: Shooting, deviation: Array, point: Point) -> tuple[Array, Point, list[int]]:
+def refine(shooting: Shooting, deviation: Array, point: Unknowns) -> tuple[Array, Unknowns, list[int]]:
     """Return (deviations (m,), point, iterations by round) of the minimum whose weights are its own residuals'."""
     counts = list[int]()
     for _ in range(WEIGHTINGS):
@@ -101,7 +101,7 @@ def refine(shooting: Shooting, deviation: Array, point: Point) -> tuple[Array, P
     return deviation, point, counts
 
 
-def minimise(shooting: Shooting, deviation: Array, point: Point, converged: float) -> tuple[Point, int]:
+def minimise(shooting: Shooting, deviation: Array, point: Unknowns, converged: float) -> tuple[Unknowns, int]:
     """Return (the point of least cost, number of iterations), from a point on whose cost is finite.
 
     Raises:
@@ -123,7 +123,7 @@ def minimise(shooting: Shooting, deviation: Array, point: Point, converged: floa
     return point, ITERATIONS
 
 
-def _improve(shooting: Shooting, deviation: Array, point: Point, cost: float) -> Linear | None:
+def _improve(shooting: Shooting, deviation: Array, point: Unknowns, cost: float) -> Linear | None:
     """Return the derivatives at a point whose cost is less; None where it is not, or a run near it is not possible."""
     if not evaluate_cost(shooting, deviation, point) < cost:
         return None
@@ -134,7 +134,7 @@ def _improve(shooting: Shooting, deviation: Array, point: Point, cost: float) ->
     return linear if linear.finite else None
 
 
-def _step(shooting: Shooting, linear: Linear, point: Point, damping: float) -> Point:
+def _step(shooting: Shooting, linear: Linear, point: Unknowns, damping: float) -> Unknowns:
     """Return the next point; each segment's initial state is eliminated by a QR factorisation of its own."""
     parts = linear.parts(shooting)
     norms = np.sqrt(sum(np.sum(p**2, axis=0) for _, p, _ in parts)) + 1e-300
@@ -149,4 +149,4 @@ def _step(shooting: Shooting, linear: Linear, point: Point, damping: float) -> P
         states.append((triangle, factor.T @ r_all, factor.T @ p_all))
     step = np.clip(np.linalg.lstsq(np.vstack(rows), np.concatenate(values))[0], -LARGEST_STEP, LARGEST_STEP)
     moved = [np.linalg.solve(triangle, r - p @ step) for triangle, r, p in states]
-    return Point(point.logarithms + step, point.deviations + np.array(moved))
+    return Unknowns(point.logarithms + step, point.deviations + np.array(moved))

@@ -49,7 +49,7 @@ class Segment(NamedTuple):
     basis: Array  # (nq, n) of the deviations of positions, and of velocities
 
 
-class Point(NamedTuple):
+class Unknowns(NamedTuple):
     """Values of all unknowns."""
 
     logarithms: Array  # (p,) natural, of parameters by their nominal values
@@ -93,12 +93,12 @@ class Shooting:
         self._low, self._high = _bounds(self.scene, data)
 
     @property
-    def start(self) -> Point:
+    def start(self) -> Unknowns:
         """The scene's parameters, and initial states from the data."""
         deviations = np.zeros((len(self.segments), 2 * self.segments[0].basis.shape[1]))
-        return Point(np.zeros(len(self.parameters)), deviations)
+        return Unknowns(np.zeros(len(self.parameters)), deviations)
 
-    def states(self, point: Point) -> States:
+    def states(self, point: Unknowns) -> States:
         """Return the initial states of the segments at a point, by their first samples."""
         halves = np.split(point.deviations, 2, axis=1)
         return {
@@ -114,7 +114,7 @@ class Shooting:
         """Return the scene with parameters (p,) given by their logarithms; SceneError: it is invalid."""
         return load_scene(self._document, dict(zip(self.parameters, self.values(logarithms).tolist(), strict=True)))
 
-    def predict(self, point: Point) -> Array:
+    def predict(self, point: Unknowns) -> Array:
         """Return the positions (K, m) of measured joints, NaN from where the integration failed.
 
         Raises:
@@ -130,7 +130,7 @@ class Shooting:
             integrate(Excitation(times, commands, *span, self._low, self._high), *state, out)
         return np.ascontiguousarray(out[samples][:, self._columns])
 
-    def sensitivities(self, point: Point, weights: Mapping[int, float] = ORDER_6) -> tuple[Array, Array]:
+    def sensitivities(self, point: Unknowns, weights: Mapping[int, float] = ORDER_6) -> tuple[Array, Array]:
         """Return the derivatives of `predict` by logarithms (K, m, p) and by each segment's deviations (K, m, 2 n).
 
         Args:
@@ -142,12 +142,12 @@ class Shooting:
         """
         logarithms, deviations = point
         by_parameter = [
-            _central_difference(lambda h, i=i: self.predict(Point(_shift(logarithms, i, h), deviations)), weights)
+            _central_difference(lambda h, i=i: self.predict(Unknowns(_shift(logarithms, i, h), deviations)), weights)
             for i in range(len(logarithms))
         ]
         by_state = [
             _central_difference(
-                lambda h, j=j: self.predict(Point(logarithms, _shift(deviations, (slice(None), j), h))), weights
+                lambda h, j=j: self.predict(Unknowns(logarithms, _shift(deviations, (slice(None), j), h))), weights
             )
             for j in range(deviations.shape[1])
         ]

@@ -90,7 +90,7 @@ def compare(*runs: RecordedRun | Rollout | Path | str, names: Sequence[str] = ()
     t = _common_time(read)
     differences = tuple(_compare_columns(read[0], run, t) for run in read[1:])
     not_compared = tuple(_not_compared(read[0], *pair) for pair in zip(read[1:], differences, strict=True))
-    return Comparison(read, labels, t, _metrics(read), differences, not_compared)
+    return Comparison(read, labels, t, _collect_metrics(read), differences, not_compared)
 
 
 def _read_run(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
@@ -157,7 +157,7 @@ def _hold(t: Array, steps: Array, values: Array) -> Array:
     return values[np.searchsorted(steps, t + TIME_TOLERANCE, side="right") - 1]
 
 
-def _metrics(runs: Sequence[RecordedRun]) -> dict[str, tuple[float | None, ...]]:
+def _collect_metrics(runs: Sequence[RecordedRun]) -> dict[str, tuple[float | None, ...]]:
     flat = [dict(_numbers_of(run.summary)) for run in runs]
     names = dict.fromkeys(name for each in flat for name in each)
     return {name: tuple(each.get(name) for each in flat) for name in names}

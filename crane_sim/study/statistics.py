@@ -39,7 +39,7 @@ class FailureDifference(NamedTuple):
     p_value: float  # McNemar's exact test: both variants fail as often; 1 where no sample tells them apart
 
 
-class Estimate(NamedTuple):
+class IntervalEstimate(NamedTuple):
     """A number with the ends of its 95 % interval."""
 
     value: float
@@ -47,7 +47,7 @@ class Estimate(NamedTuple):
     high: float
 
 
-def estimate_median(values: Array, seed: int = 0) -> Estimate:
+def estimate_median(values: Array, seed: int = 0) -> IntervalEstimate:
     """Return the median of values (n,), infinite ones included, with the percentiles of bootstrapped medians.
 
     Args:
@@ -63,13 +63,13 @@ def estimate_median(values: Array, seed: int = 0) -> Estimate:
         block[:] = ordered[chosen[:, middles[0]]] / 2.0 + ordered[chosen[:, middles[1]]] / 2.0
     medians.sort()
     k = round(tail * (_RESAMPLES + 1))
-    return Estimate(float(np.median(values)), float(medians[k - 1]), float(medians[-k]))
+    return IntervalEstimate(float(np.median(values)), float(medians[k - 1]), float(medians[-k]))
 
 
-def estimate_share(count: int, of: int) -> Estimate:
+def estimate_share(count: int, of: int) -> IntervalEstimate:
     """Return the share `count` / `of` with Wilson's score interval (Wilson 1927)."""
     found = scipy.stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="wilson")
-    return Estimate(count / of, float(found.low), float(found.high))
+    return IntervalEstimate(count / of, float(found.low), float(found.high))
 
 
 def adjust_p_values(p_values: Sequence[float]) -> list[float]:

@@ -13,7 +13,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 
 Array = npt.NDArray[np.float64]
-SAMPLE = campaign_runs.Sample(4400.0, 10.5, 30.0, 290.0, 11.0, None)
+SAMPLE = campaign_runs.CampaignSample(4400.0, 10.5, 30.0, 290.0, 11.0, None)
 PERIODS, INNER = 200, 5  # of 10 ms, and steps in each
 
 
@@ -95,7 +95,7 @@ def test_closed_loops_are_those_of_the_published_equations(monkeypatch: pytest.M
 
 def test_the_command_changes_by_no_more_than_the_drive_allows() -> None:
     """After its first command the law's next one is at most one period's change away, and a new run begins anew."""
-    law = campaign_laws.make_law("PD", campaign_runs.calm_scene(SAMPLE), (290.0, 120.0))
+    law = campaign_laws.make_campaign_law("PD", campaign_runs.calm_scene(SAMPLE), (290.0, 120.0))
     rest, far = (0.0, 10.5, 0.0), (-5.0, 15.0, 0.0)
     first = law(0.0, rest, (0.0, 0.0, 0.0))
     assert np.array(law(0.01, far, (0.0, 0.0, 0.0))) - first == pytest.approx((1600.0, -3200.0))  # 1.6e5, 3.2e5 N/s
@@ -122,7 +122,7 @@ def test_without_cranebench_one_line_names_the_install(monkeypatch: pytest.Monke
     def fail() -> str:
         raise EngineUnavailable("cranebench is not installed: no module")
 
-    monkeypatch.setattr(cranebench_campaign, "find_version", fail)
+    monkeypatch.setattr(cranebench_campaign, "find_cranebench_version", fail)
     with pytest.raises(SceneError, match=re.escape(how_to_install("peers"))):
         campaign.measure(1)
 

@@ -20,7 +20,7 @@ from crane_sim.evaluation.bench.campaign_runs import (
     TROLLEY_DAMPING,
     WIND,
     Array,
-    Sample,
+    CampaignSample,
     make_scenes,
     run_scenes,
 )
@@ -44,12 +44,12 @@ REMARKS = (
 )
 
 
-def samples_of(design: Any, windy: bool) -> list[Sample]:
+def samples_of(design: Any, windy: bool) -> list[CampaignSample]:
     """Return the samples of cranebench's design."""
     factors = design.as_dicts()
     records = cranebench_campaign.wind_records(design, WIND, END) if windy else [None] * len(factors)
     return [
-        Sample(
+        CampaignSample(
             PAYLOAD * factor["m_payload"],
             ROPE * factor["l0"],
             SWING_DAMPING * factor["c_theta"],
@@ -61,7 +61,7 @@ def samples_of(design: Any, windy: bool) -> list[Sample]:
     ]
 
 
-def run_ours(samples: Sequence[Sample]) -> tuple[dict[str, dict[str, Array]], float]:
+def run_ours(samples: Sequence[CampaignSample]) -> tuple[dict[str, dict[str, Array]], float]:
     """Return (metrics (n,) by law and name, seconds of the processor) of our campaign; compiling is not timed."""
     run_scenes(make_scenes(samples[:1], LAWS[0]))
     start = time.process_time()
@@ -76,7 +76,7 @@ def measure(samples: int = SAMPLES, winds: Sequence[str] = tuple(WINDS)) -> dict
         SceneError: cranebench is not installed.
     """
     try:
-        version = cranebench_campaign.find_version()
+        version = cranebench_campaign.find_cranebench_version()
     except EngineUnavailable as reason:
         raise SceneError(f"bench campaign: {reason}; {how_to_install('peers')}") from None
     campaigns = {wind: _compare(cranebench_campaign.make_design(samples), wind) for wind in winds}
@@ -88,13 +88,13 @@ def _compare(design: Any, wind: str) -> dict[str, Any]:
     ours, our_time = run_ours(samples_of(design, wind != "none"))
     theirs, their_time = cranebench_campaign.run_campaign(design, wind, STEP)
     cells = {
-        law: {name: _cell(own, np.asarray(theirs[law][name])) for name, own in metrics.items()}
+        law: {name: _compare_medians(own, np.asarray(theirs[law][name])) for name, own in metrics.items()}
         for law, metrics in ours.items()
     }
     return {"cells": cells, "seconds": {"ours": our_time, "theirs": their_time}}
 
 
-def _cell(ours: Array, theirs: Array) -> list[float]:
+def _compare_medians(ours: Array, theirs: Array) -> list[float]:
     medians = np.median(ours), np.median(theirs)
     return [*map(float, medians), float(_relative(*medians)), float(np.max(_relative(ours, theirs)))]
 

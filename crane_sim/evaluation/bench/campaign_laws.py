@@ -149,7 +149,7 @@ def delayed_parts(length: float, gravity: float) -> tuple[Array, Array]:
     return np.array([1.0, 2.0 * decay, decay**2]) / (1.0 + decay) ** 2, half * np.arange(3.0)
 
 
-def make_law(name: str, calm: Scene, damping: tuple[float, float]) -> CampaignLaw:
+def make_campaign_law(name: str, calm: Scene, damping: tuple[float, float]) -> CampaignLaw:
     """Return one of LAWS for its crane, a scene without wind or friction; `damping` [N s/m] of trolley and hoist."""
     length, gravity = calm.initial_q[1], calm.model.gravity
     effort = np.array([0.0, -calm.file.payload_mass * gravity])

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.evaluation.bench.campaign_laws import DISTANCE, DURATION, PERIOD, DampedLaw, make_law
+from crane_sim.evaluation.bench.campaign_laws import DISTANCE, DURATION, PERIOD, DampedLaw, make_campaign_law
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.batch import columns, extract_drive
 from crane_sim.stepping.batch import BatchArrays, Sampled, TimeGrid, simulate_range
@@ -43,7 +43,7 @@ GRID = 100.0  # 1/s, of the records of the wind
 CHUNK = 10  # runs at a time for each thread: bounds the memory of their samples
 
 
-class Sample(NamedTuple):
+class CampaignSample(NamedTuple):
     """One of the cranes that all laws move."""
 
     payload: float  # kg
@@ -54,7 +54,7 @@ class Sample(NamedTuple):
     turbulence: Array | None  # (n,) m/s, deviations from the mean; None: calm
 
 
-def calm_scene(sample: Sample) -> Scene:
+def calm_scene(sample: CampaignSample) -> Scene:
     """Return the crane of a sample without wind."""
     return load_scene(
         SCENE,
@@ -66,7 +66,7 @@ def calm_scene(sample: Sample) -> Scene:
     )
 
 
-def windy_scene(sample: Sample, calm: Scene) -> Scene:
+def windy_scene(sample: CampaignSample, calm: Scene) -> Scene:
     """Return the crane of a sample in its wind; the calm one where it has none."""
     if sample.turbulence is None:
         return calm
@@ -78,14 +78,14 @@ def windy_scene(sample: Sample, calm: Scene) -> Scene:
     return replace(scene, model=scene.model._replace(wind=wind))
 
 
-def make_scenes(samples: Sequence[Sample], law: str) -> list[Scene]:
+def make_scenes(samples: Sequence[CampaignSample], law: str) -> list[Scene]:
     """Return the scenes of all samples under one of the laws."""
     scenes = list[Scene]()
     for sample in samples:
         calm = calm_scene(sample)
         scene = windy_scene(sample, calm)
         damping = sample.trolley_damping, HOIST_DAMPING
-        source = Sampled(DampedLaw(make_law(law, calm, damping), damping))
+        source = Sampled(DampedLaw(make_campaign_law(law, calm, damping), damping))
         scenes.append(replace(scene, source=source, sampled=False, law_name=law, period=PERIOD))
     return scenes
 

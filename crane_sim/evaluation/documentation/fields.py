@@ -173,9 +173,9 @@ def in_words(annotation: Any) -> str:
     if subgroup(annotation) is not None:
         return "group"
     if any(getattr(part, "func", None) is to_radians for part in metadata):
-        return "angle" + _range(metadata)
+        return "angle" + _format_range(metadata)
     names = {float: "number", int: "whole number", bool: "true or false", str: "text"}
-    return names.get(kind, "number or text") + (_range(metadata) if kind in (float, int) else "")
+    return names.get(kind, "number or text") + (_format_range(metadata) if kind in (float, int) else "")
 
 
 def _list_in_words(kinds: tuple[Any, ...]) -> str:
@@ -185,7 +185,7 @@ def _list_in_words(kinds: tuple[Any, ...]) -> str:
     return f"list of {len(words)}: {words[0] if len(set(words)) == 1 else ', '.join(words)}"
 
 
-def _range(metadata: list[Any]) -> str:
+def _format_range(metadata: list[Any]) -> str:
     """Return the bounds of a number in words."""
     parts = [one for part in metadata for one in (part.metadata if isinstance(part, FieldInfo) else [part])]
     signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}

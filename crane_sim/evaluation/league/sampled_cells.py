@@ -17,7 +17,7 @@ from crane_sim.study.execution import run
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import FAILED, REFUSED
 from crane_sim.study.statistics import (
-    Estimate,
+    IntervalEstimate,
     PairedDifference,
     adjust_p_values,
     compare_pairs,
@@ -41,8 +41,8 @@ class SampledCell(NamedTuple):
     trial: str
     samples: int
     refused: str  # why the law does not apply to the scene; then there is no metric
-    controlled: Estimate | None = None  # share of samples in which the payload was brought to its goal
-    metrics: dict[str, Estimate] = {}  # medians; infinite where half of the samples have none
+    controlled: IntervalEstimate | None = None  # share of samples in which the payload was brought to its goal
+    metrics: dict[str, IntervalEstimate] = {}  # medians; infinite where half of the samples have none
     from_best: PairedDifference | None = None  # mean error less that of the law with the least median
     better_than: tuple[str, ...] = ()  # laws of the same trial whose mean error is larger, significantly
     failed: str = ""  # the first reason why a run ended before its time, or why its scene is not possible

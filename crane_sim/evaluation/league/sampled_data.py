@@ -9,7 +9,7 @@ from typing import Any
 from crane_sim.evaluation.league.cases import GROUPS
 from crane_sim.evaluation.league.sampled_cells import SampledCell
 from crane_sim.files.errors import SceneError
-from crane_sim.study.statistics import Estimate, PairedDifference
+from crane_sim.study.statistics import IntervalEstimate, PairedDifference
 
 FILE = "league_samples.json"
 
@@ -31,14 +31,14 @@ def read_cells(folder: Path) -> list[SampledCell]:
 
 def cells_in(document: dict[str, Any]) -> list[SampledCell]:
     """Return the cells that a document holds; of estimates null is infinite, of differences it is not a number."""
-    return [_cell(entry) for entry in document["cells"]]
+    return [_read_cell(entry) for entry in document["cells"]]
 
 
-def _cell(entry: dict[str, Any]) -> SampledCell:
+def _read_cell(entry: dict[str, Any]) -> SampledCell:
     controlled, difference = entry["controlled"], entry["from_best"]
     parts = {
-        "controlled": controlled and Estimate(**_filled(controlled, inf)),
-        "metrics": {name: Estimate(**_filled(value, inf)) for name, value in entry["metrics"].items()},
+        "controlled": controlled and IntervalEstimate(**_filled(controlled, inf)),
+        "metrics": {name: IntervalEstimate(**_filled(value, inf)) for name, value in entry["metrics"].items()},
         "from_best": difference and PairedDifference(**_filled(difference, nan)),
         "better_than": tuple(entry["better_than"]),
     }

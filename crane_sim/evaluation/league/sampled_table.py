@@ -9,7 +9,7 @@ from crane_sim.evaluation.league.cases import GROUPS
 from crane_sim.evaluation.league.sampled_cells import METRICS, SIGNIFICANCE, SampledCell
 from crane_sim.evaluation.league.table import NONE, markdown_of
 from crane_sim.evaluation.reproduce.table import format_value
-from crane_sim.study.statistics import CONFIDENCE, Estimate, PairedDifference
+from crane_sim.study.statistics import CONFIDENCE, IntervalEstimate, PairedDifference
 
 HEAD = """# The league over samples
 
@@ -61,13 +61,13 @@ def _sampled_line(cell: SampledCell) -> SampledLine:
     assert cell.controlled is not None, "a cell that is not refused has metrics"
     metrics = (format_estimate(cell.metrics[name]) for name in METRICS)
     better = "; ".join(cell.better_than) or NONE  # names of laws may have commas
-    share = format_estimate(Estimate(*(100.0 * part for part in cell.controlled)), " %")
+    share = format_estimate(IntervalEstimate(*(100.0 * part for part in cell.controlled)), " %")
     return SampledLine._make(
         (cell.law, cell.trial, share, *metrics, _format_difference(cell.from_best, cell.samples), better)
     )
 
 
-def format_estimate(estimate: Estimate, unit: str = "") -> str:
+def format_estimate(estimate: IntervalEstimate, unit: str = "") -> str:
     """Return a number with its interval; `-` in place of what is infinite."""
     value, low, high = (format_value(part) if isfinite(part) else NONE for part in estimate)
     return NONE if value == NONE and low == NONE else f"{value}{unit} ({low} … {high})"
@@ -78,7 +78,7 @@ def _format_difference(difference: PairedDifference | None, samples: int) -> str
         return "best"
     if isnan(difference.mean):
         return NONE
-    text = format_estimate(Estimate(difference.mean, difference.low, difference.high))
+    text = format_estimate(IntervalEstimate(difference.mean, difference.low, difference.high))
     return text if difference.pairs == samples else f"{text}, {difference.pairs} pairs"
 
 

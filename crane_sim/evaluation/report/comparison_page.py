@@ -43,7 +43,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "headlines": [],
         "events": _events(comparison)[:MAX_EVENTS],
         "event_count": sum(len(run.events) for run in runs),
-        "headed_table": _metrics(comparison),
+        "headed_table": _metric_rows(comparison),
         "plain_table": _difference_rows(comparison),
     }
 
@@ -86,7 +86,7 @@ def _panels(comparison: Comparison, colors: list[str]) -> list[dict[str, Any]]:
     ]
 
 
-def _metrics(comparison: Comparison) -> list[list[str]]:
+def _metric_rows(comparison: Comparison) -> list[list[str]]:
     """Return the table of metrics: values of every run, and differences from the first."""
     names = comparison.names
     head = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]

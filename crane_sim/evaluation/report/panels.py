@@ -195,7 +195,7 @@ def _title(title: str, group: Sequence[Sequence[Curve]], count: int) -> str:
 
 def _fit_one_axis(curve_sets: Sequence[Sequence[Curve]]) -> bool:
     """Return whether no set of curves has too small a span on an axis with all of them."""
-    ranges = [_range(curves) for curves in curve_sets]
+    ranges = [_value_range(curves) for curves in curve_sets]
     total_low, total_high = min(low for low, _ in ranges), max(high for _, high in ranges)
     total, spans = total_high - total_low, [high - low for low, high in ranges]
     rounding = 1e-9 * max(abs(total_low), abs(total_high))
@@ -204,7 +204,7 @@ def _fit_one_axis(curve_sets: Sequence[Sequence[Curve]]) -> bool:
     return all(span >= MIN_SPAN_FRACTION * total for span in spans)
 
 
-def _range(curves: Sequence[Curve]) -> tuple[float, float]:
+def _value_range(curves: Sequence[Curve]) -> tuple[float, float]:
     """Return the smallest and the largest finite value of curves; a curve without any counts as 0."""
     finite = [curve.values[np.isfinite(curve.values)] for curve in curves]
     low = min(each.min() if each.size else 0.0 for each in finite)
@@ -214,7 +214,7 @@ def _range(curves: Sequence[Curve]) -> tuple[float, float]:
 
 def _scale(panel: Panel) -> Panel:
     """Return a panel with an SI prefix to its unit where its values are large."""
-    peak = max(map(abs, _range(panel.curves)))
+    peak = max(map(abs, _value_range(panel.curves)))
     for factor, least, prefix in PREFIXES if panel.unit in UNITS_WITH_PREFIX else ():
         if peak >= least:
             curves = tuple(curve._replace(values=curve.values / factor) for curve in panel.curves)

@@ -53,7 +53,7 @@ def study_page(result: StudyResult) -> str:
     parts = [
         head,
         _failures(result),
-        _metrics(summary),
+        _metrics_html(summary),
         *_differences(summary),
         _sensitivities(summary, study.design),
         *_distributions(result, names),
@@ -81,7 +81,7 @@ def _failures(result: StudyResult) -> str:
     return _section("Runs that failed", lines and f"<ul>{lines}</ul>", " id=failure")
 
 
-def _metrics(summary: dict[str, Any]) -> str:
+def _metrics_html(summary: dict[str, Any]) -> str:
     """Return the section of spreads by variant."""
     keys = ("runs", "least", "median", "greatest")
     rows = [

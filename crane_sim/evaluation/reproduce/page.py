@@ -67,7 +67,7 @@ def save_pages(tables: Tables, folder: str) -> None:
         raise SceneError(f"--save {folder!r}: {error.strerror}") from None
 
 
-def _cell(column: str, value: Any, varies: Sequence[str]) -> str:
+def _format_cell(column: str, value: Any, varies: Sequence[str]) -> str:
     """Return a value as text: one digit where it varies, and none of what only rounding makes."""
     if isinstance(value, float) and column in varies:
         return f"{value:.1g}"
@@ -86,5 +86,5 @@ def _write_item(item: str, rows: list[Any], drawn: bool) -> str:
     heads = [f"{name} \\*" if name in varies else name for name in columns]
     lines += [STAR, ""] if varies else []
     lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(columns)]
-    lines += [f"| {' | '.join(map(_cell, columns, row, [varies] * len(columns)))} |" for row in rows]
+    lines += [f"| {' | '.join(map(_format_cell, columns, row, [varies] * len(columns)))} |" for row in rows]
     return "\n".join(lines) + "\n"

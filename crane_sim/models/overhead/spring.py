@@ -54,7 +54,7 @@ def accelerations(p, t, x, tau):
 
 
 @lean_kernel
-def supplied_power(p, x, tau):
+def net_power(p, x, tau):
     """Return the power [W] that drive and imposed motion supply, less what the damper takes."""
     (nx, _), tension, _, lost = spring_pull(p, x)
     return axis_power(p.trolley, tau, 0, x[3], tension * nx) - lost
@@ -73,7 +73,7 @@ def _(p):
 @system.rhs.register(SpringCrane)
 def _(p, t, x, u):
     tau = system.effort(u, p, t, x)
-    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *meter_entry(p.energy_meter, supplied_power(p, x, tau)))
+    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *meter_entry(p.energy_meter, net_power(p, x, tau)))
 
 
 @system.acceleration.register(SpringCrane)
@@ -99,7 +99,7 @@ def _(p, t, x, u, rows, i, first):
 
 @system.power.register(SpringCrane)
 def _(p, t, x, u):
-    return supplied_power(p, x, system.effort(u, p, t, x))
+    return net_power(p, x, system.effort(u, p, t, x))
 
 
 @system.points.register(SpringCrane)

@@ -108,7 +108,9 @@ def _log_runs(rec: rr.RecordingStream, comparison: Comparison) -> None:
         for t, what in run.events:
             rec.set_time("sim_time", duration=t)
             rec.log(f"log/{_key(i)}", rr.TextLog(f"{name}: {what}", level="INFO"))
-    rec.log("summary/table", rr.TextDocument(_metrics(comparison), media_type=rr.MediaType.MARKDOWN), static=True)
+    rec.log(
+        "summary/table", rr.TextDocument(_metrics_markdown(comparison), media_type=rr.MediaType.MARKDOWN), static=True
+    )
 
 
 def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Curves) -> None:
@@ -121,7 +123,7 @@ def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Cur
             rec.send_columns(entity, time, rr.Scalars.columns(scalars=values[i]))
 
 
-def _metrics(comparison: Comparison) -> str:
+def _metrics_markdown(comparison: Comparison) -> str:
     """Return the metrics of all runs as a markdown document, with the differences from the first."""
     names = comparison.names
     differences = [comparison.metric_differences(i) for i in range(1, len(names))]

@@ -28,7 +28,7 @@ def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
 def summary_table(title: str, summary: Mapping[str, Any]) -> str:
     """Return the summary as a markdown document: plain values first, then what is given per joint or per kind."""
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
-    rows = [[_label(key), _format_number(summary[key], _UNITS.get(key, ""))] for key in plain]
+    rows = [[_label(key), _format_quantity(summary[key], _UNITS.get(key, ""))] for key in plain]
     parts = [f"# {title}", markdown_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
@@ -36,7 +36,7 @@ def summary_table(title: str, summary: Mapping[str, Any]) -> str:
             groups.setdefault(tuple(value), []).append(key)
     for entries, keys in groups.items():
         heads = [f"{_label(key)} [{_UNITS[key]}]" if key in _UNITS else _label(key) for key in keys]
-        rows = [[_label(entry), *(_format_number(summary[key][entry]) for key in keys)] for entry in entries]
+        rows = [[_label(entry), *(_format_quantity(summary[key][entry]) for key in keys)] for entry in entries]
         parts.append(markdown_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
 
@@ -56,7 +56,7 @@ def _label(key: str) -> str:
     return key.removesuffix("_deg").replace("_", " ")
 
 
-def _format_number(value: Any, unit: str = "") -> str:
+def _format_quantity(value: Any, unit: str = "") -> str:
     if value is None:
         return "–"
     text = f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -14,7 +14,7 @@ from crane_sim.evaluation.bench.engine import EngineUnavailable
 Array = npt.NDArray[np.float64]
 
 
-def find_version() -> str:
+def find_cranebench_version() -> str:
     """Return the version.
 
     Raises:
