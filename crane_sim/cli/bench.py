@@ -13,7 +13,7 @@ from crane_sim.cli.package_groups import install_groups
 from crane_sim.evaluation.bench import groups, scenes
 from crane_sim.evaluation.bench.cases import ERROR_LEVELS
 from crane_sim.evaluation.bench.crane_sim_engine import METHODS
-from crane_sim.evaluation.bench.page import FIGURES, write_page
+from crane_sim.evaluation.bench.page import FIGURES, format_page
 from crane_sim.evaluation.bench.results import cheapest_points, read_points
 from crane_sim.evaluation.bench.store import merge_suite, read_store, write_store
 from crane_sim.evaluation.bench.suites import SUITES
@@ -107,7 +107,7 @@ def _write(data: dict[str, Any], folder: Path) -> None:
             if measured and save_figure(draw_benchmark, measured, folder / name, dpi=110):
                 written.append(name)
         drawn = any((folder / name).is_file() for name in FIGURES.values())
-        (folder / "performance.md").write_text(write_page(data, drawn=drawn))
+        (folder / "performance.md").write_text(format_page(data, drawn=drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     Console(stderr=True).print(f"written to {folder}: {', '.join(written)}")

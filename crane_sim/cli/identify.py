@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option("--parameters", required=True, metavar="KEY,KEY", help="Numbers of the scene, by dotted keys.")
 @click.option("--joints", metavar="NAME,NAME", help="Joints whose positions count (default: all measured).")
-@click.option("--segment", type=float, help="Length of the parts of the run [s] (left out: 5).")
+@click.option("--segment", type=float, help="Length of the parts of the run [s] (default: 5).")
 @click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Another first guess, or any value.")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Folder (default: runs/identify-NAME of the run)."
@@ -71,7 +71,7 @@ def _names(text: str) -> list[str]:
 
 @contextmanager
 def _output_folder(folder: Path) -> Iterator[None]:
-    """Make the folder before the block; where the block fails, leave no new one behind."""
+    """Make the folder before the block; where the block fails, remove it if it is new."""
     is_new = not folder.exists()
     prepare_output_folder(folder)
     try:
@@ -119,8 +119,8 @@ def print_identification(found: Identification, console: Console) -> None:
         for key, row in zip(keys, found.correlation, strict=True):
             table.add_row(key, *(f"{x:.2f}" for x in row))
         console.print(table)
-    left = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
+    residuals = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
     samples = f"{len(found.data.t)} samples in {len(found.segments)} segments"
-    console.print(f"data less fit, rms [m, rad]: {left}; {samples}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"data less fit, rms [m, rad]: {residuals}; {samples}", markup=False, highlight=False, soft_wrap=True)
     for line in found.warnings:
         console.print(f"warning: {line}", style="bold red", highlight=False, soft_wrap=True)

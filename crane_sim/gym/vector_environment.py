@@ -32,7 +32,7 @@ from crane_sim.gym.task import (
 )
 from crane_sim.numerics.lanes import put_entry, take_entry
 from crane_sim.scenes.scene import Scene, SceneSource
-from crane_sim.simulation.batch import columns
+from crane_sim.simulation.columns import stack_columns
 from crane_sim.simulation.goals import follows_path
 from crane_sim.simulation.initial_state import make_initial
 from crane_sim.simulation.metrics import in_bases, world_points
@@ -90,7 +90,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.observation_names, self.observation_units = observation_names(own)
         self.action_names, self.action_units = own.actuated, own.command_units
-        self._paths = columns([own.trajectory] * num_envs) if follows_path(own) else None
+        self._paths = stack_columns([own.trajectory] * num_envs) if follows_path(own) else None
         self._targets = None if follows_path(own) else Goal(*(part.repeat(num_envs, axis=0) for part in goal_of(own)))
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._arrays = _allocate(own, num_envs)
@@ -110,7 +110,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         if options:
             raise ValueError(f"options = {shorten(options)}: a vector environment takes none")
         seeds = _seeds(seed, self.num_envs)
-        self._cranes = columns([self._begin(i, own) for i, own in enumerate(seeds)])
+        self._cranes = stack_columns([self._begin(i, own) for i, own in enumerate(seeds)])
         self._ended[:] = False
         info = self._measure()
         self._note_start(np.ones(self.num_envs, np.bool_), info["error"])

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.identification.measurements import Measurements
-from crane_sim.scenes.hardware_settings import acts
+from crane_sim.scenes.hardware_settings import is_nonideal
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.scenes.schema.hardware import ActuatorGroup, merge_groups
 from crane_sim.simulation.hardware import HardwareRun
@@ -244,7 +244,7 @@ def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
 def _integrator(scene: Scene) -> Callable[[Excitation, Array, Array, Array], object]:
     """Return the function of (part, q, v, out) that fills `out` (n, nq) up to where the integration fails."""
     method, model = strict_method(scene), scene.model
-    if not acts(scene.hardware):
+    if not is_nonideal(scene.hardware):
         return lambda part, q, v, out: integrate_held(method, model, part, q, v, out)
     drives = scene.hardware.drives.copy()
     drives.delay = 0  # it is in the instants

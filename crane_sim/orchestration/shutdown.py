@@ -14,7 +14,7 @@ from crane_sim.recording.files import files_before_resets
 
 _SUMMARY_TIMEOUT = 10.0  # s for a controller to report its summary
 _SHUTDOWN_SUMMARY_TIMEOUT = 0.3  # s for that once a shutdown is requested
-_FILES_TIMEOUT = 120.0  # s for the recorder to finish its files; once a shutdown is requested, the time that is left
+_FILES_TIMEOUT = 120.0  # s to finish files, to join recordings, and to join bags; in a shutdown, the time that is left
 _UNFINISHED = "it did not finish the recording"
 _KILL_TIMEOUT = 0.2  # s for a killed process to exit
 
@@ -40,7 +40,7 @@ def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary:
     entries: dict[str, Any] = {"recording": None, "recorded_steps": 0, "lost_steps": 0}
     if role is None:
         return summary | entries
-    report = _wait_finished(supervisor, role, summary)
+    report = _finish_or_kill(supervisor, role, summary)
     if report is None and role.path:
         entries |= recover_recordings(role, summary, _time_for_files(supervisor))
     merged = summary | entries | (report or {})
@@ -62,7 +62,7 @@ def _time_for_files(supervisor: Supervisor) -> Callable[[], float]:
     return lambda: min(deadline - time.monotonic(), supervisor.time_left)
 
 
-def _wait_finished(supervisor: Supervisor, role: RecorderRole, summary: dict[str, Any]) -> dict[str, Any] | None:
+def _finish_or_kill(supervisor: Supervisor, role: RecorderRole, summary: dict[str, Any]) -> dict[str, Any] | None:
     """Return the recorder's report on its files, None where there is none in time; a dead recorder is replaced.
 
     The summary's number of restarts is updated.

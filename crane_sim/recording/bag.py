@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
@@ -102,7 +103,8 @@ class _Decoder:
             self.steps.add_accepted(stamp, command)
 
     def _on_held(self, stamp: int, message: Any) -> None:
-        if stamp:
+        """Add what the drives were given, none while the brakes act: it takes precedence over the accepted command."""
+        if stamp:  # as every step has
             self._uses_held_command = True
             self.steps.add_accepted(stamp, self._command(message))
 
@@ -113,10 +115,14 @@ class _Decoder:
                 self.steps.add_reference(stamp, target)
 
     def _command(self, message: Any) -> tuple[float, ...] | None:
-        """Return a command (nu,), each joint's number from the field that its drive is commanded by."""
+        """Return a command (nu,), each joint's number from the field that its drive is commanded by.
+
+        None where joints do not fit or a number is not finite: a held command is NaN while the brakes act.
+        """
         columns = [getattr(message, self._kinds.get(name, "effort")) for name in message.name]
         values = [column[i] for i, column in enumerate(columns) if i < len(column)]
-        return _reorder(self._scene.actuated, message.name, values)
+        command = _reorder(self._scene.actuated, message.name, values)
+        return command if command is not None and all(map(isfinite, command)) else None
 
 
 def _reorder(joints: Sequence[str], names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:

@@ -201,7 +201,7 @@ class Block(NamedTuple):
     lyapunov: Array | None  # (K, 2) V [J] and its rate [W]
 
 
-def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
+def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
     """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
     return Layout(
         run_id=run_id,
@@ -232,7 +232,7 @@ def of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
 
 def of_rollout(rollout: Rollout, run_id: str) -> Layout:
     """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
-    layout = of_scene(rollout.scene, run_id)
+    layout = layout_of_scene(rollout.scene, run_id)
     properties = {**layout.properties, "derived": "from the true state"}
     return layout._replace(provenance="", paced=False, properties=properties)
 

@@ -89,7 +89,7 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
     return equipment, {"rounded": periods.rounded} if periods.rounded else {}
 
 
-def acts(equipment: HardwareConfig | None) -> bool:
+def is_nonideal(equipment: HardwareConfig | None) -> bool:
     """Return whether efforts change within a period, or laws get other values than the true state."""
     return equipment is not None and not equipment.ideal
 

@@ -16,8 +16,8 @@ from crane_sim.scenes.scene import (
     finish_scene,
     law_parts,
     load_scene,
-    name_error,
     note_left_out,
+    with_scene_name,
 )
 
 
@@ -96,7 +96,7 @@ def _finish(law: str | None, drafts: Sequence[Draft]) -> list[Scene | SceneError
 
 def _with_law(draft: Draft, law: Any) -> Scene | SceneError:
     if isinstance(law, SceneError):
-        return name_error(draft.document, law)
+        return with_scene_name(draft.document, law)
     return _attempt(draft.document, finish_scene, draft, law)
 
 
@@ -105,4 +105,4 @@ def _attempt(document: Mapping[str, Any], function: Callable[..., Any], *args: A
     try:
         return function(*args)
     except (SceneError, RecursionError) as error:
-        return error if function is load_scene else name_error(document, error)
+        return error if function is load_scene else with_scene_name(document, error)

@@ -15,7 +15,7 @@ from crane_sim.files.document import SHARED, nominal, read, set_value, switch_la
 from crane_sim.files.errors import SceneError, foreign_path, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
-from crane_sim.scenes.hardware_settings import CLOSE, acts, commands_of, equipment_of
+from crane_sim.scenes.hardware_settings import CLOSE, commands_of, equipment_of, is_nonideal
 from crane_sim.scenes.instrument_settings import instruments_of
 from crane_sim.scenes.registry import SCHEMAS, check_cable, key_of_other_cranes, places_of, schema_of
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
@@ -145,7 +145,7 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
     try:
         return _build_switched(document, control, ignored, changes)
     except (SceneError, RecursionError) as error:
-        raise name_error(document, error) from None
+        raise with_scene_name(document, error) from None
 
 
 def document_of(source: SceneSource) -> dict[str, Any]:
@@ -155,7 +155,7 @@ def document_of(source: SceneSource) -> dict[str, Any]:
     return copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
 
 
-def name_error(document: Mapping[str, Any], error: Exception) -> SceneError:
+def with_scene_name(document: Mapping[str, Any], error: Exception) -> SceneError:
     """Return an error of a document with the name of its scene."""
     return SceneError(f"scene {_name(document)}: {error}")
 
@@ -167,7 +167,8 @@ def _name(document: Mapping[str, Any]) -> str:
 def _build_switched(document: dict[str, Any], control: Any, ignored: list[str], changes: Mapping[str, Any]) -> Scene:
     """Return the scene with a note of what was left out of its original `control` group when its law was switched.
 
-    That are the keys `omitted`, and those that laws share, unless the new law has them or `changes` set them.
+    These are the keys in `ignored`, and those that laws share, unless the new law has them or `changes` set them; the
+    latter are removed from `document` and added to `ignored`.
     """
     law, changed = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
     switched = isinstance(control, dict) and law is not None and law != control.get("law")
@@ -199,7 +200,7 @@ class Draft(NamedTuple):
 
     file: SceneFile  # defaults included and uncertain parameters drawn
     notes: dict[str, Any]
-    crane: Any  # parameters, not metered
+    crane: Any  # parameters, without the integral of work
     clock: tuple[float, float, dict[str, Any]]  # as of `_clock`
     fields: dict[str, Any]  # of the scene, which depend on the file alone
     document: dict[str, Any]
@@ -230,7 +231,7 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
     source = law if continuous else None if control is not None else file.open_loop()
     method, reason = choose_method(file.integrator, file.method_requirements(sampled), crane)
     devices, noted = _devices(file, period, law)
-    model = system.with_meter(crane, (sampled or type(source) is tuple) and not acts(devices["hardware"]))
+    model = system.with_meter(crane, (sampled or type(source) is tuple) and not is_nonideal(devices["hardware"]))
     check_fit(method, model, continuous)
     return Scene(
         **fields,
@@ -399,7 +400,7 @@ def has_own_nominal(draft: Draft) -> bool:
 
 
 def _nominal_draft(draft: Draft) -> Draft:
-    """Return the draft of the law's nominal scene; one that only lacks the law is not checked again."""
+    """Return the draft of the law's nominal scene; where that only lacks the law, it is this draft without it."""
     file, control = draft.file, draft.file.control
     assert control is not None
     document = nominal(draft.document, control.nominal)

@@ -16,7 +16,7 @@ from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns
-from crane_sim.simulation.columns import columns, extract_drive, group_indices, kind_of
+from crane_sim.simulation.columns import extract_drive, group_indices, kind_of, stack_columns
 from crane_sim.simulation.energy_balance import empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins
 from crane_sim.simulation.flat_summary import flatten, leaves
@@ -143,7 +143,7 @@ def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
     Raises:
         SceneError: they are not of one kind.
     """
-    cranes, first = columns([extract_drive(scene) for scene in scenes]), scenes[0]
+    cranes, first = stack_columns([extract_drive(scene) for scene in scenes]), scenes[0]
     q, v = (np.array([getattr(scene, name) for scene in scenes]) for name in ("initial_q", "initial_v"))
     target = None if first.reference is None else np.array([scene.reference for scene in scenes])
     ends = [np.array([(limit.low, limit.high) for limit in scene.limits]) for scene in scenes]

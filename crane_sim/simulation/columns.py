@@ -18,7 +18,7 @@ def extract_drive(scene: Scene) -> Driven:
     return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
 
 
-def columns(trees: Sequence[Any], path: str = "") -> Any:
+def stack_columns(trees: Sequence[Any], path: str = "") -> Any:
     """Return the tree whose numbers are arrays over all trees; None and the types of NamedTuples stay.
 
     Raises:
@@ -26,13 +26,13 @@ def columns(trees: Sequence[Any], path: str = "") -> Any:
     """
     first = trees[0]
     if not _are_alike(trees):
-        _complain(trees, path[:-1])
+        raise _difference_error(trees, path[:-1])
     if first is None:
         return None
     if not isinstance(first, tuple):
         return np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
     names = getattr(first, "_fields", range(len(first)))
-    parts = [columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
+    parts = [stack_columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
     return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
 
 
@@ -54,11 +54,11 @@ def _are_alike(trees: Sequence[Any]) -> bool:
     return len(set(sizes)) <= 1
 
 
-def _complain(trees: Sequence[Any], path: str) -> None:
-    """Raise SceneError for the first tree that is not like tree 0."""
-    for i, tree in enumerate(trees):
-        if (form := _form(tree)) != (expected := _form(trees[0])):
-            raise SceneError(f"crane {i}: {path} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
+def _difference_error(trees: Sequence[Any], path: str) -> SceneError:
+    """Return an error that names the first tree that is not like tree 0."""
+    i = next(i for i, tree in enumerate(trees) if not _are_alike((trees[0], tree)))
+    form, expected = _form(trees[i]), _form(trees[0])
+    return SceneError(f"crane {i}: {path or 'its model'} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
 
 
 def _form(tree: Any) -> str:

@@ -19,7 +19,7 @@ from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.columns import columns, group_indices, kind_of
+from crane_sim.simulation.columns import group_indices, kind_of, stack_columns
 from crane_sim.simulation.dynamics import joint_acceleration
 
 Array = npt.NDArray[np.float64]
@@ -75,7 +75,7 @@ def fill_accelerations(models, points, out):
 
 def accelerations(scenes: Sequence[Scene], points: Array) -> Array:
     """Return the joint accelerations (n, m, nq) of scenes of one kind at points (n, m, 2 nq + nu) at t = 0."""
-    return accelerations_of(columns([scene.model for scene in scenes]), points, len(scenes[0].joint_names))
+    return accelerations_of(stack_columns([scene.model for scene in scenes]), points, len(scenes[0].joint_names))
 
 
 def accelerations_of(models: Any, points: Array, nq: int) -> Array:

@@ -14,7 +14,7 @@ from crane_sim.study.schema import Study
 
 
 class UnusableMetrics(MetricError):
-    """What a function of metrics returned can be no columns of a table, of this run and probably of any other."""
+    """The value that a function of metrics returned makes no columns of a table; other runs would fail, too."""
 
 
 def load_metrics(study: Study) -> Measure | None:

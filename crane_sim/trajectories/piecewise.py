@@ -32,12 +32,12 @@ def polynomial_at(coefficients, piece, s):
 
 
 def find_table_error(times: Sequence[float], values: Sequence[float], spacing: float = 0.0) -> str:
-    """Return what is wrong with a table of values over times, `spacing` [s] at least, in one line; empty: nothing."""
+    """Return what is wrong with a table of values over times, at least `spacing` [s] apart; empty: nothing."""
     steps = [t1 - t0 for t0, t1 in zip(times, times[1:], strict=False)]
     if len(times) != len(values):
         return f"a table needs as many values as times, here are {len(values)} and {len(times)}"
     if any(step <= 0.0 for step in steps):
         return f"the times of a table must increase, here are {list(times)}"
     if any(step < spacing for step in steps):
-        return f"the times of a table must be {spacing:g} s apart, here are {list(times)}"
+        return f"the times of a table must be at least {spacing:g} s apart, here are {list(times)}"
     return ""

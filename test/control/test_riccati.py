@@ -12,7 +12,7 @@ from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.columns import columns
+from crane_sim.simulation.columns import stack_columns
 
 PERIOD = 0.01  # s
 
@@ -77,7 +77,7 @@ def test_laws_of_many_scenes_are_those_of_one(kind: str) -> None:
         assert not isinstance(loaded, SceneError), loaded
         assert (loaded.notes, loaded.document) == (alone.notes, alone.document)
         for tree in ("model", "law"):
-            both = columns([getattr(loaded, tree), getattr(alone, tree)])
+            both = stack_columns([getattr(loaded, tree), getattr(alone, tree)])
             for leaf in leaves(both):
                 np.testing.assert_array_equal(leaf[0], leaf[1])
 

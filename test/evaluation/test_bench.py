@@ -13,7 +13,7 @@ from crane_sim.evaluation.bench import scenes
 from crane_sim.evaluation.bench.cases import CASES, ERROR_LEVELS, case_scene, is_asked, reference_of
 from crane_sim.evaluation.bench.crane_sim_engine import NAME, CraneSimEngine
 from crane_sim.evaluation.bench.engine import Run, RunResult, sweep_values
-from crane_sim.evaluation.bench.page import write_page
+from crane_sim.evaluation.bench.page import format_page
 from crane_sim.evaluation.bench.results import Target, cheapest_points, read_points, targets
 from crane_sim.evaluation.bench.store import merge_suite, read_store, round_floats, write_store
 from crane_sim.evaluation.bench.sweep import (
@@ -164,7 +164,7 @@ def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
         p is not None and p.method == "rk8" and p.error <= level for p, level in zip(results, ERROR_LEVELS, strict=True)
     )
     text = (tmp_path / "performance.md").read_text()
-    assert text == write_page(data, drawn=True) and "| S1 | crane_sim |" in text
+    assert text == format_page(data, drawn=True) and "| S1 | crane_sim |" in text
     assert (tmp_path / "performance.png").read_bytes()[:4] == b"\x89PNG"
 
 

@@ -13,7 +13,7 @@ import crane_sim
 
 @cache
 def derivation() -> Callable[..., Any]:
-    """Return (M, bias, payload Jacobian) from T and U by sympy, with every group that has an energy."""
+    """Return the function that returns (M, bias, payload Jacobian), from T and U by sympy, with all energies."""
     q = sp.symbols("a b c d t1 t2")
     v = sp.symbols("a_ b_ c_ d_ t1_ t2_")
     lb, mb, ib, xb, lj, mj, ij, xj, tower, m, g = p = sp.symbols("lb mb ib xb lj mj ij xj tower m g")
@@ -28,15 +28,15 @@ def derivation() -> Callable[..., Any]:
     def speed2(x: Any) -> Any:
         return sum(r**2 for r in x.jacobian(q) * sp.Matrix(v))
 
-    def turning(transverse: Any, axial: Any, angle: Any) -> Any:
+    def twice_slew_energy(transverse: Any, axial: Any, angle: Any) -> Any:
         return (transverse * sp.cos(angle) ** 2 + axial * sp.sin(angle) ** 2) * v[0] ** 2
 
-    kinetic = mb * speed2(lb / 2 * boom) + mj * speed2(lb * boom + lj / 2 * jib) + m * speed2(payload)
-    kinetic += tower * v[0] ** 2 + ib * v[1] ** 2 + ij * v[2] ** 2
-    kinetic += sp.Symbol("rods") * (turning(ib, xb, b) + turning(ij, xj, c))
-    height = mb * lb / 2 * boom + mj * (lb * boom + lj / 2 * jib) + m * payload
-    stored = kb * (b - rb) ** 2 + kj * (c - share * b - rj) ** 2 + kr * (d - rr) ** 2
-    lagrangian = kinetic / 2 - g * height[2] - stored / 2
+    twice_kinetic = mb * speed2(lb / 2 * boom) + mj * speed2(lb * boom + lj / 2 * jib) + m * speed2(payload)
+    twice_kinetic += tower * v[0] ** 2 + ib * v[1] ** 2 + ij * v[2] ** 2
+    twice_kinetic += sp.Symbol("rods") * (twice_slew_energy(ib, xb, b) + twice_slew_energy(ij, xj, c))
+    mass_moment = mb * lb / 2 * boom + mj * (lb * boom + lj / 2 * jib) + m * payload
+    twice_spring_energy = kb * (b - rb) ** 2 + kj * (c - share * b - rj) ** 2 + kr * (d - rr) ** 2
+    lagrangian = twice_kinetic / 2 - g * mass_moment[2] - twice_spring_energy / 2
     momentum = sp.Matrix([lagrangian.diff(x) for x in v])
     bias = momentum.jacobian(q) * sp.Matrix(v) - sp.Matrix([lagrangian.diff(x) for x in q])
     names = (*q, *v, *p, *springs, sp.Symbol("rods"))

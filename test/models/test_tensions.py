@@ -7,7 +7,7 @@ import pytest
 
 import crane_sim
 from crane_sim.cli.report import print_summary
-from crane_sim.recording.layout import of_scene
+from crane_sim.recording.layout import layout_of_scene
 from crane_sim.simulation.metrics import derive
 
 pytestmark = pytest.mark.interpreted
@@ -98,7 +98,7 @@ def test_a_run_has_the_tensions_of_its_loop() -> None:
     assert run.summary["min_rope_tension"] == np.min(periods) == np.min(periods[:, 1])
     assert run.summary["max_rope_tension"] == np.max(periods) == np.max(run.tension[:-1])
     assert run.summary["negative_tension_steps"] == 0
-    assert of_scene(run.scene, "run").ropes.tensions == ("link 1", "link 2")
+    assert layout_of_scene(run.scene, "run").ropes.tensions == ("link 1", "link 2")
 
 
 def test_periods_with_a_cable_that_pushes_are_counted_and_named(capsys: pytest.CaptureFixture[str]) -> None:

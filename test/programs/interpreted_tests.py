@@ -1,8 +1,8 @@
 """A pytest session without compilation, which runs requested tests: `interpreted_tests.py FILE ...`.
 
 Requests are lines of JSON on its standard input, [test, the one after it or null]; for each it prints one line, the
-test's reports. A file is imported when one of its tests is first named: of several workers each requests a part of the
-files. States that are arrays pass through `plain_arrays`.
+test's reports. A file is imported when one of its tests is first named, since each worker requests tests of a part
+of the files only. States that are arrays pass through `plain_arrays`.
 """
 
 import json

@@ -47,7 +47,7 @@ class Run(NamedTuple):
     nodes: np.ndarray  # (K, N+1, 3)
 
 
-def recorded(path: Path, links: int) -> Run:
+def record_cable_run(path: Path, links: int) -> Run:
     """Record a trolley that runs 60 m away, far beyond the rail that is drawn at first, below it a bending cable."""
     scene, t = chain(links), 0.01 * np.arange(STEPS)
     bend = np.sin(4.0 * t)[:, None] * np.linspace(0.2, 1.0, links)
@@ -65,7 +65,7 @@ def recorded(path: Path, links: int) -> Run:
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Record a cable of seven links."""
-    return recorded(tmp_path_factory.mktemp("overhead") / "run.rrd", 7)
+    return record_cable_run(tmp_path_factory.mktemp("overhead") / "run.rrd", 7)
 
 
 def chunks(path: Path, entity: str, column: str, static: bool = False) -> list[Any]:
@@ -104,20 +104,20 @@ def test_energies_add_up(run: Run) -> None:
     assert np.ptp(parts[:, 1]) > 1.0  # J: the cable bends, so it is no sum of zeros
 
 
-def test_the_rail_is_as_long_as_the_way(run: Run) -> None:
-    """The rail that stands there in the end is under the trolley all the way, and no longer than its spare ends ask."""
+def test_the_rail_is_as_long_as_the_travel(run: Run) -> None:
+    """At the end of the run the rail is as long as the trolley's travel and half the cable's depth."""
     rails = chunks(run.path, "/crane/base/boxes", "Boxes3D:half_sizes", static=True)
     half = max(size[0] for size in rails[-1])
-    way, depth = np.ptp(run.nodes[::3, :, 0]), -run.nodes[::3, :, 2].min()
-    assert len(rails) > 2  # expected, grown on the way, fitted
-    assert 2.0 * half == pytest.approx(way + 0.5 * depth, rel=1e-6)  # single precision
+    travel, depth = np.ptp(run.nodes[::3, :, 0]), -run.nodes[::3, :, 2].min()
+    assert len(rails) > 2  # expected, grown as the trolley moves, fitted
+    assert 2.0 * half == pytest.approx(travel + 0.5 * depth, rel=1e-6)  # single precision
 
 
 @pytest.mark.long
 def test_many_links_cost_no_more_entities(run: Run, tmp_path: Path) -> None:
-    """A cable of 120 links has as many entities and rows of drawing as one of seven, less the beads hidden in it."""
+    """A cable of 120 links has as many entities and rows of drawing as one of seven, less its hidden node markers."""
     rows: list[dict[str, int]] = []
-    for path in (run.path, recorded(tmp_path / "long.rrd", 120).path):
+    for path in (run.path, record_cable_run(tmp_path / "long.rrd", 120).path):
         counts: dict[str, int] = {}
         for chunk in RrdReader(path).stream():
             if not chunk.is_static:

@@ -9,7 +9,8 @@ import pytest
 from mcap_samples import EFFORT_CODEC, STATE_CODEC, TOPICS
 
 import crane_sim
-from crane_sim.recording.layout import of_scene, text_properties
+from crane_sim.recording.bag import read_bag
+from crane_sim.recording.layout import layout_of_scene, text_properties
 from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.mcap.metadata import RUN, read_metadata
 from crane_sim.recording.replay import replay
@@ -29,7 +30,7 @@ def recorded_run() -> Rollout:
 
 def properties_of_run() -> dict[str, str]:
     """Return the properties of the run."""
-    return text_properties(of_scene(recorded_run().scene, ""))
+    return text_properties(layout_of_scene(recorded_run().scene, ""))
 
 
 def write(path: Path, properties: Mapping[str, str], leave_out: str = "") -> Path:
@@ -65,7 +66,9 @@ def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) 
     """Bags of cranes with sensors have true and measured states; older bags have only measured ones."""
     run = crane_sim.simulate("knuckle_setpoint", duration=0.1, overrides={"sensors": {"all": {"noise": 1e-3}}})
     topics = TOPICS | ({"true_states": TOPICS["joint_states"]._replace(name="/knuckle/true_states")} if told else {})
-    bag = Bag(tmp_path / "run.mcap", topics, run.scene.period_ns, properties=text_properties(of_scene(run.scene, "")))
+    bag = Bag(
+        tmp_path / "run.mcap", topics, run.scene.period_ns, properties=text_properties(layout_of_scene(run.scene, ""))
+    )
     shown = measure(run.scene, run.q[:-1], run.v[:-1])
     for k, effort in enumerate(run.u[: len(shown)]):
         stamp = (k + 1) * run.scene.period_ns
@@ -103,3 +106,24 @@ def test_metadata_come_back(tmp_path: Path) -> None:
     values = {"scene_file": "größe: 1\n", "empty": ""}
     path = write(tmp_path / "run.mcap", values)
     assert read_metadata(path, RUN) == values and read_metadata(path, "another") == {}
+
+
+def test_periods_in_which_brakes_act_have_no_command(tmp_path: Path) -> None:
+    """Held commands of NaN, as lockstep publishes them when it brakes, leave the periods before them their commands."""
+    run = recorded_run()
+    braked = {len(run.commands) - 1, len(run.commands)}  # steps
+    topics = TOPICS_OF_RUN | {"held_command": TOPICS["applied_effort"]._replace(name="/knuckle/held_command")}
+    bag = Bag(tmp_path / "run.mcap", topics, run.scene.period_ns, properties=properties_of_run())
+    callbacks, codec = bag.callbacks(), JointStateCodec(run.scene.actuated, EFFORT)
+    for k, command in enumerate(run.commands):
+        stamp = (k + 1) * run.scene.period_ns
+        callbacks["joint_states"](STATE_CODEC.encode(stamp, run.q[k], run.v[k], np.zeros(6)))
+        callbacks["joint_commands"](codec.encode(stamp, command))
+        if k + 1 in braked:
+            callbacks["held_command"](codec.encode(stamp, np.full_like(command, np.nan)))
+        callbacks["applied_effort"](EFFORT_CODEC.encode(stamp, run.u[k]))
+    bag.finish({})
+    rows = read_bag(tmp_path / "run.mcap").rows
+    assert {row.step for row in rows if row.braked} == braked
+    for row in rows:
+        assert row.demanded == (None if row.step in braked else tuple(run.commands[row.step - 1]))

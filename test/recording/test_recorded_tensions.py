@@ -9,7 +9,7 @@ from rerun.chunk import RrdReader
 
 import crane_sim
 from crane_sim.evaluation.report.panels import Curve, panels_of
-from crane_sim.recording.layout import MAX_TENSIONS, of_scene
+from crane_sim.recording.layout import MAX_TENSIONS, layout_of_scene
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.step_assembler import Row
@@ -96,7 +96,7 @@ def test_of_very_many_links_the_first_is_recorded(tmp_path: Path) -> None:
     rollout = chain(MAX_TENSIONS + 1)
     run = crane_sim.read_recording(rollout.record(tmp_path / "run.rrd"))
     assert np.array_equal(run.tensions, rollout.derived.tensions[:-1, :1])
-    assert of_scene(rollout.scene, "run").ropes.tensions == ("tension of the top link",)
+    assert layout_of_scene(rollout.scene, "run").ropes.tensions == ("tension of the top link",)
     assert list(tension_curves(run)) == ["uppermost link"] and "tension.1" not in run.columns()
 
 

@@ -159,7 +159,9 @@ def test_brakes_by_service(mode: str, refusal: str) -> None:
     plant: Any = simulation.plant
     plant.reset = lambda q, v: setattr(plant, "braking", False)
     control = RunControl(host, simulation, scheduler, SimpleNamespace(mode=mode))  # type: ignore[arg-type]
-    assert control.set_brakes(True).startswith(refusal) and simulation.plant.braking == (not refusal)
+    answer = control.set_brakes(True)
+    assert bool(answer) == bool(refusal) and answer.startswith(refusal)
+    assert simulation.plant.braking == (not refusal)
     if refusal:
         return
     simulation.brake(True, "time-out")

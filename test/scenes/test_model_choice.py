@@ -13,7 +13,7 @@ from crane_sim.models.supports.backlash import GearedSupport
 from crane_sim.models.supports.driven_point import Point as DrivenPoint
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.recording.layout import of_scene
+from crane_sim.recording.layout import layout_of_scene
 from crane_sim.scenes.scene import load_scene
 
 pytestmark = pytest.mark.interpreted
@@ -61,7 +61,7 @@ def test_extensions_choose_the_suspended_model(case: str) -> None:
     assert type(scene_of(base).model) is Crane and type(scene.model) is SuspendedCrane
     assert isinstance(bare_support(scene.model.support), Knuckle if base is KNUCKLE else DrivenPoint)
     assert len(scene.joint_names) == len(scene.joint_units) == len(scene.initial_q) == len(scene.initial_v)
-    assert len(of_scene(scene, "1").joints) == len(scene.initial_q)  # with its URDF
+    assert len(layout_of_scene(scene, "1").joints) == len(scene.initial_q)  # with its URDF
 
 
 EVERYTHING = {

@@ -75,7 +75,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"hoist": {**WINCH, "limits": [2, 3]}}, "hoist.limits = [2.0, 3.0]: the hoist starts outside of them, at 1 m"),
     (raised(**WAVE), "hoist.profile: starts at 0 m, must start greater than 0"),
     (imposed(**RAISE | {"duration": 1e-200}), "trolley.motion.duration = 1e-200: must be greater than or equal to"),
-    (imposed(kind="table", times=[0.0, 1e-200], values=[0, 1]), "times of a table must be 1e-06 s apart"),
+    (imposed(kind="table", times=[0.0, 1e-200], values=[0, 1]), "times of a table must be at least 1e-06 s apart"),
     (imposed(**RAISE | {"to": 1e308}), "trolley.motion: its values are too large"),
     ({"cable": ELASTIC | {"damping": 1e4}, "integrator": STEP}, "integrator.step = 0.01: too large"),
     ({"joints": {"damping": 50.0}, "integrator": STEP}, "integrator.step = 0.01: too large"),

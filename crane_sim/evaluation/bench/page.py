@@ -52,7 +52,7 @@ what it gave, is in [profiling.md](profiling.md).
 """
 
 
-def write_page(data: dict[str, Any], drawn: bool) -> str:
+def format_page(data: dict[str, Any], drawn: bool) -> str:
     """Return the page in Markdown; `drawn`: it has a figure."""
     sections = [HEAD]
     if "scenes" in data:

@@ -48,7 +48,7 @@ def _joint_record(joint: ElementTree.Element, coordinates: list[str]) -> dict[st
         return description | ({"source": quaternion} if name == ATTITUDE_JOINT and quaternion else {})
     return description | {
         "source": coordinates.index(name if mimic is None else mimic.attrib["joint"]),
-        "multiplier": 1.0 if mimic is None else float(mimic.attrib["multiplier"]),
+        "multiplier": 1.0 if mimic is None else float(mimic.attrib.get("multiplier", "1")),
         "offset": 0.0 if mimic is None else float(mimic.attrib.get("offset", "0")),
         "prismatic": joint.attrib["type"] == "prismatic",
         "axis": _floats_of(_child(joint, "axis"), "xyz"),

@@ -16,7 +16,7 @@ class Directions(NamedTuple):
     """Kinematics of the links; the rates are perpendicular to the unit vectors."""
 
     units: Any  # (N, 3), down the links, world frame
-    rates: Any  # (N, 3) 1/s, of the unit vectors: perpendicular to them
+    rates: Any  # (N, 3) 1/s, of the unit vectors
     squared_rates: Any  # (N,) 1/s², squares of the rates
     lengths: Any  # (N,) m
     inv_masses: Any  # (N,) 1/kg, of the node below each link
@@ -69,15 +69,15 @@ def _(top, links):
 
 
 @lean_kernel
-def end_acceleration(acc, k):
+def relative_end_acceleration(acc, k):
     """Return the relative acceleration (3 floats) of link k's ends."""
     return acc[k + 1, 0] - acc[k, 0], acc[k + 1, 1] - acc[k, 1], acc[k + 1, 2] - acc[k, 2]
 
 
 @lean_kernel
-def relative_acceleration(links, acc, k):
-    """Return the relative acceleration [m/s²] of link k's ends along it that its tension has to supply."""
-    x, y, z = end_acceleration(acc, k)
+def constraint_acceleration(links, acc, k):
+    """Return the relative acceleration [m/s²] of link k's ends, along it, that its tension has to balance."""
+    x, y, z = relative_end_acceleration(acc, k)
     along = links.units[k, 0] * x + links.units[k, 1] * y + links.units[k, 2] * z
     return links.lengths[k] * links.squared_rates[k] + along
 
@@ -88,22 +88,20 @@ def solve_tensions(links, top, acc, tension, ratio):
 
     Args:
         links: kinematics of the links.
-        top: of the first link.
+        top: the first link's upper end.
         acc: accelerations of nodes 0 to N without tensions (N + 1, 3) [m/s²], world frame.
         tension, ratio: to fill; the second one is of the elimination.
     """
     n, inv_masses = len(tension), links.inv_masses
-    inverse = 1.0 / (first_inv_mass(top, links) + top.hoist_inv_mass)
     upper = -dot(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
-    tension[0], ratio[0] = (relative_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse, upper * inverse
-    if top.hoist_inv_mass < 0.0:
-        tension[0], ratio[0] = (
-            top.hoist_bias_acc,
-            0.0,
-        )  # the tension of a massless winch does not depend on the second link
+    if top.hoist_inv_mass < 0.0:  # the tension of a massless winch does not depend on the second link
+        tension[0], ratio[0] = top.hoist_bias_acc, 0.0
+    else:
+        inverse = 1.0 / (first_inv_mass(top, links) + top.hoist_inv_mass)
+        tension[0], ratio[0] = (constraint_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse, upper * inverse
     for k in range(1, n):
         inverse = 1.0 / (inv_masses[k - 1] + inv_masses[k] - upper * ratio[k - 1])
-        tension[k] = (relative_acceleration(links, acc, k) - upper * tension[k - 1]) * inverse
+        tension[k] = (constraint_acceleration(links, acc, k) - upper * tension[k - 1]) * inverse
         upper = -dot(links.units, k, k + 1) * inv_masses[k] if k + 1 < n else 0.0
         ratio[k] = upper * inverse
     for k in range(n - 2, -1, -1):
@@ -115,7 +113,7 @@ def hoisted_length_acceleration(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
     if top.hoist_inv_mass >= 0.0:
         return top.hoist_bias_acc + top.hoist_inv_mass * tension[0]
-    free = relative_acceleration(links, acc, 0) - first_inv_mass(top, links) * tension[0]
+    free = constraint_acceleration(links, acc, 0) - first_inv_mass(top, links) * tension[0]
     return free + dot(links.units, 0, 1) * links.inv_masses[0] * tension[1] if len(tension) > 1 else free
 
 
@@ -125,12 +123,12 @@ def first_end_acceleration(top, links, acc, tension):
 
     On any support `acc` has that pull already: the end then does not move along the link alone.
     """
-    return end_acceleration(acc, 0)
+    return relative_end_acceleration(acc, 0)
 
 
 @first_end_acceleration.register(UpperEnd)
 def _(top, links, acc, tension):
-    x, y, z = end_acceleration(acc, 0)
+    x, y, z = relative_end_acceleration(acc, 0)
     x -= top.axes_inv_mass[0] * links.units[0, 0] * tension[0]
     y -= top.axes_inv_mass[1] * links.units[0, 1] * tension[0]
     return x, y, z
@@ -167,7 +165,7 @@ def direction_accelerations(links, top, acc, tension, out, at):
             total = add_pull_across(units, k, k - 1, inv_masses[k - 1] * tension[k - 1], total)
         if k + 1 < n:
             total = add_pull_across(units, k, k + 1, inv_masses[k] * tension[k + 1], total)
-            x, y, z = end_acceleration(acc, k + 1)
+            x, y, z = relative_end_acceleration(acc, k + 1)
         inverse = 1.0 / links.lengths[k]
         for c in range(3):
             bias = links.squared_rates[k] * units[k, c] + coriolis * links.rates[k, c]

@@ -1,7 +1,7 @@
 """Discrete modes and events of an overhead crane: friction, limits, a slack link, changes of the payload.
 
-A mode is a float at the end of the state that only events change: it says which of several smooth equations hold. The
-modes of a crane with events, in this order (a crane without has none):
+A mode is a float at the end of the state that says which of several smooth equations hold; events change it. The modes
+of a crane with rigid links and events, in this order (a crane without events has none):
 
 | mode | of | value |
 |---|---|---|
@@ -9,7 +9,8 @@ modes of a crane with events, in this order (a crane without has none):
 | friction | hoist, where it has some | the same |
 | payload | | number of changes of the payload so far |
 
-The deflection of bristles is the one that has a derivative; the others have 0.
+The deflection of bristles has a derivative; the others have 0 and change at events only. Of elastic links that carry no
+compression, one mode each follows: slack or taut.
 
 A guard is a pair (value, number), see `models.guards`: an event is where the value of one becomes negative. Functions
 `…_guard(limits, best, …)` return the smaller one of the guard `best` and of their own: so a model finds its smallest.

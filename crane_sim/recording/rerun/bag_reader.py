@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.bag import read_bag
 from crane_sim.recording.blocks import block_of
-from crane_sim.recording.layout import of_scene
+from crane_sim.recording.layout import layout_of_scene
 from crane_sim.recording.rerun.reader import read_run
 from crane_sim.recording.rerun.recorder import BLOCK_STEPS
 from crane_sim.recording.rerun.writer import RunWriter
@@ -33,7 +33,7 @@ def read_bag_run(path: Path) -> RecordedRun:
 
 
 def _record(bag: RunFromBag, path: Path) -> Path:
-    layout = of_scene(bag.scene, "bag", bag.has_true_states)
+    layout = layout_of_scene(bag.scene, "bag", bag.has_true_states)
     kept = {key: value for key, value in bag.properties.items() if key in RUN_PROPERTIES}
     writer = RunWriter(path, layout._replace(properties={**layout.properties, **kept}))
     for first in range(0, len(bag.rows), BLOCK_STEPS):

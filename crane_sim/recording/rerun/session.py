@@ -6,7 +6,7 @@ import uuid
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.blocks import block_of
-from crane_sim.recording.layout import of_scene
+from crane_sim.recording.layout import layout_of_scene
 from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.writer import RunWriter
 
@@ -46,7 +46,7 @@ class Session:
         if repairs:
             repair_leftovers(path.parent)
         name = f"{scene.name}-{run_id or uuid.uuid4().hex[:12]}"
-        self._writer = RunWriter(path, of_scene(scene, name), live)
+        self._writer = RunWriter(path, layout_of_scene(scene, name), live)
 
     @property
     def part(self) -> Path:

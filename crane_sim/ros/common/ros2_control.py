@@ -18,14 +18,14 @@ from crane_sim.scenes.scene import Scene
 
 PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
 FREQUENCY = 2.0  # rad/s of the critically damped joints of the trajectory controller
-INTEGRAL = 0.5  # times its frequency: what holds a joint against gravity without a feedforward
+INTEGRAL_RATIO = 0.5  # rate of the integral, which holds a joint against gravity, by that frequency
 _CONTROLLERS = {
     "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
     "joint_trajectory_controller": "joint_trajectory_controller/JointTrajectoryController",
 }
 _FORWARDING = "forward_command_controller/ForwardCommandController"
 _CLAMP = 3.0  # times the effort that holds a joint at the start
-_FORCE_UNITS = ("N", "N m")
+_EFFORT_UNITS = ("N", "N m")
 _STATES = ("position", "velocity", "effort")
 _HEADER = """# Controllers of {name}: ros2 run controller_manager ros2_control_node --ros-args --params-file this file
 # Commands of {joints}: {units}. Gains: for critically damped joints of {frequency:g} rad/s.
@@ -49,7 +49,7 @@ class Gains(NamedTuple):
 def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
     """Return the URDF of a scene with the tag of ros2_control.
 
-    `namespace` is that of its topics, by default the crane's name.
+    `namespace` is that of its topics, by default the kind of crane.
     """
     robot = ElementTree.fromstring(urdf(scene))
     control = ElementTree.SubElement(robot, "ros2_control", name=f"{scene.crane}_topics", type="system")
@@ -75,8 +75,8 @@ def _add_joint(control: ElementTree.Element, scene: Scene, joint: str, position:
     if joint in scene.actuated:
         i = scene.actuated.index(joint)
         command = ElementTree.SubElement(element, "command_interface", name=scene.commands[i])
-        least, largest = command_limits(scene, i) or (-inf, inf)
-        values = {"min": least, "max": largest, "initial_value": min(max(holding, least), largest)}
+        lower, upper = command_limits(scene, i) or (-inf, inf)
+        values = {"min": lower, "max": upper, "initial_value": min(max(holding, lower), upper)}
         for name, value in values.items():
             if isfinite(value):
                 ElementTree.SubElement(command, "param", name=name).text = f"{value:.12g}"
@@ -91,7 +91,7 @@ def holding_commands(scene: Scene) -> tuple[float, ...]:
     if not scene.actuated:
         return ()
     efforts = zip(scene.command_units, required_efforts(scene).gravity.tolist(), scene.idle_command, strict=True)
-    return tuple(gravity if unit in _FORCE_UNITS else idle for unit, gravity, idle in efforts)
+    return tuple(gravity if unit in _EFFORT_UNITS else idle for unit, gravity, idle in efforts)
 
 
 def command_limits(scene: Scene, i: int) -> tuple[float, ...]:
@@ -140,7 +140,7 @@ def _nodes(scene: Scene) -> dict[str, dict[str, Any]]:
     forwarding = {"joints": list(scene.actuated), "interface_name": scene.commands[0]}
     return {
         "controller_manager": manager,
-        "joint_state_broadcaster": {"use_local_topics": True},  # the interface would read its states as the plant's
+        "joint_state_broadcaster": {"use_local_topics": True},  # else its topic would be read as the plant's
         "joint_trajectory_controller": trajectory,
         f"{scene.commands[0]}_forwarding_controller": forwarding,
     }
@@ -150,9 +150,10 @@ def joint_gains(scene: Scene) -> list[Gains]:
     """Return the gains of every actuated joint: of its inertia where it takes a force, else of its kinematics."""
     w, gains, required = FREQUENCY, [], required_efforts(scene)
     for unit, inertia, gravity in zip(scene.command_units, *required, strict=True):
-        if unit in _FORCE_UNITS:
+        if unit in _EFFORT_UNITS:
             clamp = _CLAMP * abs(gravity)
-            gains.append(Gains(inertia * w * w, INTEGRAL * inertia * w**3 if clamp else 0.0, 2.0 * inertia * w, clamp))
+            integral = INTEGRAL_RATIO * inertia * w**3 if clamp else 0.0
+            gains.append(Gains(inertia * w * w, integral, 2.0 * inertia * w, clamp))
         elif unit.endswith("/s²"):
             gains.append(Gains(w * w, 0.0, 2.0 * w, 0.0))
         else:

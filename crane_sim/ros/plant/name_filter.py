@@ -1,13 +1,14 @@
 """Filters of names: POSIX extended regular expressions, as simulation_interfaces requires, by the C library.
 
-Python's `re` has another syntax, and may take exponential time. Intervals {m,n} and back-references are refused: with
-them a short expression can take all memory.
+Python's `re` has another syntax, and may take exponential time. Intervals {m,n}, back-references and many + are
+refused: the C library repeats what they apply to, and a short expression, such as (((a+)+)+)+, can take all memory.
 """
 
 import ctypes
 import re
 
 _LONGEST = 200  # characters of an expression
+_MOST_PLUS = 8  # each may double the size of the compiled expression
 _EXTENDED, _NO_POSITIONS = 1, 8  # flags of regcomp in glibc and musl: REG_EXTENDED, REG_NOSUB
 _SIZE = 1024  # bytes, more than a regex_t of any C library has
 _COSTLY = re.compile(r"\{|\\[0-9]")
@@ -20,10 +21,11 @@ class NameFilter:
         """Compile it.
 
         Raises:
-            ValueError: it is none, or too costly; the message is one line.
+            ValueError: it is not a valid expression, or too costly; the message is one line.
         """
-        if len(expression) > _LONGEST or _COSTLY.search(expression):
-            raise ValueError(f"filter: intervals, references back and more than {_LONGEST} characters are not possible")
+        if len(expression) > _LONGEST or expression.count("+") > _MOST_PLUS or _COSTLY.search(expression):
+            most = f"more than {_MOST_PLUS} + and more than {_LONGEST} characters"
+            raise ValueError(f"filter: intervals, references back, {most} are not possible")
         self._library, self._compiled = ctypes.CDLL(None), ctypes.create_string_buffer(_SIZE)
         code = self._library.regcomp(self._compiled, expression.encode(), _EXTENDED | _NO_POSITIONS)
         if code:

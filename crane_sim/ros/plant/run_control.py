@@ -13,7 +13,7 @@ class RunControl:
     """Control of a run by the services of the node `plant`.
 
     Attributes:
-        USER: source of the pauses that services order.
+        USER: source of the pauses and brakes that services order.
     """
 
     USER = "user"
@@ -73,12 +73,12 @@ class RunControl:
         return why_not
 
     def set_brakes(self, on: bool) -> str:
-        """Apply the brakes of all actuated joints until they are released; no command releases them."""
+        """Apply the brakes of all actuated joints, or release them; no command releases them."""
         why_not = self.why_not_running()
         if not why_not and self._settings.mode != RunMode.REALTIME:
             why_not = "only in real time: in lockstep the controller decides about every step"
         if not why_not:
-            self._simulation.brake(on, "user")
+            self._simulation.brake(on, self.USER)
             self._simulation.warn("the brakes act, by ~/set_brakes" if on else "", "brakes")
         return why_not
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from rclpy.node import Node
 
 from crane_sim.recording.files import existing_parts, part_of
-from crane_sim.recording.layout import of_scene, text_properties
+from crane_sim.recording.layout import layout_of_scene, text_properties
 from crane_sim.ros.common.node_host import Fault
 from crane_sim.ros.recorder.decoder import MessageDecoder, source_of
 from crane_sim.ros.recorder.subscriptions import topics
@@ -117,7 +117,7 @@ def _open_bag(node: Node, scene: "Scene", settings: SimpleNamespace, resume: Res
     from crane_sim.recording.mcap.bag import Bag  # needs rosbags, which is optional
 
     try:
-        path, properties = part_of(settings.mcap, resume.number), text_properties(of_scene(scene, ""))
+        path, properties = part_of(settings.mcap, resume.number), text_properties(layout_of_scene(scene, ""))
         return Bag(path, topics(node), scene.period_ns, resume.last_bag_step, resume.resets, properties)
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error

@@ -12,14 +12,14 @@ from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import LockedSlew
-from crane_sim.scenes.schema.friction_checks import checked
+from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.motors import reflected_inertia
 
 
 def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -> bool:
-    """Return whether any joint's friction has some strength; raises SceneError as `checked` does."""
+    """Return whether any joint's friction has some strength; raises SceneError as `check_friction` does."""
     groups = {"friction": friction, "lugre": lugre}
-    return any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
+    return any(check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
 
 
 def add_friction_and_motors(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Any:
@@ -70,7 +70,7 @@ def _friction_of(name: str, file: Any) -> Friction | LuGre | None:
     by_events, by_bristles = file.friction.get(name), file.lugre.get(name)
     if by_events is not None and by_bristles is not None:
         raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
-    return checked(f"friction.{name}", by_events) or checked(f"lugre.{name}", by_bristles)
+    return check_friction(f"friction.{name}", by_events) or check_friction(f"lugre.{name}", by_bristles)
 
 
 def _motor_of(name: str, file: Any) -> float:

@@ -10,7 +10,7 @@ from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
 from crane_sim.models.supports.reeving import Drum, Reeving
-from crane_sim.scenes.schema.friction_checks import checked, friction_rate
+from crane_sim.scenes.schema.friction_checks import check_friction, friction_rate
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.reeving import ReevingGroup
 
@@ -64,7 +64,7 @@ class Hoist(Group):
         if isinstance(self.model(ropes, length), MotionHoist):
             return None, 0.0
         mass = self.mass if self.reeving is None else self.reeving.least_mass(ropes.number)
-        return mass, friction_rate(checked("hoist.friction", self.friction), mass or 0.0)
+        return mass, friction_rate(check_friction("hoist.friction", self.friction), mass or 0.0)
 
     def model(self, ropes: Ropes, length: float) -> ForceHoist | MotionHoist | ReevedHoist:
         """Return the winch; arguments of `inertia`.
@@ -78,7 +78,7 @@ class Hoist(Group):
         reeving = self.reeving.model(0.0, "hoist", ropes.number) if self.reeving is not None else None
         if self.drive == "rate":
             return MotionHoist(self.time_constant, reeving)
-        friction = checked("hoist.friction", self.friction)
+        friction = check_friction("hoist.friction", self.friction)
         if self.mass is not None and friction is None:
             return ForceHoist(self.mass)
         if self.mass is not None:

@@ -10,8 +10,8 @@ MAX_FRICTION = 1e12  # N, N s/m; N m, N m s/rad
 Kind = TypeVar("Kind", Friction, LuGre)
 
 
-def checked(name: str, friction: Kind | None) -> Kind | None:
-    """Return the friction of the key `name`, None where it has no strength.
+def check_friction(name: str, friction: Kind | None) -> Kind | None:
+    """Return the friction of the key `name`, None where static and viscous friction are zero.
 
     Raises:
         SceneError: a value is too large, or the static friction is less than the Coulomb one.
@@ -26,10 +26,10 @@ def checked(name: str, friction: Kind | None) -> Kind | None:
     return friction if friction.static > 0.0 or friction.viscous > 0.0 else None
 
 
-def friction_rate(part: Friction | LuGre | None, mass: float) -> float:
+def friction_rate(friction: Friction | LuGre | None, inertia: float) -> float:
     """Return the largest frequency [rad/s] or rate [1/s] of a joint with this inertia on its friction, 0 without."""
-    if part is None or not mass > 0.0:
+    if friction is None or not inertia > 0.0:
         return 0.0
-    if isinstance(part, Friction):
-        return steepest_slope(part) / mass
-    return max((part.stiffness / mass) ** 0.5, (part.damping + steepest_slope(part)) / mass)
+    if isinstance(friction, Friction):
+        return steepest_slope(friction) / inertia
+    return max((friction.stiffness / inertia) ** 0.5, (friction.damping + steepest_slope(friction)) / inertia)

@@ -143,7 +143,7 @@ Profile = Annotated[
 
 
 class Control(Group):
-    """The law, its period, and its nominal model; further keys are the law's own, see Laws."""
+    """The law, its period, and its nominal model; further keys are the law's own, see the section Laws of this page."""
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True, defer_build=True)
     law: str  # its name: one of those below, or one that another package has installed

@@ -7,7 +7,7 @@ from crane_sim.models.single_rope.joint_friction import JointFriction
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.knuckle_boom import Rod
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.scenes.schema.friction_checks import checked
+from crane_sim.scenes.schema.friction_checks import check_friction
 
 ROUNDING = 1e-9
 """Relative: inertias that were computed elsewhere may miss a bound by it."""
@@ -54,5 +54,5 @@ def validate_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGr
             raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
         if name == "rope" and given and drive != "force":
             raise SceneError(f"{given[0][0]}.rope: belongs to rope.drive: force, here it is {drive!r}")
-        parts[name] = checked(f"{given[0][0]}.{name}", given[0][1]) if given else None
+        parts[name] = check_friction(f"{given[0][0]}.{name}", given[0][1]) if given else None
     return JointFriction(**parts) if any(parts.values()) else None

@@ -21,7 +21,7 @@ from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
 from crane_sim.numerics.column import as_float
 from crane_sim.scenes.schema.base_motion import Mount
-from crane_sim.scenes.schema.friction_checks import checked
+from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
@@ -186,7 +186,7 @@ def rail_friction(file: OverheadCrane, name: str) -> Friction | LuGre | None:
         raise SceneError(f"{key}.{name}: belongs to a drive by force, here it is {drive!r}")
     if by_bristles is not None and file.cable_model == "elastic":
         raise SceneError(f"lugre.{name}: belongs to rigid links, here cable.model is 'elastic'")
-    return checked(f"{key}.{name}", by_events or by_bristles)
+    return check_friction(f"{key}.{name}", by_events or by_bristles)
 
 
 def axis_of(
@@ -260,7 +260,7 @@ def drum_friction(file: OverheadCrane) -> Friction | None:
         raise SceneError("friction.hoist: belongs to a hoist driven by force with a hoist.inertia, here is none")
     if friction is not None and file.cable_model == "elastic":
         raise SceneError("friction.hoist: belongs to rigid links, here cable.model is 'elastic'")
-    return checked("friction.hoist", friction)
+    return check_friction("friction.hoist", friction)
 
 
 def forces_of(file: OverheadCrane) -> NodeForces | None:
@@ -284,7 +284,9 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
     groups = {"friction": file.friction, "lugre": file.lugre}
-    has_friction = any(checked(f"{key}.{name}", part) for key, group in groups.items() for name, part in group or ())
+    has_friction = any(
+        check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group or ()
+    )
     has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
     if not (
         any(axes) or has_hoist or has_friction or file.events or file.cable.slack == "stop" or file.cable.tension_only

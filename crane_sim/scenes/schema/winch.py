@@ -11,7 +11,7 @@ from crane_sim.models.supports.hoist import MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
 from crane_sim.models.supports.reeving import Reeving
 from crane_sim.models.suspended.torsion import Torsion
-from crane_sim.scenes.schema.friction_checks import checked
+from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.motors import motor_of, reflected_inertia
 from crane_sim.scenes.schema.reeving import ReevingGroup
@@ -125,7 +125,7 @@ class ReevedRope(Winch):
         Raises:
             SceneError: motor or friction do not fit it.
         """
-        friction = checked("rope.friction", self.friction)
+        friction = check_friction("rope.friction", self.friction)
         motor = reflected_inertia(file, "rope") if self.takes_motor else 0.0
         reeving = self.reeving.model(motor, "rope") if self.reeving is not None else None
         if self.drive == "rate":

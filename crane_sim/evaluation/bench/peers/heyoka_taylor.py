@@ -1,8 +1,8 @@
 """heyoka: Taylor's method of an order that the tolerance sets, its recurrences compiled by LLVM.
 
 Each crane by hand in the form that is cheapest for it: one link in closed form, the knuckle crane in its slewing frame,
-the spring's crane in Cartesian coordinates, chains by their tensions. `state_equations` takes the class of its numbers,
-so that `test/reference/taylor.py` can solve the same equations in quadruple precision.
+the spring's crane in Cartesian coordinates, chains by their tensions. `state_equations` takes a function that makes
+its numbers, so that `test/reference/taylor.py` can solve the same equations in quadruple precision.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,8 +20,9 @@ from crane_sim.evaluation.bench.problem import Chain, KnuckleCrane, Problem, Spr
 Array = npt.NDArray[np.float64]
 Equations = list[tuple[Any, Any]]  # (variable, its derivative)
 Number = Callable[[float], Any]
-TOLERANCES, COARSE_TOLERANCES = sweep_values(1e-2, 1e-16, 4), sweep_values(1e-2, 1e-16, 1)  # of chains: slow to compile
-MAX_UNROLLED = 10  # links, with whose recurrences written out one by one
+TOLERANCES = sweep_values(1e-2, 1e-16, 4)
+COARSE_TOLERANCES = sweep_values(1e-2, 1e-16, 1)  # of chains, which are slow to compile
+MAX_UNROLLED = 10  # links of a chain whose recurrences are written out one by one
 
 
 def load_heyoka() -> Any:

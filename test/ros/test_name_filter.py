@@ -1,0 +1,45 @@
+"""Filters of names are POSIX expressions, of which none can take the plant's memory or time."""
+
+import pytest
+
+from crane_sim.ros.plant.name_filter import NameFilter
+
+
+def selects(expression: str, name: str) -> bool:
+    """Return whether an expression matches a name."""
+    name_filter = NameFilter(expression)
+    try:
+        return name_filter.matches(name)
+    finally:
+        name_filter.close()
+
+
+@pytest.mark.parametrize(
+    ("expression", "name", "expected"),
+    [
+        ("", "payload_link", True),
+        ("^payload|nothing$", "payload_link", True),
+        ("^link", "payload_link", False),
+        ("(_[a-z]+)+$", "payload_link", True),
+        ("[[:digit:]]+", "link", False),
+    ],
+)
+def test_an_expression_matches_as_posix_says(expression: str, name: str, expected: bool) -> None:
+    """Anchors, alternatives, classes and repetitions have their POSIX meaning; the empty expression matches all."""
+    assert selects(expression, name) is expected
+
+
+NESTED = "(" * 40 + "a" + "+)" * 40
+
+
+@pytest.mark.parametrize("expression", ["(a{255}){255}", "(a)\\1", NESTED, "a" + "+" * 40, "a" * 201])
+def test_a_costly_expression_is_refused(expression: str) -> None:
+    """Expressions of which the C library makes exponentially many states are refused before it compiles them."""
+    with pytest.raises(ValueError, match="^filter: .* are not possible$"):
+        NameFilter(expression)
+
+
+def test_an_invalid_expression_is_refused_in_one_line() -> None:
+    """The line has the expression and the reason that the C library gives."""
+    with pytest.raises(ValueError, match=r"^filter = '\(': \S.*$"):
+        NameFilter("(")
