@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -45,7 +46,7 @@ class Interpreter:
             line = f"the process of interpreted tests ended:\n{self._log.read()[-4000:]}"
             return [pytest.TestReport(item.nodeid, item.location, {}, "failed", line, "call")]
         hook = item.config.hook
-        return [hook.pytest_report_from_serializable(config=item.config, data=data) for data in json.loads(answer)]
+        return [hook.pytest_report_from_serializable(config=item.config, data=_as_sent(d)) for d in json.loads(answer)]
 
     def close(self) -> None:
         """Let the process end: there are no further requests."""
@@ -53,6 +54,12 @@ class Interpreter:
             assert self._process.stdin
             self._process.stdin.close()
         self._log.close()
+
+
+def _as_sent(data: dict[str, Any]) -> dict[str, Any]:
+    """Return a report with the tuple (file, line, reason) of a skipped test, of which JSON makes a list."""
+    skip = data["longrepr"]
+    return data | {"longrepr": tuple(skip)} if isinstance(skip, list) else data
 
 
 def _teardown(item: pytest.Item, after: pytest.Item | None) -> list[pytest.TestReport]:
