@@ -23,6 +23,7 @@ from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.reference import resolve_target
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.scenes.schema.uncertain import draw_parameters
+from crane_sim.trajectories.breakpoints import with_breakpoints
 
 MAX_STEPS = 1e8  # control periods in a run
 DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
@@ -233,6 +234,7 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
     devices, noted = _devices(file, period, law)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not is_nonideal(devices["hardware"]))
     check_fit(method, model, continuous)
+    steps_freely = not (sampled or is_nonideal(devices["hardware"])) and hasattr(method, "rtol")
     return Scene(
         **fields,
         model=model,
@@ -241,7 +243,7 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         method=method,
         law=law,
         sampled=sampled,
-        source=source,
+        source=with_breakpoints(source, model) if steps_freely else source,
         notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
         document=document,
         file=file,

@@ -18,8 +18,11 @@ from crane_sim.integrators import (
     make_event_log,
     start,
 )
+from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry_point, lean_generic, routine, routine_returning
+from crane_sim.numerics.jit import entry_point, generic, lean_generic, routine, routine_returning
+from crane_sim.numerics.states import replace_field
+from crane_sim.trajectories.breakpoints import PiecewiseSource, next_breakpoint
 
 
 class Replay(NamedTuple):
@@ -74,6 +77,23 @@ def write_instant(out, i, p, t, x, u):
     write(out.rows, i, p, t, x, u)
 
 
+@generic
+def integrate_source_to(u, method, p, integration, t, latest):
+    """Return the result of `integrate_to` under a source u; steps pass neither `latest` nor a breakpoint of u."""
+    return integrate_to(method, p, u, integration, t, latest)
+
+
+@integrate_source_to.register(PiecewiseSource)
+def _(u, method, p, integration, t, latest):
+    while integration.t < t and integration.status == OK:
+        end = min(latest, next_breakpoint(u, integration.t))
+        integration = integrate_to(method, p, u, integration, min(t, end), end)
+        if integration.t == end:  # the size to try next may be one of a crane at rest: as if it had grown in this step
+            largest = MAX_FACTOR * (integration.t - integration.t0)
+            integration = replace_field(integration, "h", min(integration.h, largest))
+    return integration
+
+
 @routine_returning("integration")
 def integrate_period(method, p, u, integration, end, latest, times, samples, i):
     """Return (integration covering `end`, index of the next sample); write the samples of this period.
@@ -86,10 +106,10 @@ def integrate_period(method, p, u, integration, end, latest, times, samples, i):
         i: index of the first sample not yet written.
     """
     while i < len(times) and times[i] < end and (integration.status == OK or integration.t >= times[i]):
-        integration = integrate_to(method, p, u, integration, times[i], latest)
+        integration = integrate_source_to(u, method, p, integration, times[i], latest)
         write(samples, i, p, times[i], dense_output(method, p, u, integration, times[i]), u)
         i += 1
-    return integrate_to(method, p, u, integration, end, latest), i
+    return integrate_source_to(u, method, p, integration, end, latest), i
 
 
 @entry_point
@@ -119,7 +139,8 @@ def continuous_step(method, p, source, integration, k, steps, period, rows, i):
     x = dense_output(method, p, source, integration, t)
     u = system.effort(source, p, t, x)
     write(rows, i, p, t, x, u)
-    integration = integrate_to(method, p, source, integration, end, latest_step_end(method, k, steps, period))
+    latest = latest_step_end(method, k, steps, period)
+    integration = integrate_source_to(source, method, p, integration, end, latest)
     q, v = system.joints(p, dense_output(method, p, source, integration, end))
     return integration, q, v, u
 

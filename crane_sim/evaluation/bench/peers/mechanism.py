@@ -22,6 +22,7 @@ from crane_sim.models.supports.hoist import MotionHoist
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.scene import Scene
+from crane_sim.trajectories.breakpoints import PiecewiseSource
 from crane_sim.trajectories.inputs import Constant, Inputs, Table
 
 Array = npt.NDArray[np.float64]
@@ -94,11 +95,12 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
 
 def input_tables(scene: Scene) -> list[Table] | None:
     """Return a table for each actuated joint, None where an input is no table and not constant."""
-    rest, channels = scene.source, list[Any]()
+    source = scene.source.source if isinstance(scene.source, PiecewiseSource) else scene.source
+    rest, channels = source, list[Any]()
     while isinstance(rest, Inputs):
         channels.append(rest.first)
         rest = rest.tail
-    channels = channels or [Constant(value) for value in scene.source]
+    channels = channels or [Constant(value) for value in source]
     tables = [Table((0.0,), (channel.value,)) if isinstance(channel, Constant) else channel for channel in channels]
     return tables if all(isinstance(table, Table) for table in tables) else None
 
