@@ -15,13 +15,13 @@ from crane_sim.cli.operator_console import OperatorConsole, format_lever_note, m
 from crane_sim.cli.run_options import RunOptions, drive_options
 from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, load_scene_with_options
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.operator.drives import driven_joints, with_operator_drives
+from crane_sim.operator.drives import LAW_GROUPS, driven_joints, with_operator_drives
 from crane_sim.operator.gamepad import MISSING
 from crane_sim.operator.inputs import DEVICES
 from crane_sim.operator.levers import Assignment, make_lever_assignment
 
 DEFAULT_TOPIC = "/joy"
-_TOPIC = re.compile(r"~?/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS
+_TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rule of ROS
 
 _OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
@@ -57,19 +57,32 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     options = RunOptions.of_drive({name: given.pop(name) for name in RunOptions._fields if name in given})
     options.check()
     _check_device(given)
+    _check_settings(given["settings"])
     loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
+    arguments = options.arguments(loaded.name)
     speeds, assignment = _parse_speeds(given["speeds"]), make_lever_assignment(loaded.actuated, given["mapping"])
     with report.compiling(quiet=as_json, evaluated=loaded):
         ready = with_operator_drives(loaded, given["duration"], speeds)
         _warm(ready)
     console = _open_console(ready, assignment, given, as_json)
     console.log(_describe_drives(loaded, ready))
-    arguments = options.arguments(loaded.name)
     try:
         summary = orchestration.run(ready, operator=console, on_news=console.log, **arguments)
     finally:
         console.close()
     process_signals.exit_now(report.print_outcome(dict(ready.notes) | summary, ready, as_json))
+
+
+def _check_settings(settings: Sequence[str]) -> None:
+    """Raise SceneError for a setting that an operator's run leaves out."""
+    for setting in settings:
+        group = setting.partition("=")[0].partition(".")[0]
+        if group in LAW_GROUPS:
+            raise SceneError(
+                f"--set {setting}: an operator commands the crane; {', '.join(sorted(LAW_GROUPS))} are left out"
+            )
+        if group == "duration":
+            raise SceneError(f"--set {setting}: the length of a run by hand is --duration")
 
 
 def _check_device(given: Mapping[str, Any]) -> None:

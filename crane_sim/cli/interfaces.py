@@ -43,11 +43,13 @@ def _build(packages: list[Package]) -> None:
     toolchain.check_machine()
     percentage = TextColumn("{task.percentage:>3.0f} %")
     columns = (TextColumn("{task.description}"), BarColumn(), percentage, TimeElapsedColumn())
-    with _lock(), Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
-        _show(progress, "generators", lambda _: toolchain.make_tools())
-        for package in packages:
-            _show(progress, package.name, partial(build, package.name))
-    shutil.rmtree(toolchain.FOLDER)
+    progress = Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty())
+    with _lock():
+        with progress:
+            _show(progress, "generators", lambda _: toolchain.make_tools())
+            for package in packages:
+                _show(progress, package.name, partial(build, package.name))
+        shutil.rmtree(toolchain.FOLDER)
 
 
 @contextmanager

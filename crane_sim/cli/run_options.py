@@ -178,7 +178,7 @@ class RunOptions(NamedTuple):
             raise SceneError("--live and --no-record: only one of the two is possible, --live streams the recording")
         if self.mcap is not None:
             _check_mcap(self.mcap)
-        if self.mcap is not None and self.mcap == self.record:
+        if self.mcap is not None and self.record is not None and self.mcap.resolve() == self.record.resolve():
             raise SceneError(f"--mcap and --record: both are {self.mcap}")
 
     def arguments(self, scene: str) -> dict[str, Any]:

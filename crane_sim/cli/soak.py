@@ -11,6 +11,7 @@ from rich.table import Table
 
 from crane_sim.cli.help_lines import HELP, CommandGroup, IntAtLeast
 from crane_sim.cli.package_groups import install_groups
+from crane_sim.cli.report import json_value
 from crane_sim.cli.run_options import ensure_writable_folder
 from crane_sim.evaluation.soak.metrics import Metric
 
@@ -114,15 +115,16 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
     """Print and save the metrics of a soak; exit with 1 where one fails its requirement."""
     part = str(click.get_current_context().info_name)
     ensure_writable_folder(folder)
+    if folder is not None:
+        install_groups("plots")  # before the measurement, which would be lost
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
         metrics, data = measure()
     if folder is not None:
-        install_groups("plots")
         from crane_sim.evaluation.soak.store import save_findings
 
         save_findings(part, _command_line(part), metrics, data, Path(folder))
     if as_json:
-        print(json.dumps({"part": part, "metrics": [metric._asdict() for metric in metrics], "data": data}))
+        print(json.dumps(json_value({"part": part, "metrics": [metric._asdict() for metric in metrics], "data": data})))
     else:
         Console().print(_format_table(part, metrics))
     if not all(metric.passed for metric in metrics):
@@ -132,7 +134,12 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
 def _command_line(part: str) -> str:
     """Return the command line that repeats this soak."""
     options = {name: value for name, value in click.get_current_context().params.items() if name not in _OUTPUT}
-    return " ".join(["crane soak", part, *(f"--{name} {value:.10g}" for name, value in options.items())])
+    return " ".join(["crane soak", part, *(f"--{name} {_shorten(value)}" for name, value in options.items())])
+
+
+def _shorten(value: float) -> str:
+    """Return a number as it may be typed: integers with all their digits."""
+    return str(value) if isinstance(value, int) else f"{value:.10g}"
 
 
 def _format_table(part: str, metrics: Sequence[Metric]) -> Table:

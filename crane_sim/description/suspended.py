@@ -61,7 +61,7 @@ def crane_size(scene: Scene) -> float:
     if isinstance(support, TowerCrane):
         limits = support.trolley.limits
         radii = [start[1], *(scene.reference or ())[1:2], *(limits or ())]
-        return 1.1 * max(map(abs, radii))
+        return 1.1 * max(map(abs, radii)) or hung_length(scene)
     if isinstance(support, Knuckle):
         return support.boom.length + support.jib.length
     limits = support.telescope.limits

@@ -107,7 +107,17 @@ def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
     q = run.q if run.q_measured is None else run.q_measured
     commands = _held_commands(run.commands, run.u, str(run.path))
     measured = Measurements(run.t, run.crane.joint_names, q, run.t, commands)
+    _check_units(run, scene)
     return undo_sensors(select(measured, run.crane.actuated, scene, str(run.path)), scene)
+
+
+def _check_units(run: RecordedRun, scene: Scene) -> None:
+    """Raise SceneError where a joint was commanded in another unit than the scene's drives are."""
+    recorded = dict(zip(run.crane.actuated, run.crane.command_units, strict=True))
+    for name, unit in zip(scene.actuated, scene.command_units, strict=True):
+        if recorded.get(name, unit) != unit:
+            what = f"commands of {name} are in {recorded[name]}, the scene's drive takes {unit}"
+            raise SceneError(f"{run.path}: {what}; give the scene the drives of the run (actuators)")
 
 
 def _held_commands(commands: Array, applied: Array, source: str) -> Array:
@@ -128,7 +138,8 @@ def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurement
     """Return the positions of a simulated run as encoders with normal noise (standard deviation [rad, m]) show them."""
     q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
     commands = _held_commands(run.commands, run.u, "run")
-    return Measurements(run.t, run.scene.joint_names, q, run.t[: len(commands)], commands)
+    command_times = run.scene.period * np.arange(len(commands))  # s: of the periods, whatever the samples are
+    return Measurements(run.t, run.scene.joint_names, q, command_times, commands)
 
 
 def select(found: Measurements, driven: tuple[str, ...], scene: Scene, source: str) -> Measurements:

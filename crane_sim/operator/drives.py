@@ -50,7 +50,7 @@ _DEFAULTS_BY_JOINT = {  # estimates, for drives whose scene sets none
     "hoist": SpeedBounds(0.4, 0.4),
 }
 _DEFAULTS_BY_UNIT = {"rad": SpeedBounds(0.1, 0.05), "m": SpeedBounds(0.5, 0.25)}  # of all other joints
-_LAW_GROUPS = ("control", "inputs", "reference")  # of a scene, replaced by an operator
+LAW_GROUPS = ("control", "inputs", "reference")  # of a scene, replaced by an operator
 _EFFORT_DRIVE_KEYS = ("lag", "rate_limit", "deadband")  # that a speed drive does not have
 
 
@@ -69,7 +69,7 @@ def with_operator_drives(
     """
     speeds = speeds or {}
     _check(scene, speeds)
-    document = without_nulls({key: value for key, value in scene.to_dict().items() if key not in _LAW_GROUPS})
+    document = without_nulls({key: value for key, value in scene.to_dict().items() if key not in LAW_GROUPS})
     document["duration"] = DURATION if duration is None else duration
     given = document.pop("actuators", {})
     common = given.pop(ALL, {})

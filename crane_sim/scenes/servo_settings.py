@@ -95,6 +95,8 @@ def _check_exact(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
         groups = getattr(file, key, None)
         if groups and (groups.get(joint) if isinstance(groups, dict) else getattr(groups, joint, None)) is not None:
             raise SceneError(f"{key}.{joint}: a joint that may stick cannot follow exactly, as servo.gain = inf does")
+    if getattr(getattr(file, joint, None), "friction", None) is not None:  # of a winch
+        raise SceneError(f"{joint}.friction: a winch that may stick cannot follow exactly, as servo.gain = inf does")
     for name, fault in file.faults.items():
         if isinstance(fault, EffortLoss) and fault.joint == joint:
             raise SceneError(f"faults.{name}: the drive of {joint} follows exactly, servo.gain = inf: it loses nothing")

@@ -6,8 +6,10 @@ import re
 from collections.abc import Iterator, Sequence
 from html import escape
 from importlib.resources import files
+from os.path import relpath
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +33,7 @@ def save_study_page(folder: Path, file: Path) -> None:
     Raises:
         SceneError: the folder holds no finished study, or the file cannot be written.
     """
-    document = study_page(read_result(folder))
+    document = study_page(read_result(folder), file.parent)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(document, encoding="utf-8")
@@ -39,8 +41,8 @@ def save_study_page(folder: Path, file: Path) -> None:
         raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
 
 
-def study_page(result: StudyResult) -> str:
-    """Return the HTML document of a study."""
+def study_page(result: StudyResult, folder: Path | None = None) -> str:
+    """Return the HTML document of a study, which is to be in a folder; None: in the study's own."""
     study, summary = result.study, summarise(result)
     style = files("crane_sim.evaluation.report").joinpath("assets", "page.css").read_text(encoding="utf-8")
     scene = study.scene if isinstance(study.scene, str) else study.scene.get("name", "scene")
@@ -58,7 +60,7 @@ def study_page(result: StudyResult) -> str:
         _sensitivities(summary, study.design),
         *_distributions(result, names),
     ]
-    parts += [*_scatters(result, names), _worst(result, names), _study(result)]
+    parts += [*_scatters(result, names), _worst(result, names, folder or result.folder), _study(result)]
     title = f"<meta charset=utf-8><meta name=viewport content='width=device-width'><title>{escape(study.name)}</title>"
     return (
         f"<!doctype html><html lang=en><head>{title}<style>{style}</style></head><body>{''.join(parts)}</body></html>"
@@ -131,6 +133,12 @@ def _sensitivities(summary: dict[str, Any], design: str) -> str:
     return _section(f"Sensitivity to the parameters ({design.capitalize()})", _table(head, rows))
 
 
+def _figure(draw: Any, height: float) -> str:
+    """Return a drawing in its frame, empty without matplotlib."""
+    svg = _draw(draw, height)
+    return f"<figure>{svg}</figure>" if svg else ""
+
+
 def _draw(draw: Any, height: float) -> str:
     """Return a drawing as SVG, empty without matplotlib."""
     try:
@@ -163,7 +171,7 @@ def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
             axes.set(xlabel=name, ylabel="share of runs", ylim=(0, 1.02))
             axes.legend(frameon=False)
 
-        drawings.append(f"<figure>{_draw(draw, 2.6)}</figure>")
+        drawings.append(_figure(draw, 2.6))
     yield _section("Distributions", f"<div id=charts>{''.join(drawings)}</div>" if any(drawings) else "")
 
 
@@ -184,11 +192,11 @@ def _scatters(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
             axes.set(xlabel=key, ylabel=name)
             axes.legend(frameon=False)
 
-        drawings += [f"<figure>{_draw(lambda axes, name=name: draw(axes, name), 2.8)}</figure>" for name in names]
-    yield _section("Metrics against parameters", f"<div id=charts>{''.join(drawings)}</div>" if drawings else "")
+        drawings += [_figure(lambda axes, name=name: draw(axes, name), 2.8) for name in names]
+    yield _section("Metrics against parameters", f"<div id=charts>{''.join(drawings)}</div>" if any(drawings) else "")
 
 
-def _worst(result: StudyResult, names: Sequence[str]) -> str:
+def _worst(result: StudyResult, names: Sequence[str], folder: Path) -> str:
     """Return the section of the runs with the largest metrics, with links to their recordings."""
     case, variant = result.column("case"), result.column("variant")
     rows = []
@@ -198,14 +206,16 @@ def _worst(result: StudyResult, names: Sequence[str]) -> str:
             order = [
                 i for i in np.argsort(-np.nan_to_num(values, nan=-np.inf))[:WORST_COUNT] if not np.isnan(values[i])
             ]
-            runs = ", ".join(f"{_case_link(result, int(numbers[i]))} ({_format(float(values[i]))})" for i in order)
+            runs = ", ".join(
+                f"{_case_link(result, int(numbers[i]), folder)} ({_format(float(values[i]))})" for i in order
+            )
             rows.append((escape(name), escape(each), runs))
     return _section("Largest metrics, by case", _table(("metric", "variant", "cases"), rows))
 
 
-def _case_link(result: StudyResult, case: int) -> str:
+def _case_link(result: StudyResult, case: int, folder: Path) -> str:
     file = result.folder / "recordings" / f"{case:06d}.rrd"
-    return f'<a href="recordings/{file.name}">{case}</a>' if file.exists() else str(case)
+    return f'<a href="{quote(relpath(file, folder))}">{case}</a>' if file.exists() else str(case)
 
 
 def _study(result: StudyResult) -> str:

@@ -5,18 +5,13 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from crane_sim.recording.metric_units import UNITS
+from crane_sim.recording.metric_units import plain_unit
 from crane_sim.simulation.flat_summary import leaves
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-_UNITS = UNITS | {
-    "peak_swing_deg": "°",
-    "residual_swing_deg": "°",
-    "final_error": "rad, m",
-    "peak_effort": "N m, N",
-}
+_UNITS = {"final_error": "rad, m", "peak_effort": "N m, N"}  # of metrics whose entries have different ones
 
 
 def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -28,14 +23,14 @@ def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
 def summary_table(title: str, summary: Mapping[str, Any]) -> str:
     """Return the summary as a markdown document: plain values first, then what is given per joint or per kind."""
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
-    rows = [[_label(key), _format_quantity(summary[key], _UNITS.get(key, ""))] for key in plain]
+    rows = [[_label(key), _format_quantity(summary[key], _unit(key))] for key in plain]
     parts = [f"# {title}", markdown_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
         if isinstance(value, dict) and value:
             groups.setdefault(tuple(value), []).append(key)
     for entries, keys in groups.items():
-        heads = [f"{_label(key)} [{_UNITS[key]}]" if key in _UNITS else _label(key) for key in keys]
+        heads = [f"{_label(key)} [{_unit(key)}]" if _unit(key) else _label(key) for key in keys]
         rows = [[_label(entry), *(_format_quantity(summary[key][entry]) for key in keys)] for entry in entries]
         parts.append(markdown_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
@@ -50,6 +45,10 @@ def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table in markdown: columns of numbers behind one of words."""
     lines = [header, ["---"] + ["---:"] * (len(header) - 1), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _unit(key: str) -> str:
+    return _UNITS.get(key) or plain_unit(key).replace("deg", "°")
 
 
 def _label(key: str) -> str:

@@ -95,7 +95,7 @@ class RunWriter:
     def add_event(self, t: float, text: str) -> None:
         """Add an event at a time t [s] of the scene."""
         self._rec.set_time("sim_time", duration=t)
-        self._rec.set_time("step", sequence=1 + int(t * 1e9) // self._layout.period_ns)
+        self._rec.set_time("step", sequence=1 + round(t * 1e9) // self._layout.period_ns)
         self._rec.log("log/events", rr.TextLog(text, level="INFO"))
 
     def add_speed(self, step: int, real_time_factor: float) -> None:

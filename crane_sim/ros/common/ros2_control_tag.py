@@ -17,18 +17,26 @@ _THRESHOLD = "trigger_joint_command_threshold"
 
 
 def check_tag(scene: Scene, path: Path, namespace: str = "") -> None:
-    """Check the tag of the crane's hardware interface in a URDF.
+    """Check the tags of the crane's hardware interface in a URDF: those on its topics, else the first one.
 
     Args:
         scene: of the crane.
         path: of the URDF.
-        namespace: of the crane's topics, default: the crane's name.
+        namespace: of the crane's topics, default: the kind of crane.
 
     Raises:
         SceneError: it cannot drive the crane: one line with what is wrong and what is possible.
     """
-    tag = _find_tag(path)
-    _check_parameters(tag, path, "/" + (namespace.strip("/") or scene.crane))
+    tags, topics = _find_tags(path), "/" + (namespace.strip("/") or scene.crane)
+    name, topic = next(iter(_TOPICS.items()))
+    own = [tag for tag in tags if _parameters(tag).get(name) == f"{topics}/{topic}"]
+    for tag in own or tags[:1]:
+        _check_parameters(tag, path, topics)
+        _check_joints(tag, scene, path)
+
+
+def _check_joints(tag: Element, scene: Scene, path: Path) -> None:
+    """Raise SceneError where joints or interfaces of a tag are not the scene's."""
     kinds = dict(zip(scene.actuated, scene.commands, strict=True))
     joints = {str(joint.get("name")): joint for joint in tag.findall("joint")}
     if unknown := [name for name in joints if name not in scene.joint_names]:
@@ -44,25 +52,28 @@ def check_tag(scene: Scene, path: Path, namespace: str = "") -> None:
                 )
 
 
-def _find_tag(path: Path) -> Element:
-    """Return the tag whose plugin is the hardware interface of topics."""
+def _find_tags(path: Path) -> list[Element]:
+    """Return the tags whose plugin is the hardware interface of topics, at least one."""
     try:
         robot = ElementTree.parse(path).getroot()
     except OSError as error:
         raise SceneError(f"{path}: {error.strerror}") from None
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # the latter two: of an unknown encoding
         raise SceneError(f"{path}: no XML: {error}") from None
-    tags = {str(tag.findtext("hardware/plugin", "")).strip(): tag for tag in robot.findall("ros2_control")}
-    for plugin in _PLUGINS:
-        if plugin in tags:
-            return tags[plugin]
+    tags = [(str(tag.findtext("hardware/plugin", "")).strip(), tag) for tag in robot.findall("ros2_control")]
+    if found := [tag for plugin, tag in tags if plugin in _PLUGINS]:
+        return found
     if not tags:
         raise SceneError(f"{path}: no <ros2_control> tag in <{robot.tag}>: crane describe --ros2-control writes one")
-    raise SceneError(f"{path}: plugin {next(iter(tags))!r}: possible: {PLUGIN}")
+    raise SceneError(f"{path}: plugin {tags[0][0]!r}: possible: {PLUGIN}")
+
+
+def _parameters(tag: Element) -> dict[str, str]:
+    return {str(each.get("name")): str(each.text).strip() for each in tag.findall("hardware/param")}
 
 
 def _check_parameters(tag: Element, path: Path, namespace: str) -> None:
-    given = {str(each.get("name")): str(each.text).strip() for each in tag.findall("hardware/param")}
+    given = _parameters(tag)
     for name, topic in _TOPICS.items():
         if given.get(name) != f"{namespace}/{topic}":
             raise SceneError(f"{path}: {name} {given.get(name, 'missing')!r}: possible: {namespace}/{topic}")

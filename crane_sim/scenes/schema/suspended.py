@@ -128,10 +128,16 @@ class SuspendedFile(SupportedFile, RiggedFile):
         return self.suspended_crane(self._driven_support(), start.q[ns], hoist, stops, geared_joints)
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""
+        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`.
+
+        Raises:
+            SceneError: there is an input of a rope that no drive moves.
+        """
         inputs = getattr(self, "inputs", None)
         if inputs is None:
             return (0.0,) * len(self.actuated)
+        if "rope" in inputs.model_fields_set and not self.rope.effort_unit:
+            raise SceneError(f"inputs.rope: drives nothing, rope.drive = {self.rope.drive!r}; leave it out")
         names, chain = [name for name, _, _ in self.support_joints], None
         for name in reversed([*names, *(("rope",) if self.rope.effort_unit else ())]):
             chain = Inputs(getattr(inputs, name, Constant(0.0)), chain)
