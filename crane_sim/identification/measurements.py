@@ -138,7 +138,7 @@ def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurement
     """Return the positions of a simulated run as encoders with normal noise (standard deviation [rad, m]) show them."""
     q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
     commands = _held_commands(run.commands, run.u, "run")
-    command_times = run.scene.period * np.arange(len(commands))  # s: of the periods, whatever the samples are
+    command_times = run.scene.period * np.arange(len(commands), dtype=np.float64)  # s, of the periods
     return Measurements(run.t, run.scene.joint_names, q, command_times, commands)
 
 

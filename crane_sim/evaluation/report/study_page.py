@@ -206,10 +206,8 @@ def _worst(result: StudyResult, names: Sequence[str], folder: Path) -> str:
             order = [
                 i for i in np.argsort(-np.nan_to_num(values, nan=-np.inf))[:WORST_COUNT] if not np.isnan(values[i])
             ]
-            runs = ", ".join(
-                f"{_case_link(result, int(numbers[i]), folder)} ({_format(float(values[i]))})" for i in order
-            )
-            rows.append((escape(name), escape(each), runs))
+            runs = [f"{_case_link(result, int(numbers[i]), folder)} ({_format(float(values[i]))})" for i in order]
+            rows.append((escape(name), escape(each), ", ".join(runs)))
     return _section("Largest metrics, by case", _table(("metric", "variant", "cases"), rows))
 
 

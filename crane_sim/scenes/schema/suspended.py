@@ -3,6 +3,7 @@
 from math import cos, sin
 from typing import Any
 
+from crane_sim.files.errors import SceneError
 from crane_sim.models.stops import Stops
 from crane_sim.scenes.schema.actuated import has_strength
 from crane_sim.scenes.schema.backlash import drive_names, drive_units, shaft_frequency
