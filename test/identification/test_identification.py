@@ -13,7 +13,7 @@ import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.identification import Measurements, estimation, from_rollout, read_measurements
 from crane_sim.identification.least_squares import Linear, linearise
-from crane_sim.identification.shooting import ORDER_2, ORDER_6, Point, Shooting
+from crane_sim.identification.shooting import ORDER_2, ORDER_6, Shooting, Unknowns
 from crane_sim.integrators.dop853 import A, B
 
 SCENE = "overhead_energy"
@@ -72,10 +72,10 @@ def test_sensitivities_are_extrapolated_differences() -> None:
     logarithms, deviations = shooting.start
     by_parameter, by_state = shooting.sensitivities(shooting.start)
     for i, step in enumerate(np.eye(len(logarithms))):
-        expected = extrapolate(lambda h, step=step: shooting.predict(Point(logarithms + h * step, deviations)))
+        expected = extrapolate(lambda h, step=step: shooting.predict(Unknowns(logarithms + h * step, deviations)))
         assert np.abs(by_parameter[:, :, i] - expected).max() < 1e-8 * np.abs(expected).max()
     for j, step in enumerate(np.eye(deviations.shape[1])):
-        expected = extrapolate(lambda h, step=step: shooting.predict(Point(logarithms, deviations + h * step)))
+        expected = extrapolate(lambda h, step=step: shooting.predict(Unknowns(logarithms, deviations + h * step)))
         assert np.abs(by_state[:, :, j] - expected).max() < 1e-8 * np.abs(expected).max()
 
 
