@@ -9,7 +9,7 @@ from command_line import crane
 from crane_sim.cli.commands import app
 from crane_sim.cli.report import WITHOUT_ROS
 from crane_sim.cli.soak import soak
-from crane_sim.evaluation.bench.page import write_page as performance
+from crane_sim.evaluation.bench.page import format_page as performance
 from crane_sim.evaluation.bench.store import read_store
 from crane_sim.evaluation.documentation.api_page import api_page
 from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_cells, trials_in

@@ -23,7 +23,7 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study import StudyResult, cases, read_result
 from crane_sim.study.schema import scene_document
-from crane_sim.study.statistics import Estimate, PairedDifference
+from crane_sim.study.statistics import IntervalEstimate, PairedDifference
 
 MASSES = "cable.node_masses"
 OUT = {"trolley.limits": [-0.01, 4.0], "initial.v": -2.0}
@@ -235,10 +235,12 @@ def test_page_and_data_are_written(whole: WholeLeague, tmp_path: Path) -> None:
 
 def cell_of(crane: str, samples: int, mean: float = 0.5) -> SampledCell:
     """Return a cell with numbers that are not finite among others."""
-    number = Estimate(1.0, 0.5, np.inf)
-    metrics = dict.fromkeys(METRICS, number) | {METRICS[-1]: Estimate(np.inf, np.inf, np.inf)}
+    number = IntervalEstimate(1.0, 0.5, np.inf)
+    metrics = dict.fromkeys(METRICS, number) | {METRICS[-1]: IntervalEstimate(np.inf, np.inf, np.inf)}
     difference = PairedDifference(samples - 1, mean, 0.4, 0.6, np.nan, 0.25, 0.0)
-    return SampledCell(crane, "lqr", "gust", samples, "", Estimate(0.5, 0.2, 0.8), metrics, difference, ("energy",))
+    return SampledCell(
+        crane, "lqr", "gust", samples, "", IntervalEstimate(0.5, 0.2, 0.8), metrics, difference, ("energy",)
+    )
 
 
 def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
