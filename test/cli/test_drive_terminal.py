@@ -186,6 +186,15 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
             "--gamepad /dev/x: belongs to --input gamepad, here is --input joy",
         ),
         (["--input", "joy", "--joy-topic", "a b"], "--joy-topic 'a b': is no topic's name; possible: letters, digits"),
+        (
+            ["--input", "joy", "--joy-topic", "~joy"],
+            "--joy-topic '~joy': is no topic's name; possible: letters, digits",
+        ),
+        (["--input", "joy", "--set", "duration=5"], "--set duration=5: the length of a run by hand is --duration"),
+        (
+            ["--input", "joy", "--set", "control.law=lqr"],
+            "--set control.law=lqr: control is left out, since an operator",
+        ),
         (["--input", "joy", "--on-silence", "stop"], "--on-silence = 'stop': possible: zero, hold, brake"),
     ],
 )

@@ -97,6 +97,23 @@ def test_the_tag_that_is_written_passes(
     assert result.returncode == 0 and f"{file}: fine (commands slew, boom, jib, rope" in result.stdout
 
 
+def test_each_tag_on_the_topics_of_the_crane_is_checked(
+    urdf: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Tags of other cranes in the same URDF do not count, before or behind; a second one of this crane does."""
+    begin, end = urdf.index("<ros2_control"), urdf.index("</ros2_control>") + len("</ros2_control>")
+    own = urdf[begin:end]
+    other, broken = own.replace("/knuckle/", "/east/"), own.replace('name="velocity"', 'name="speed"')
+    file = tmp_path / "mine.urdf"
+    for tags, code in ((other + own, 0), (own + other, 0), (broken + own, 2), (own + broken, 2), (other, 2)):
+        file.write_text(urdf[:begin] + tags + urdf[end:])
+        result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
+        assert result.returncode == code, result.stderr
+    file.write_text(urdf.replace("utf-8", "foo", 1))
+    result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
+    assert result.returncode == 2 and f"{file}: no XML: " in result.stderr
+
+
 def test_mixed_drives_have_no_controllers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -343,6 +343,16 @@ def test_what_jerks_a_joint_excludes_exact_drives(groups: dict[str, Any], messag
         load_scene("bridge_speed_drive", control | groups)
 
 
+@pytest.mark.interpreted
+def test_a_winch_with_friction_excludes_an_exact_drive() -> None:
+    """A winch that sticks has no mobility: an infinite gain would ask for an infinite effort."""
+    servo = {"drive": "velocity", "servo": {"gain": inf, "max_acceleration": 0.2}}
+    rope = {"drive": "force", "friction": {"coulomb": 500.0, "static": 900.0}}
+    groups = {"control": None, "actuators": {"rope": servo}, "rope": rope}
+    with pytest.raises(SceneError, match="rope.friction: a winch that may stick"):
+        load_scene("bridge_speed_drive", groups)
+
+
 @pytest.mark.slow
 def test_lockstep_is_simulate() -> None:
     """Over DDS a crane whose law commands speeds ends in the same state, to the last bit, as `simulate` does."""

@@ -234,3 +234,21 @@ def test_measurements_of_ones_own_are_checked(changes: dict[str, Any], line: str
     with pytest.raises(SceneError) as raised:
         crane_sim.identify(SCENE, data._replace(**changes), ["trolley.mass"])
     assert line in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_commands_are_of_periods_whatever_the_samples_are() -> None:
+    """A run with sample times of its own has its positions at these, and its commands at the starts of its periods."""
+    run = crane_sim.simulate(SCENE, duration=0.5, sample_times=np.arange(0.0, 0.5, 0.002))
+    data = from_rollout(run)
+    assert np.array_equal(data.t, run.t) and len(data.commands) == 50
+    assert data.command_times == pytest.approx(PERIOD * np.arange(50), abs=1e-12)
+
+
+def test_commands_in_another_unit_are_refused(tmp_path: Path) -> None:
+    """A run whose trolley was commanded speeds is no run of a scene whose trolley is commanded forces."""
+    drive = {"drive": "velocity", "servo": {"gain": 500.0, "integral_time": 1.0, "max_acceleration": 1.0}}
+    table = {"trolley": {"kind": "constant", "value": 0.3}}
+    overrides = {"control": None, "reference": None, "actuators": {"trolley": drive}, "inputs": table}
+    file = crane_sim.simulate(SCENE, duration=0.2, overrides=overrides).record(tmp_path / "run.rrd")
+    with pytest.raises(SceneError, match="commands of trolley are in m/s, the scene's drive takes N"):
+        read_measurements(file, crane_sim.load_scene(SCENE))

@@ -216,3 +216,11 @@ def test_contradictions_are_one_line(case: str) -> None:
     with pytest.raises(SceneError, match=message) as error:
         scene_of(base, changes)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.interpreted
+def test_an_input_that_drives_nothing_is_refused() -> None:
+    """A locked rope takes no input; one is refused in a line, not left out."""
+    groups = {"control": None, "reference": None, "rope": {"drive": "locked"}}
+    with pytest.raises(SceneError, match="inputs.rope: drives nothing, rope.drive = 'locked'"):
+        load_scene("knuckle_setpoint", groups | {"inputs": {"rope": {"kind": "constant", "value": 5.0}}})
