@@ -100,8 +100,9 @@ def detour_waypoints(begin: Array, end: Array, centre: Array, radius: float, sid
     """
     waypoints, shortest = np.array([begin, end]), inf
     chord = end - begin
-    nearest = np.clip(np.dot(centre - begin, chord) / np.dot(chord, chord), 0.0, 1.0)
-    if np.linalg.norm(begin + nearest * chord - centre) >= radius:
+    along = np.dot(centre - begin, chord) / np.dot(chord, chord)
+    is_free = np.linalg.norm(begin + np.clip(along, 0.0, 1.0) * chord - centre) >= radius
+    if is_free and (side == "shorter" or not 0.0 < along < 1.0 or _passes_on(side, chord, centre - begin)):
         return waypoints
     for direction in (-1.0, 1.0) if side == "shorter" else (-1.0,) if side == "left" else (1.0,):
         points = np.array([begin, *arc_waypoints(begin - centre, end - centre, radius, direction) + centre, end])
@@ -110,6 +111,12 @@ def detour_waypoints(begin: Array, end: Array, centre: Array, radius: float, sid
         if length < shortest:
             waypoints, shortest = points, length
     return waypoints
+
+
+def _passes_on(side: Side, chord: Array, centre: Array) -> bool:
+    """Return whether a chord from the origin has a centre on its right, where it passes on the left, or vice versa."""
+    is_left_of_chord = chord[0] * centre[1] - chord[1] * centre[0] > 0.0
+    return is_left_of_chord == (side == "right")
 
 
 def arc_waypoints(begin: Array, end: Array, radius: float, direction: float) -> Array:

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.line_arc import Arc, Line
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
-from crane_sim.trajectories.obstacle import ObstacleDetour, min_distance
+from crane_sim.trajectories.obstacle import ObstacleDetour, Side, min_distance
 from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import PiecewisePolynomial, evaluate, max_derivatives
 from crane_sim.trajectories.trajectory import compile_trajectory, higher_derivatives_at, sample_trajectory
@@ -195,6 +195,15 @@ def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
     assert evaluate(polynomials, np.array([0.0, 60.0])) == pytest.approx(
         np.array([[1.35, 0.0], [0.0, -1.35]]), abs=ROUNDING
     )
+
+
+@pytest.mark.parametrize(("side", "is_straight"), [("left", False), ("right", True)])
+def test_the_side_holds_where_the_straight_way_is_free(side: Side, is_straight: bool) -> None:
+    """An obstacle to the left of the straight way is passed on the right by it, on the left by a detour beyond it."""
+    polynomials = ObstacleDetour((0.0, 0.0), (2.0, 0.0), (1.0, 1.0), 0.5, 0.4, 5.0, side=side).to_polynomials()
+    y = evaluate(polynomials, np.linspace(0.0, 5.0, 51))[:, 1]
+    assert np.max(np.abs(y)) < ROUNDING if is_straight else y.max() > 1.9
+    assert min_distance(polynomials, np.array([1.0, 1.0])) >= 0.9
 
 
 def test_an_obstacle_aside_changes_nothing() -> None:
