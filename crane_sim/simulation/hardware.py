@@ -33,6 +33,7 @@ from crane_sim.stepping.hardware_periods import (
     read_inputs,
     sample_first_state,
 )
+from crane_sim.trajectories.breakpoints import unwrap
 
 Array = npt.NDArray[np.float64]
 
@@ -197,7 +198,7 @@ class HardwareRun:
 
     def open_loop_command(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the command (nu,) of the scene's open-loop inputs at time t [s]; zero while the brakes are engaged."""
-        source = self._scene.source
+        source = unwrap(self._scene.source)
         if type(source) is tuple:
             return source
         if self._totals.braking or source is None:

@@ -22,7 +22,7 @@ from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import entry_point, generic, lean_generic, routine, routine_returning
 from crane_sim.numerics.states import replace_field
-from crane_sim.trajectories.breakpoints import PiecewiseSource, next_breakpoint
+from crane_sim.trajectories.breakpoints import PiecewiseSource, last_instant_before, next_breakpoint
 
 
 class Replay(NamedTuple):
@@ -86,11 +86,14 @@ def integrate_source_to(u, method, p, integration, t, latest):
 @integrate_source_to.register(PiecewiseSource)
 def _(u, method, p, integration, t, latest):
     while integration.t < t and integration.status == OK:
-        end = min(latest, next_breakpoint(u, integration.t))
+        breakpoint_ = next_breakpoint(u, integration.t)
+        end = min(latest, last_instant_before(breakpoint_, integration.t))
         integration = integrate_to(method, p, u, integration, min(t, end), end)
-        if integration.t == end:  # the size to try next may be one of a crane at rest: as if it had grown in this step
+        if integration.t == end and end < latest:
+            # the size to try next may be one of a crane at rest: take it as if it had grown in this step
             largest = MAX_FACTOR * (integration.t - integration.t0)
             integration = replace_field(integration, "h", min(integration.h, largest))
+            integration = replace_field(integration, "t", breakpoint_)
     return integration
 
 

@@ -1,7 +1,7 @@
 """Breakpoints: instants at which a function of time is not smooth, which no step with error control may pass.
 
 A crane at rest has no error, so its steps grow: without breakpoints one of them would pass a motion that begins later
-without a stage in it.
+without a stage in it. Where efforts are held over a period, steps end with it, and have no breakpoints within.
 """
 
 from math import inf
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import SplineBase
 from crane_sim.trajectories.inputs import Table
 from crane_sim.trajectories.piecewise import find_piece
@@ -18,6 +18,8 @@ from crane_sim.trajectories.profiles import Motion
 from crane_sim.trajectories.trajectory import Trajectory
 
 _CLOSEST = 1e-9  # s, between two breakpoints
+_BASE_INTERVAL = 1.0  # s, between those of a base's spline, which is smooth, but may be at rest for long
+_ULPS = 1e-15  # of a breakpoint: a few of its last digits
 
 
 class PiecewiseSource(NamedTuple):
@@ -47,6 +49,18 @@ def _(u, t):
     return u.breakpoints[i] if i < count else inf
 
 
+@lean_kernel
+def last_instant_before(instant, t):
+    """Return the end [s] of a step from t up to a breakpoint: stages at its end must not see what begins there."""
+    end = instant - _ULPS * abs(instant)
+    return end if end > t else instant
+
+
+def unwrap(source: Any) -> Any:
+    """Return a source without its breakpoints."""
+    return source.source if isinstance(source, PiecewiseSource) else source
+
+
 def with_breakpoints(source: Any, model: Any) -> Any:
     """Return a source with its breakpoints and those of the model; the source itself where none is after t = 0."""
     instants = np.unique(np.concatenate([np.empty(0), *_collect((source, model))]))
@@ -62,5 +76,5 @@ def _collect(tree: Any) -> list[Any]:
     if isinstance(tree, Table):
         return [np.asarray(tree.times, dtype=float)]
     if isinstance(tree, SplineBase):
-        return [np.asarray(tree.knots, dtype=float)]
+        return [np.arange(tree.knots[0], tree.knots[-1], _BASE_INTERVAL)]
     return [instants for part in tree for instants in _collect(part)] if isinstance(tree, tuple) else []

@@ -12,6 +12,7 @@ from crane_sim.trajectories.breakpoints import PiecewiseSource, next_breakpoint,
 
 pytestmark = pytest.mark.interpreted
 TROLLEY, PAYLOAD, ROPE = 50.0, 100.0, 5.0  # kg, kg, m
+PULSE = {"kind": "table", "times": [6.0, 6.02, 6.04], "values": [0.0, 5000.0, 0.0]}  # s, N
 
 
 def scene(**groups: Any) -> dict[str, Any]:
@@ -38,11 +39,30 @@ def test_a_motion_after_a_rest_takes_place(method: str) -> None:
 
 def test_a_short_pulse_has_its_impulse() -> None:
     """After a pulse of force the crane has the momentum of its integral, to the tolerance of the steps."""
-    table = {"kind": "table", "times": [6.0, 6.02, 6.04], "values": [0.0, 5000.0, 0.0]}
-    run = simulate(scene(trolley={"drive": "force", "mass": TROLLEY}, inputs={"trolley": table}))
+    run = simulate(scene(trolley={"drive": "force", "mass": TROLLEY}, inputs={"trolley": PULSE}))
     (speed, rate), angle = run.v[-1], run.q[-1, 1]
     momentum = (TROLLEY + PAYLOAD) * speed + PAYLOAD * ROPE * np.cos(angle) * rate
     assert momentum == pytest.approx(5000.0 * 0.02, rel=1e-8)  # N s; steps are accurate to 1e-11
+
+
+def test_a_motion_that_jumps_in_acceleration_costs_no_search() -> None:
+    """Steps up to a clamped spline's first instant do not see its acceleration: few are rejected, even late in a run."""
+    motion = {"kind": "table", "times": [6.0, 6.2, 6.4], "values": [0.0, 0.1, 0.0]}
+    run = simulate(scene(trolley={"drive": "prescribed", "motion": motion}))
+    assert run.q[-1, 0] == pytest.approx(0.0, abs=1e-12) and run.summary["rejected_steps"] < 12
+
+
+def test_brakes_that_are_released_give_the_inputs_back() -> None:
+    """A plant without hardware that has braked follows its inputs again, a table's or none."""
+    for document in (
+        late_motion("dop853"),
+        scene(trolley={"drive": "force", "mass": TROLLEY}, inputs={"trolley": PULSE}),
+    ):
+        plant = Plant(load_scene(document))
+        for braking in (False, True, False):
+            plant.braking = braking
+            plant.advance()
+        assert plant.k == 3 and np.all(np.isfinite(plant.q))
 
 
 def test_plant_and_batch_take_the_same_steps() -> None:

@@ -13,7 +13,6 @@ from crane_sim.evaluation.bench.peers.mechanism import attitude_of
 from crane_sim.integrators import (
     apply_pending_events,
     dense_output,
-    integrate_to,
     latest_step_end,
     make_event_log,
     start,
@@ -29,7 +28,8 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import world_points
-from crane_sim.stepping.periods import begin
+from crane_sim.stepping.periods import begin, integrate_source_to
+from crane_sim.trajectories.breakpoints import unwrap, with_breakpoints
 
 NAME, VERSION = "crane_sim", version("crane_sim")
 STEPS = sweep_values(1.0, 1e-5, 8)  # s
@@ -47,7 +47,7 @@ def integrate(method, p, source, q, v, end, repetitions):
     for _ in range(repetitions):
         initial = start(p, 0.0, x, make_event_log(system.switching(p)))
         initial = apply_pending_events(system.switching(p), p, source, initial)
-        integration = integrate_to(method, p, source, initial, end, latest_step_end(method, 0, 1, end))
+        integration = integrate_source_to(source, method, p, initial, end, latest_step_end(method, 0, 1, end))
     return integration, dense_output(method, p, source, integration, end)
 
 
@@ -65,7 +65,7 @@ class CraneSimEngine:
 
     def __init__(self, scene: Scene) -> None:
         """Take the scene's crane, source and duration, not its method: the benchmark runs its own."""
-        self.scene, self.p, self.source = scene, scene.model, scene.source
+        self.scene, self.p, self.source = scene, scene.model, unwrap(scene.source)
         self.q, self.v = np.array(scene.initial_q), np.array(scene.initial_v)
         self.compile_times: dict[str, float] = {}
 
@@ -100,9 +100,10 @@ class CraneSimEngine:
     def make_run(self, method: Any) -> Callable[[int], RunResult]:
         """Return a function that integrates the whole duration a number of times with `method`, a configured method."""
         end = self.scene.duration
+        source = with_breakpoints(self.source, self.p) if hasattr(method, "rtol") else self.source
 
         def execute(repetitions: int) -> RunResult:
-            integration, x = integrate(method, self.p, self.source, self.q, self.v, end, repetitions)
+            integration, x = integrate(method, self.p, source, self.q, self.v, end, repetitions)
             q, v, tensions = read_outputs(self.p, end, x, self.source)
             points, _ = world_points(self.p, end, np.array(q), np.array(v))
             attitude = attitude_of(q) if isinstance(getattr(self.p, "load", None), RigidLoad) else None

@@ -8,7 +8,7 @@ import ctypes
 import re
 
 _LONGEST = 200  # characters of an expression
-_MOST_PLUS = 8  # each may double the size of the compiled expression
+_MOST_PLUS = 3  # each may multiply size and time by five
 _EXTENDED, _NO_POSITIONS = 1, 8  # flags of regcomp in glibc and musl: REG_EXTENDED, REG_NOSUB
 _SIZE = 1024  # bytes, more than a regex_t of any C library has
 _COSTLY = re.compile(r"\{|\\[0-9]")

@@ -22,7 +22,7 @@ from crane_sim.models.supports.hoist import MotionHoist
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.breakpoints import PiecewiseSource
+from crane_sim.trajectories.breakpoints import unwrap
 from crane_sim.trajectories.inputs import Constant, Inputs, Table
 
 Array = npt.NDArray[np.float64]
@@ -95,7 +95,7 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
 
 def input_tables(scene: Scene) -> list[Table] | None:
     """Return a table for each actuated joint, None where an input is no table and not constant."""
-    source = scene.source.source if isinstance(scene.source, PiecewiseSource) else scene.source
+    source = unwrap(scene.source)
     rest, channels = source, list[Any]()
     while isinstance(rest, Inputs):
         channels.append(rest.first)
