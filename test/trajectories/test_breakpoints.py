@@ -46,10 +46,10 @@ def test_a_short_pulse_has_its_impulse() -> None:
 
 
 def test_a_motion_that_jumps_in_acceleration_costs_no_search() -> None:
-    """Steps up to a clamped spline's first instant do not see its acceleration: few are rejected, even late in a run."""
+    """Steps up to a spline's first instant do not see its acceleration, for which they searched in 3300 evaluations."""
     motion = {"kind": "table", "times": [6.0, 6.2, 6.4], "values": [0.0, 0.1, 0.0]}
     run = simulate(scene(trolley={"drive": "prescribed", "motion": motion}))
-    assert run.q[-1, 0] == pytest.approx(0.0, abs=1e-12) and run.summary["rejected_steps"] < 12
+    assert run.q[-1, 0] == pytest.approx(0.0, abs=1e-12) and run.summary["rhs_evaluations"] < 1000
 
 
 def test_brakes_that_are_released_give_the_inputs_back() -> None:
