@@ -107,7 +107,7 @@ def test_a_signal_shortens_the_grace_period(
 
 def error_of(monkeypatch: pytest.MonkeyPatch, run_error: str, report: dict[str, Any] | None, failure: str = "") -> str:
     """Return the summary's error of a run with an error of its own, and a recorder with this report or failure."""
-    monkeypatch.setattr(shutdown, "_wait_finished", lambda *_: report)
+    monkeypatch.setattr(shutdown, "_finish_or_kill", lambda *_: report)
     monkeypatch.setattr(
         shutdown, "recover_recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5}
     )
