@@ -52,8 +52,8 @@ def _(u, t):
 @lean_kernel
 def last_instant_before(instant, t):
     """Return the end [s] of a step from t up to a breakpoint: stages at its end must not see what begins there."""
-    end = instant - _ULPS * abs(instant)
-    return end if end > t else instant
+    end = instant - _ULPS * instant
+    return end if end > t else instant  # of an infinite one `end` is no number
 
 
 def unwrap(source: Any) -> Any:
@@ -63,7 +63,10 @@ def unwrap(source: Any) -> Any:
 
 def with_breakpoints(source: Any, model: Any) -> Any:
     """Return a source with its breakpoints and those of the model; the source itself where none is after t = 0."""
-    instants = np.unique(np.concatenate([np.empty(0), *_collect((source, model))]))
+    found = _collect((source, model))
+    if not found:  # as in most scenes, of which a batch makes thousands
+        return source
+    instants = np.unique(np.concatenate(found))
     instants = instants[instants > 0.0]
     kept = instants[np.diff(instants, prepend=-inf) > _CLOSEST]
     return PiecewiseSource(source, kept) if kept.size else source
