@@ -1,6 +1,7 @@
 """Help of the command line: -h everywhere, whole sentences for subcommands, and the names near an unknown one."""
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any
 
 import click
@@ -42,3 +43,14 @@ class IntAtLeast(click.IntRange):
             return super().convert(value, param, ctx)
         except click.BadParameter:
             self.fail(f"{value!r}: must be a whole number of at least {self.min}", param, ctx)
+
+
+class FiniteRange(click.FloatRange):
+    """Type of an option: a finite number in a range; `FloatRange` lets NaN pass."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number of an option's text."""
+        number = super().convert(value, param, ctx)
+        if not isfinite(number):
+            self.fail(f"{value!r}: must be a finite number", param, ctx)
+        return number

@@ -9,7 +9,7 @@ import click
 from rich.console import Console
 from rich.table import Table
 
-from crane_sim.cli.help_lines import HELP, CommandGroup, IntAtLeast
+from crane_sim.cli.help_lines import HELP, CommandGroup, FiniteRange, IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.report import json_value
 from crane_sim.cli.run_options import ensure_writable_folder
@@ -57,7 +57,7 @@ def signals(count: int, seed: int, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--minutes", type=click.FloatRange(0.1), default=30.0, help="Minutes of wall time.")
+@click.option("--minutes", type=FiniteRange(0.1), default=30.0, help="Minutes of wall time.")
 @_output
 def memory(minutes: float, **output: Any) -> None:
     """Measure resident memory and step rate of the nodes in a long lockstep run."""
@@ -67,7 +67,7 @@ def memory(minutes: float, **output: Any) -> None:
 
 
 @soak.command()
-@click.option("--steps", type=click.FloatRange(1e4), default=1e7, help="Number of control periods.")
+@click.option("--steps", type=FiniteRange(1e4), default=1e7, help="Number of control periods.")
 @_output
 def inprocess(steps: float, **output: Any) -> None:
     """Measure resident memory and step rate of `Plant.advance` and `simulate`, without ROS."""
@@ -89,7 +89,7 @@ def determinism(count: int, **output: Any) -> None:
 @soak.command()
 @click.option(
     "--seconds",
-    type=click.FloatRange(1.0),
+    type=FiniteRange(1.0),
     default=60.0,
     help="Seconds of each: bare loop, run by itself, run with monitor.",
 )

@@ -11,6 +11,7 @@ import click
 from rich.console import Console
 from rich.progress import Progress
 
+from crane_sim.cli.help_lines import FiniteRange
 from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.files.errors import SceneError
@@ -57,7 +58,7 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
 @click.command()
 @_RUN
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="The PNG (default: the recording's name).")
-@click.option("--time", "at", type=float, help="Scene time in s (default: the end of the run).")
+@click.option("--time", "at", type=FiniteRange(), help="Scene time in s (default: the end of the run).")
 @_picture_options
 def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view: str) -> None:
     """Draw a recording as the viewer shows it into a PNG, without a display: RUN, or the newest in runs/."""
@@ -73,16 +74,16 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
 @click.command()
 @_RUN
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="A .gif or .mp4 (default: the recording's name).")
-@click.option("--from", "begin", type=float, default=0.0, help="Scene time in s at which it begins.")
-@click.option("--to", "end", type=float, help="Scene time in s at which it ends (default: the end of the run).")
+@click.option("--from", "begin", type=FiniteRange(), default=0.0, help="Scene time in s at which it begins.")
+@click.option("--to", "end", type=FiniteRange(), help="Scene time in s at which it ends (default: the end of the run).")
 @click.option(
     "--fps",
     "frames_per_second",
-    type=click.FloatRange(1.0, 60.0),
+    type=FiniteRange(1.0, 60.0),
     default=10.0,
     help="Pictures per second (default 10).",
 )
-@click.option("--speed", type=click.FloatRange(1e-3, 1e3), default=1.0, help="Scene time by time of the clip (1).")
+@click.option("--speed", type=FiniteRange(1e-3, 1e3), default=1.0, help="Scene time by time of the clip (1).")
 @click.option("--width", type=click.IntRange(64, 1920), default=960, help="In pixels (960).")
 @_picture_options
 def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any) -> None:

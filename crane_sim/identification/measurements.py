@@ -174,7 +174,7 @@ def undo_sensors(found: Measurements, scene: Scene) -> Measurements:
     sensors, samples = scene.hardware.sensors, list[tuple[Array, Array]]()
     for name, values in zip(found.joints, found.q.T, strict=True):
         sensor = sensors[scene.joint_names.index(name)]
-        instants, fresh = _sampling(found.t, sensor, scene.period)
+        instants, fresh = _sampling(found.t, values, sensor, scene.period)
         if sensor.dropout > 0.0:
             fresh[1:] &= np.diff(values) != 0.0
         samples.append((instants[fresh], values[fresh] - sensor.bias))
@@ -185,15 +185,31 @@ def undo_sensors(found: Measurements, scene: Scene) -> Measurements:
     return found._replace(t=t, q=q)
 
 
-def _sampling(t: Array, sensor: Any, period: float) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Return (instants (K,) [s] at which samples were taken that are published at t (K,), which of them are new)."""
+def _sampling(t: Array, values: Array, sensor: Any, period: float) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Return (instants (K,) [s] of the samples that are published as `values` at t (K,), which of them are new)."""
     if sensor.every == 1 and sensor.delay == 0:
         return t, np.full(len(t), True)
     if sensor.every == 1:
         instants = np.round(t - sensor.delay * period, NANOSECOND)
         return instants, instants >= 0.0  # before, the first sample was published
-    number = np.floor(((t / period - sensor.delay) / sensor.every) + EARLY)  # of the sample
-    return np.round(number * sensor.every * period, NANOSECOND), (np.diff(number, prepend=-1.0) > 0.0) & (number >= 0.0)
+    published = t / period - sensor.delay
+    first = _first_sample(np.round(published), values, sensor.every)
+    number = np.floor((published - first) / sensor.every + EARLY)  # of the sample
+    instants = np.round((number * sensor.every + first) * period, NANOSECOND)
+    return instants, (np.diff(number, prepend=-1.0) > 0.0) & (number >= 0.0)
+
+
+def _first_sample(published: Array, values: Array, every: int) -> float:
+    """Return the period, 0 to every - 1, of a slow sensor's first sample: a bag may begin between two of them.
+
+    Args:
+        published: (K,), periods less the delay.
+        values: (K,), which change where a new sample is published; where none does, or all do, it is the first one.
+        every: periods from sample to sample.
+    """
+    changes = (np.diff(published) == 1.0) & (np.abs(np.diff(values)) > 0.0)
+    phases = np.unique(published[1:][changes] % every)
+    return float(phases[0]) if len(phases) == 1 else 0.0
 
 
 def choose_joints(data: Measurements, names: tuple[str, ...]) -> Measurements:

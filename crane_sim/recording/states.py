@@ -65,7 +65,8 @@ COLORS = {
 """Colours of states, on white paper; others, such as masses of a payload, have `OTHER_COLOR`."""
 
 EVENTS = (
-    (re.compile(r"the (?P<name>.+) (?P<state>sticks|slips forwards|slips backwards)"), "friction of the {}", "moves"),
+    (re.compile(r"the (?P<name>.+) (?P<state>sticks)"), "friction of the {}", "moves"),
+    (re.compile(r"the (?P<name>.+) (?P<state>slips forwards|slips backwards)"), "friction of the {}", "sticks"),
     (re.compile(r"(?P<name>drive \d+ of the \S+) (?P<state>is in .*|pushes .*|does not .*)"), "{}", "meshes"),
     (
         re.compile(r"payload of .* (?P<name>)(?:let go|taken up), (?P<state>.* kg) hang now"),
@@ -73,7 +74,7 @@ EVENTS = (
         "as at the start",
     ),
 )
-"""Events that change a state: pattern, name of the timeline, and its state before the first event."""
+"""Events that change a state: pattern, name of the timeline, and its state before, where it is the first one."""
 
 
 class LimitSwitches(NamedTuple):

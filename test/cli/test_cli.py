@@ -49,6 +49,7 @@ from crane_sim.simulation.rollout import simulate
         (["run", "--fast"], "No such option"),
         (["run", "--on-silence", "warp"], "--on-silence = 'warp': possible: zero, hold, brake"),
         (["fly"], "No such command 'fly' (known: bench, check"),
+        (["soak", "inprocess", "--steps", "nan"], "'nan': must be a finite number"),
         (["soak", "memry"], "No such command 'memry', did you mean 'memory'? (known: determinism, inprocess"),
         (["bench", "flight"], "unknown SUITE 'flight' (known: scenes, lockstep"),
         (["check", "/"], "cannot be read"),

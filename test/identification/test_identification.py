@@ -13,6 +13,7 @@ import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.identification import Measurements, estimation, from_rollout, read_measurements
 from crane_sim.identification.least_squares import Linear, linearise
+from crane_sim.identification.measurements import undo_sensors
 from crane_sim.identification.shooting import ORDER_2, ORDER_6, Shooting, Unknowns
 from crane_sim.integrators.dop853 import A, B
 
@@ -155,6 +156,19 @@ def test_sensors_are_undone(tmp_path: Path) -> None:
     assert np.abs(data.q - run.q[rows])[there].max() < 1e-15
     assert np.all(rows[there[:, 1]] % 2 == 0)
     assert 130 < there[:, 0].sum() < 180 and 60 < there[:, 1].sum() < 95  # of 197 and 98, a fifth is lost
+
+
+@pytest.mark.parametrize("begin", [0, 1, 2, 3])
+def test_slow_sensors_are_undone_of_a_bag_that_begins_mid_run(begin: int) -> None:
+    """A sensor of every third period, one late: its samples are at their instants, wherever in three a bag begins."""
+    run = crane_sim.simulate(SCENE, overrides={"duration": 1.0})
+    scene = crane_sim.load_scene(SCENE, {"sensors": {"all": {"rate": 1.0 / (3 * PERIOD), "delay": PERIOD}}})
+    published = np.maximum((np.arange(len(run.t)) - 1) // 3 * 3, 0)
+    bag = from_rollout(run)._replace(t=run.t[begin:] - run.t[begin], q=run.q[published[begin:]])
+    data = undo_sensors(bag, scene)
+    rows = np.rint(data.t / PERIOD).astype(int) + begin
+    assert np.all(rows % 3 == 0) and len(rows) > 30
+    np.testing.assert_array_equal(data.q, run.q[rows])
 
 
 def test_what_cannot_be_told_apart_is_refused() -> None:

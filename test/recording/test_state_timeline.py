@@ -105,9 +105,11 @@ def test_events_that_change_states_are_timelines() -> None:
         (0.8, "drive 2 of the bridge is in its play"),
         (0.9, "payload of 3000 kg let go, 1000 kg hang now"),
         (1.0, "the payload changed"),
+        (1.5, "the bridge slips forwards"),
     ]
     assert make_event_timelines(events) == {
         "friction of the trolley": [(0.0, "moves"), (0.5, "sticks"), (0.7, "slips backwards")],
+        "friction of the bridge": [(0.0, "sticks"), (1.5, "slips forwards")],
         "drive 2 of the bridge": [(0.0, "meshes"), (0.8, "is in its play")],
         "payload": [(0.0, "as at the start"), (0.9, "1000 kg")],
     }

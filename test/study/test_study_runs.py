@@ -21,6 +21,7 @@ from process_helpers import LIMIT, started_program, wait_exited, wait_until
 
 import crane_sim
 from crane_sim import study as studies
+from crane_sim.evaluation.report.study_page import save_study_page
 from crane_sim.files.errors import SceneError
 from crane_sim.study.workers import Workers
 
@@ -236,6 +237,8 @@ def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> Non
     page = tmp_path / "page.html"
     assert crane("report", str(failing.folder), "-o", str(page)).returncode == 0
     text = page.read_text()
+    save_study_page(failing.folder, again := tmp_path / "again.html")
+    assert again.read_text() == text  # of another process
     assert text.index("Runs that failed") < text.index("<h2>Metrics</h2>") < text.index("Differences from energy")
     assert "travel limit" in text and text.count("<svg") >= 4
     assert not re.findall(r'(?:src|href)="(?!#|data:|recordings/)[^"]*"', text)

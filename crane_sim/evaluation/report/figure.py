@@ -56,7 +56,8 @@ def _check_kind(file: Path) -> None:
 def _save(figure: Any, file: Path) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(file, dpi=140)
+        with _matplotlib()[0](STYLE):  # for an SVG's identifiers, which are made here
+            figure.savefig(file, dpi=140)
     except OSError as error:
         raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
 

@@ -10,6 +10,7 @@ from os.path import relpath
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
+from zlib import crc32
 
 import numpy as np
 import numpy.typing as npt
@@ -142,18 +143,20 @@ def _figure(draw: Any, height: float) -> str:
 def _draw(draw: Any, height: float) -> str:
     """Return a drawing as SVG, empty without matplotlib."""
     try:
+        from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError:
         return ""
     figure, text = Figure(figsize=(_WIDTH, height), layout="constrained"), io.StringIO()
     draw(figure.subplots())
-    figure.savefig(text, format="svg", dpi=110, transparent=True, metadata={"Date": None})
+    with rc_context({"svg.hashsalt": "crane_sim"}):  # the same results are the same page
+        figure.savefig(text, format="svg", dpi=110, transparent=True, metadata={"Date": None})
     svg = re.sub(
         r'(?s)^.*?(<svg )[^>]*?(viewBox="[^"]*")[^>]*>',
         r'\1\2 xmlns:xlink="http://www.w3.org/1999/xlink">',
         text.getvalue(),
     )
-    prefix = f"d{abs(hash(svg)) % 10**9}"  # identifiers of several drawings in one page
+    prefix = f"d{crc32(svg.encode())}"  # identifiers of several drawings in one page
     return re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{prefix}", svg)
 
 
