@@ -21,6 +21,7 @@ from crane_sim.trajectories.shaping import impulses
 DAMPING = 0.1
 """Damping ratio z that the feedback gives the swing."""
 _UPDATE_PERIOD = 0.5  # s between two updates of shaper and gains for the present configuration
+_HORIZON = 60.0  # s of commands that are kept: half a period of a rope of 3.5 km, and no shaper's delay is longer
 _TIME_TOLERANCE = 1e-6  # s, of instants that differ by rounding
 
 
@@ -39,19 +40,25 @@ class Assistance:
         """
         self._scene, self._gravity = scene, gravity(scene)
         self._past: deque[tuple[float, tuple[float, ...]]] = deque()  # (s from which it is held, operator's speeds)
-        self._next_update, self.delay = 0.0, 0.0
+        self._newest, self._next_update, self.delay = 0.0, 0.0, 0.0
         self._update_gains(scene.initial_q)
         if not np.any(self._feedback):
             raise SceneError("assistance: no actuated joint moves a point below which the load swings")
 
     def record_command(self, t: float, speeds: Sequence[float]) -> None:
         """Record the operator's speeds (nu,), held from t [s] on; to be called while assistance is off, too."""
-        if self._past and t < self._past[-1][0]:  # the plant was reset
-            self._past.clear()
+        if t < self._newest:  # the plant was reset
+            self.forget_commands()
             self._next_update = 0.0
-        self._past.append((t, tuple(speeds)))
-        while len(self._past) > 1 and self._past[1][0] <= t - self.delay - _UPDATE_PERIOD:
+        self._newest = t
+        if not self._past or self._past[-1][1] != tuple(speeds):
+            self._past.append((t, tuple(speeds)))
+        while len(self._past) > 1 and self._past[1][0] <= t - _HORIZON:
             self._past.popleft()
+
+    def forget_commands(self) -> None:
+        """Forget the recorded commands: after a stop nothing of them may move the crane."""
+        self._past.clear()
 
     def compute_velocity_command(self, t: float, q: Sequence[float]) -> tuple[float, ...]:
         """Return the velocity command (nu,) at joint positions q (nq,), from the commands recorded up to t [s]."""

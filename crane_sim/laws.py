@@ -147,9 +147,13 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
     except SceneError:
         raise
     except ValueError as error:
-        raise SceneError(f"control: {error}") from None
+        raise SceneError(f"control: {_join_lines(error)}") from None
     except Exception as error:  # of an external package: whatever it is, the user gets a one-line error
-        raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {error}") from error
+        raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {_join_lines(error)}") from error
+
+
+def _join_lines(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
@@ -165,7 +169,11 @@ def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     """Return the law FILE.py:FUNCTION or MODULE:FUNCTION, a function of (t, q, v) or a `build` of (settings, scene)."""
     found: Any = load_function("control.law", name)
     if len(signature(found).parameters) == len(("settings", "scene")):
-        return found(settings, nominal)
+        law = found(settings, nominal)
+        if not callable(law):
+            line = f"control.law = {name!r}: a function of (settings, scene) must return a law, a function of (t, q, v)"
+            raise SceneError(f"{line}; it returned {shorten(law)}")
+        return law
     if settings:
         raise ForeignSetting(next(iter(settings)), (), name)
     return found
@@ -175,6 +183,9 @@ def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequenc
     """Raise SceneError where a law does not command what the drives of the actuated joints take, (nu,) each."""
     given = getattr(law, "commands", "effort")
     kinds = [given] * len(drives) if isinstance(given, str) else given
+    if not isinstance(kinds, Sequence) or len(kinds) != len(drives):
+        line = f"control.law = {name!r}: commands = {shorten(given)}: must be effort, velocity or position"
+        raise SceneError(f"{line}, or one of these for each of {', '.join(actuated)}")
     for joint, kind, drive in zip(actuated, kinds, drives, strict=True):
         if kind != drive:
             line = f"control.law = {name!r}: commands {kind} of the {joint}"

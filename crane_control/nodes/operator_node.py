@@ -161,8 +161,11 @@ class OperatorNode:
         """Return the operator's speeds, through the assistance where that is on and the crane may move."""
         if self._assistance is None:
             return speeds
+        if self._desk.mode != Mode.MOVING:
+            self._assistance.forget_commands()
+            return speeds
         self._assistance.record_command(state.t, speeds)
-        if self._desk.mode != Mode.MOVING or not self._desk.assisted:
+        if not self._desk.assisted:
             return speeds
         return self._assistance.compute_velocity_command(state.t, state.q)
 

@@ -66,13 +66,13 @@ def apply_to_sensors(faults, active, sensors):
 def apply_to_drives(faults, active, drives, braking):
     """Apply the active faults to the drives, whose records have their positions; engage all brakes if `braking`.
 
-    A drive whose limit switch has tripped is off, and its brake engaged.
+    A drive whose limit switch has tripped is off, and its brake engaged. Losses of effort at one joint multiply.
     """
     for j in range(len(drives)):
         drive, engaged, factor = drives[j], braking or drives[j].tripped, 1.0
         for i in range(len(active)):
             if active[i] > 0.0 and faults.joint[i] == j:
-                factor = faults.value[i] if faults.kind[i] == EFFORT_LOSS else factor
+                factor *= faults.value[i] if faults.kind[i] == EFFORT_LOSS else 1.0
                 engaged = engaged or faults.kind[i] == JOINT_STUCK
         if engaged and not drive.engaged:
             engage(drive, drive.effort_fraction * drive.start_effort)

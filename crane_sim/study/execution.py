@@ -16,7 +16,7 @@ from crane_sim.simulation.batch_metrics import MetricError
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.named_functions import hash_functions
 from crane_sim.study.own_metrics import UnusableMetrics, load_metrics
-from crane_sim.study.recordings import check_worst_metric, record_selected
+from crane_sim.study.recordings import check_recorder, check_worst_metric, record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import OK, Table, rows_of, simulate_case
 from crane_sim.study.schema import Study, load_study, scene_document
@@ -65,6 +65,7 @@ def run(
     checked = load_study(study)
     if checked.tune is not None:
         raise SceneError("study: tune: is for crane tune; leave it out to run the study itself")
+    check_recorder(checked)
     listed = check_cases(checked) if check_first else cases(checked)
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.runs import OK, rows_of, simulate_case
 from crane_sim.study.schema import scene_document
 
 if TYPE_CHECKING:
     from crane_sim.study.result import StudyResult
+    from crane_sim.study.schema import Study
 
 
 def selected_cases(result: StudyResult) -> list[int]:
@@ -23,7 +26,7 @@ def selected_cases(result: StudyResult) -> list[int]:
         SceneError: the metric of `worst` is not in the table, or is none.
     """
     wanted = result.study.recordings
-    if not (wanted.failures or wanted.every or wanted.worst):
+    if not _records_runs(result.study):
         return []
     number, status = result.column("case"), result.column("status")
     chosen: set[int] = set()
@@ -36,6 +39,16 @@ def selected_cases(result: StudyResult) -> list[int]:
         order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
     return sorted(chosen)
+
+
+def _records_runs(study: Study) -> bool:
+    return bool(study.recordings.failures or study.recordings.every or study.recordings.worst)
+
+
+def check_recorder(study: Study) -> None:
+    """Raise SceneError where a study asks for recordings that cannot be written here."""
+    if _records_runs(study) and find_spec("rerun") is None:
+        raise SceneError(f"study: recordings: need the Python package rerun-sdk ({how_to_install('rerun')})")
 
 
 def check_worst_metric(listed: CaseList) -> None:

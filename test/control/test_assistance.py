@@ -42,6 +42,24 @@ def test_a_step_becomes_two() -> None:
     assert assistance.delay == pytest.approx(half_swing(5.0))
 
 
+def test_a_stop_leaves_nothing_to_be_commanded() -> None:
+    """After a stop the second half of a step before it is not commanded: the levers are at rest."""
+    assistance, q = Assistance(scene := workshop_crane()), scene.initial_q
+    assistance.record_command(0.0, (0.4, 0.0, 0.0))
+    assistance.forget_commands()
+    assistance.record_command(half_swing(5.0), (0.0, 0.0, 0.0))
+    np.testing.assert_allclose(assistance.compute_velocity_command(half_swing(5.0), q), 0.0, atol=1e-12)
+
+
+def test_assistance_that_is_switched_on_does_not_jump() -> None:
+    """A speed that was held while the rope became longer, with assistance off, is the first one with it."""
+    assistance, q = Assistance(scene := workshop_crane()), list(scene.initial_q)
+    for k in range(1200):
+        assistance.record_command(k * PERIOD, (0.4, 0.0, 0.0))
+    q[scene.joint_names.index("hoist")] *= 4.0
+    assert assistance.compute_velocity_command(12.0, q)[0] == pytest.approx(0.4)
+
+
 def test_feedback_is_that_of_the_law() -> None:
     """A swing angle a along a joint's way adds 2 z sqrt(g l) sin a to its speed and nothing to the others."""
     scene = workshop_crane()

@@ -25,18 +25,23 @@ def constant(t: float) -> float:
 
 @pytest.mark.interpreted
 def test_faults_of_sensors_and_drives() -> None:
-    """A stuck sensor repeats its last value, a lost one shows 0, a weak drive its factor; each only while active."""
+    """A stuck sensor repeats its last value, a lost one shows 0, weak drives the product of their factors.
+
+    Each acts only while it is active.
+    """
     faults = {
         "frozen": {"kind": "sensor_stuck", "joint": "trolley", "at": 0.1, "until": 0.2},
         "blind": {"kind": "sensor_loss", "joint": "swing_1", "at": 0.145, "until": 0.3},
         "weak": {"kind": "effort_loss", "joint": "trolley", "factor": 0.25, "at": 0.2, "until": 0.4},
+        "hot": {"kind": "effort_loss", "joint": "trolley", "factor": 0.5, "at": 0.3, "until": 0.5},
     }
     true, measured, applied = history(rod(faults=faults), 60, constant)
     k = np.arange(60)
-    frozen, blind, weak = (k >= 10) & (k < 20), (k >= 15) & (k < 30), (k >= 20) & (k < 40)
+    frozen, blind = (k >= 10) & (k < 20), (k >= 15) & (k < 30)
+    weak, hot = (k >= 20) & (k < 40), (k >= 30) & (k < 50)
     assert np.array_equal(measured[:, 0], np.where(frozen, true[9, 0], true[:, 0]))
     assert np.array_equal(measured[:, [1, 3]], np.where(blind[:, None], 0.0, true[:, [1, 3]]))
-    assert np.array_equal(applied, np.where(weak, 1.0, 4.0))
+    assert np.array_equal(applied, 4.0 * np.where(weak, 0.25, 1.0) * np.where(hot, 0.5, 1.0))
 
 
 def test_a_stuck_joint_stops_and_is_freed() -> None:

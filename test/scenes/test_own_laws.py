@@ -17,6 +17,21 @@ def build(settings, scene):
     k = settings.get("stiffness", 40.0)
     return lambda t, q, v: (k * (scene.reference[0] - q[0]) - 80.0 * v[0],)
 
+def build_nothing(settings, scene):
+    pass
+
+def build_badly(settings, scene):
+    raise ValueError("first\nsecond")
+
+class Pair:
+    commands = ("effort", "velocity")
+
+    def __call__(self, t, q, v):
+        return (0.0,)
+
+def build_pair(settings, scene):
+    return Pair()
+
 number = 3
 """
 SCENE = crane_sim.load_scene("overhead_energy").to_dict() | {"duration": 0.5}
@@ -54,6 +69,9 @@ BAD = {
     "nowhere.py:law": "there is no file nowhere.py",
     "FILE:other": "has no function 'other'",
     "FILE:number": "has no function 'number'",
+    "FILE:build_nothing": "must return a law, a function of (t, q, v); it returned None",
+    "FILE:build_badly": "control: first second",
+    "FILE:build_pair": "commands = ('effort', 'velocity'): must be effort, velocity or position, or one of these for",
     "no_such_module:law": "ModuleNotFoundError",
     "energyy": "no such law (known: adaptive",
 }

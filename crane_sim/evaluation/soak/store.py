@@ -34,6 +34,7 @@ def save_findings(part: str, command: str, metrics: Sequence[Metric], data: Mapp
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
         (folder / "soak" / f"{part}.json").write_text(dump_points(round_floats(document)))
+        (folder / "soak" / f"{part}.png").unlink(missing_ok=True)  # the plot of former data
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     write_page(folder)

@@ -169,9 +169,9 @@ class FallsFile(LoadFile):
         Raises:
             SceneError: groups contradict each other.
         """
-        load = self._load()
-        falls = self.falls.falls(self._length, load)
-        _, exchange = exchange_of(self.payload, self.events, ground_velocity(self.contact))
+        falls = self.falls.falls(self._length, self._load())
+        load, exchange = exchange_of(self.payload, self.events, ground_velocity(self.contact))
+        assert isinstance(load, RigidLoad)
         check_equipment(self, self.payload, joints)
         check_ends(falls, self._falls_start)
         return FallsCrane(
