@@ -149,7 +149,8 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
     except ValueError as error:
         raise SceneError(f"control: {_join_lines(error)}") from None
     except Exception as error:  # of an external package: whatever it is, the user gets a one-line error
-        raise SceneError(f"control.law = {name!r}: cannot be built: {type(error).__name__}: {_join_lines(error)}") from error
+        what = f"{type(error).__name__}: {_join_lines(error)}"
+        raise SceneError(f"control.law = {name!r}: cannot be built: {what}") from error
 
 
 def _join_lines(error: Exception) -> str:

@@ -45,14 +45,15 @@ def kick_twice(x, rate, h):
 
 
 @lean_routine
-def leap(p, t, x, u, h, scratch, first, out):
-    """Write the state one step after (t, x) into `out`, and the derivative there into row CARRIED of the scratch.
+def leap(p, t, x, u, h, scratch, rate, first, out):
+    """Write the state one step after (t, x) into `out`, and the derivative there into `rate`.
 
     Args:
         p, t, x, u, h, scratch, out: as of `explicit_step`.
-        first: whether the derivative at (t, x) is not in that row yet.
+        rate: row of the scratch with the derivative at (t, x).
+        first: whether that is not in it yet.
     """
-    n, rate, middle, half = position_count(p), scratch.rows[CARRIED], scratch.rows[0], 0.5 * h
+    n, middle, half = position_count(p), scratch.rows[0], 0.5 * h
     if first:
         rhs_into(p, t, x, u, rate, scratch.work)
     use_wide_vectors()
@@ -65,7 +66,7 @@ def leap(p, t, x, u, h, scratch, first, out):
 
 @explicit_step.register(Leapfrog)
 def _(method, p, t, x, u, h, scratch, out):
-    leap(p, t, x, u, h, scratch, True, out)
+    leap(p, t, x, u, h, scratch, scratch.rows[1], True, out)  # a sample's, between steps that carry theirs
 
 
 @stages.register(Leapfrog)
@@ -77,7 +78,7 @@ def _(method):
 def _(method, scratch, p, t, x, u, h, end, out):
     """Take over the derivative of the step before, whose size is h; none, 0, where a period begins: inputs may jump."""
     size, after = equal_step(method.step, t, end)
-    leap(p, t, x, u, size, scratch, h == 0.0, out)
+    leap(p, t, x, u, size, scratch, scratch.rows[CARRIED], h == 0.0, out)
     project_in_place(p, out)
     return after, 0.0 if after == end else size, 2 if h == 0.0 else 1, 0, status_of(out)
 

@@ -13,15 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.models.effects import PayloadForce
-from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.supports.hoist import PrescribedHoist
 from crane_sim.models.supports.rails import PrescribedAxis
 from crane_sim.scenes.scene import Scene
-from crane_sim.trajectories.base_motion import Base, MountedBase, SplineBase
+from crane_sim.trajectories.base_motion import Base, SplineBase
 from crane_sim.trajectories.inputs import Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import Motion
-from crane_sim.trajectories.wind import Gust, Wind
+from crane_sim.trajectories.wind import Gust
 
 REST = Motion(np.zeros(1), np.zeros((1, 1)))
 """Zero acceleration: all the equations take from a prescribed motion; its position is part of the state."""
@@ -29,16 +27,19 @@ REST = Motion(np.zeros(1), np.zeros((1, 1)))
 
 def average_scene(scene: Scene) -> Scene:
     """Return the scene with every disturbance of its model replaced by its mean."""
-    parts = [average(part) for part in scene.model]
-    if all(mean is part for mean, part in zip(parts, scene.model, strict=True)):
-        return scene
-    return replace(scene, model=type(scene.model)(*parts))
+    model = average(scene.model)
+    return scene if model is scene.model else replace(scene, model=model)
 
 
 @singledispatch
 def average(part: Any) -> Any:
-    """Return a part of a model with its time-varying quantities at their mean; others as they are."""
-    return part
+    """Return a part of a model with its time-varying quantities at their mean; what has none as it is."""
+    if not isinstance(part, tuple):
+        return part
+    means = [average(each) for each in part]
+    if all(mean is each for mean, each in zip(means, part, strict=True)):
+        return part
+    return type(part)(*means) if hasattr(part, "_fields") else tuple(means)
 
 
 @average.register
@@ -55,29 +56,8 @@ def _(part: SplineBase) -> SplineBase:
 
 
 @average.register
-def _(part: MountedBase) -> MountedBase:
-    return part._replace(vessel=average(part.vessel))
-
-
-@average.register
-def _(part: Wind) -> Wind:
-    u, v, w = map(average, part.gusts)
-    return part._replace(gusts=(u, v, w))
-
-
-@average.register
 def _(part: Gust) -> Gust:
     return Gust(part.rate, np.zeros((1, part.nodes.shape[1])))
-
-
-@average.register
-def _(part: PayloadForce) -> PayloadForce:
-    return PayloadForce(*map(average, part))
-
-
-@average.register
-def _(part: NodeForces) -> NodeForces:
-    return NodeForces(part.node, part.axis, average(part.channel), average(part.tail))
 
 
 @average.register

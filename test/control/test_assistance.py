@@ -56,7 +56,7 @@ def test_assistance_that_is_switched_on_does_not_jump() -> None:
     assistance, q = Assistance(scene := workshop_crane()), list(scene.initial_q)
     for k in range(1200):
         assistance.record_command(k * PERIOD, (0.4, 0.0, 0.0))
-    q[scene.joint_names.index("hoist")] *= 4.0
+    q[scene.joint_names.index("rope")] *= 4.0
     assert assistance.compute_velocity_command(12.0, q)[0] == pytest.approx(0.4)
 
 

@@ -7,7 +7,16 @@ import pytest
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import Integration, Status, advance, integrate_to, make_event_log, scratch, start
+from crane_sim.integrators import (
+    Integration,
+    Status,
+    advance,
+    dense_output,
+    integrate_to,
+    make_event_log,
+    scratch,
+    start,
+)
 from crane_sim.integrators.array_steps import take_single_steps
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
@@ -44,11 +53,12 @@ START = np.array([0.5, 0.0, 0.0])
 
 
 def integrate(method: Any, end: float, samples: Any = ()) -> Integration:
-    """Return the integration to `end`, stopped at samples on the way by steps that may go beyond."""
+    """Return the integration to `end`, with states at samples on the way, beyond which steps may go."""
     integration = start(Whirl(), 0.0, START, None)
-    for t in (*samples, end):
+    for t in samples:
         integration = integrate_to(method, Whirl(), (), integration, t, end)
-    return integration
+        dense_output(method, Whirl(), (), integration, t)
+    return integrate_to(method, Whirl(), (), integration, end, end)
 
 
 @pytest.mark.interpreted
@@ -143,6 +153,14 @@ def test_leapfrog_is_of_order_two() -> None:
     errors = [np.linalg.norm(integrate(Leapfrog(h), 3.0).x - exact) for h in (0.02, 0.01)]
     assert errors[1] < 1e-3
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr)
+def test_samples_change_no_step(method: Any) -> None:
+    """States that are wanted within steps leave the next steps as they are, to the last bit."""
+    samples = (0.07, 0.31, 0.32, 0.77)
+    assert np.array_equal(integrate(method, 1.0).x, integrate(method, 1.0, samples).x)
 
 
 @pytest.mark.interpreted

@@ -16,7 +16,7 @@ from crane_sim.scenes.averaging import average, average_scene
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.hardware import joint_mechanics
 from crane_sim.simulation.rollout import simulate
-from crane_sim.trajectories.base_motion import base_motion_at, base_positions
+from crane_sim.trajectories.base_motion import Base, base_motion_at, base_positions
 from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import SineMotion
 
@@ -63,6 +63,22 @@ def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
         assert np.allclose(positions, [[0.0, 0.0, 0.0, expected, 0.0, 0.0]] * 2, rtol=0, atol=1e-8)
         _, v, a = (np.array(part) for part in motion_at(base, 2.0))
         assert not v.any() and not a.any()
+
+
+def bases_in(part: Any) -> list[Base]:
+    """Return the moving bases anywhere in a model."""
+    if isinstance(part, Base):
+        return [part]
+    return [base for each in part for base in bases_in(each)] if isinstance(part, tuple) else []
+
+
+@pytest.mark.parametrize("name", ["set_down_on_deck", "spreader_pick_up", "knuckle_sea", "tower_gust"])
+def test_nothing_in_a_model_moves_at_the_mean(name: str) -> None:
+    """A base at rest is where the scene has one that moves, however deep in the model: below the crane, or a deck."""
+    scene = load_scene(name)
+    moving, still = (bases_in(each.model) for each in (scene, average_scene(scene)))
+    assert len(moving) == len(still) and not any(base.amplitudes.any() for base in still)
+    assert not bases_in(scene.model) or any(base.amplitudes.any() for base in moving)
 
 
 @crane_sim.numerics.jit.entry_point

@@ -21,7 +21,7 @@ def build_nothing(settings, scene):
     pass
 
 def build_badly(settings, scene):
-    raise ValueError("first\nsecond")
+    raise ValueError("first\\nsecond")
 
 class Pair:
     commands = ("effort", "velocity")
