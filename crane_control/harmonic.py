@@ -46,10 +46,14 @@ WITH_CAMERA = TrackingDefaults(stiffness=2.0, damping=0.65, ramp=0.6, velocity_f
 """The shorter ramp of the gains accelerates the tip no more than the noise of the camera does."""
 
 
+FREQUENCY_BOUNDS = (0.1, 3.0)  # of the disturbance, in the natural frequency of the pendulum
+
+
 class ObserverSettings(NamedTuple):
     """Observer of the disturbance, a sine of unknown frequency, and of the rope's length."""
 
-    frequency: Positive | None = None  # rad/s, initial; left out: 20 % below the natural frequency of the pendulum
+    frequency: Positive | None = None  # rad/s, initial, 0.1 to 3 times the natural frequency of the pendulum; left
+    # out: 0.8 times
     lead: NonNegative | None = None  # s, τ, prediction time; left out: the lag of the suspension point
     ramp: NonNegative | None = None  # s, rise time of u and of the gains; left out: 1.6 s, with a camera 0.6 s
     noise: Positive = 1e-4  # m, standard deviation of the measured position; that of the camera, if larger
@@ -127,18 +131,30 @@ def _(observer, pendulum, sample, measurement):
     )
 
 
+def _initial_theta(frequency: float | None, omega_sq: float) -> float:
+    """Return the squared frequency [1/s²] of the disturbance with which the observer begins."""
+    if frequency is None:
+        return 0.64 * omega_sq
+    low, high = (factor * sqrt(omega_sq) for factor in FREQUENCY_BOUNDS)
+    if not low <= frequency <= high:
+        what = f"must be {low:.3g} to {high:.3g} rad/s, 0.1 to 3 times the natural frequency of the pendulum"
+        raise SceneError(f"control.observer.frequency = {frequency:g}: {what}")
+    return frequency * frequency
+
+
 def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> HarmonicObserver:
     """Return the observer of a tracker whose suspension point lags `lag` seconds behind its setpoint.
 
     Raises:
-        SceneError: the base's acceleration is fed forward: it would be compensated twice.
+        SceneError: the base's acceleration is fed forward: it would be compensated twice; or the frequency is out of
+            the observer's bounds.
     """
     if tracker.base is not None:
         raise SceneError(
             "control.feedforward.base: must be left out, the harmonic law estimates the base's effect as a disturbance"
         )
     omega_sq = tracker.pendulum.gravity / tracker.pendulum.length
-    theta = 0.64 * omega_sq if settings.frequency is None else settings.frequency**2
+    theta, bounds = _initial_theta(settings.frequency, omega_sq), tuple(a * a * omega_sq for a in FREQUENCY_BOUNDS)
     position_std = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.noise_std)
     process_noise = np.array(
         [1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0]
@@ -149,7 +165,7 @@ def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> H
         theta,
         initial_variance,
         process_noise,
-        bounds=(0.01 * omega_sq, 9.0 * omega_sq),
+        bounds=bounds,
         state=initial_filter_state(),
     )
     return HarmonicObserver(
@@ -164,7 +180,7 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
     observer, remaining = read_group(ObserverSettings, settings, "observer")
-    defaults = WITH_CAMERA if remaining.get("vision") else WITHOUT_CAMERA
+    defaults = WITHOUT_CAMERA if remaining.get("vision") is None else WITH_CAMERA
     defaults = defaults if observer.ramp is None else defaults._replace(ramp=observer.ramp)
     return make_cartesian_law(
         "harmonic", remaining, nominal, lambda tracker, lag: make_observer(observer, tracker, lag), defaults

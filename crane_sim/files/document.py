@@ -28,13 +28,14 @@ YAML_ERRORS = (OSError, ValueError, AttributeError, LookupError, RecursionError,
 class _Unambiguous(yaml.SafeLoader):
     """A YAML loader that rejects duplicate keys of a group, of which YAML would keep the last one silently."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Return the group."""
+    def compose_mapping_node(self, anchor: str | None) -> yaml.MappingNode:
+        """Return the node of a group as the file has it, before groups are merged into it by `<<`."""
+        node = super().compose_mapping_node(anchor)
         keys = [key.value for key, _ in node.value]
         for key in keys:
             if keys.count(key) > 1:
                 raise yaml.constructor.ConstructorError(None, None, f"key {key!r} stands twice", node.start_mark)
-        return super().construct_mapping(node, deep)
+        return node
 
 
 def read(source: str | Path) -> dict[str, Any]:
@@ -89,13 +90,16 @@ def _unknown_scene(source: str) -> str:
 
 def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
     """Make paths of files in a scene absolute, relative to its folder: the scene is read elsewhere, too."""
-    reference = document.get("reference")
+    reference, control = document.get("reference"), document.get("control")
     for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
         if isinstance(group, dict) and isinstance(group.get("file"), str):
             group["file"] = str(folder / group["file"])
-    control = document.get("control")
-    if isinstance(control, dict) and isinstance(control.get("law"), str):
+    if not isinstance(control, dict):
+        return
+    if isinstance(control.get("law"), str):
         control["law"] = function_from(control["law"], folder)
+    if isinstance(nominal := control.get("nominal"), dict):
+        _resolve_paths(nominal, folder)
 
 
 def function_from(name: str, folder: Path) -> str:

@@ -62,11 +62,19 @@ def task_scene(scene: SceneSource | None, crane: str) -> Scene:
 
 
 def with_seed(scene: Scene, seed: int) -> Scene:
-    """Return the scene with another seed: as `load_scene` would, faster where the seed draws nothing but noise."""
+    """Return the scene with another seed: as `load_scene` would, faster where the seed draws nothing but noise.
+
+    Raises:
+        SceneError: the seed draws a crane with other joints, which has no place in an environment's spaces.
+    """
     if seed == scene.seed:
         return scene
     if any(scene.document.get(group) for group in SEEDED):
-        return load_scene(scene, {"seed": seed}).with_external_commands()
+        drawn = load_scene(scene, {"seed": seed}).with_external_commands()
+        if drawn.joint_names != scene.joint_names:
+            joints = f"{len(drawn.joint_names)} joints, with another seed {len(scene.joint_names)}"
+            raise SceneError(f"seed = {seed}: draws a crane of {joints}; give the scene one model (cable.model)")
+        return drawn
     return replace(scene, seed=seed, document={**scene.document, "seed": seed})
 
 

@@ -32,7 +32,7 @@ from crane_sim.gym.task import (
 )
 from crane_sim.numerics.lanes import put_entry, take_entry
 from crane_sim.scenes.scene import Scene, SceneSource
-from crane_sim.simulation.columns import stack_columns
+from crane_sim.simulation.columns import ONE_KIND, kind_of, stack_columns
 from crane_sim.simulation.goals import follows_path
 from crane_sim.simulation.initial_state import make_initial
 from crane_sim.simulation.metrics import in_bases, world_points
@@ -94,6 +94,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self._targets = None if follows_path(own) else Goal(*(part.repeat(num_envs, axis=0) for part in goal_of(own)))
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._arrays = _allocate(own, num_envs)
+        self._kind = kind_of((own.method, own.model))
         self._cranes: Any = None
         self._ended = np.zeros(num_envs, np.bool_)
         self._owed, self._largest = np.zeros(num_envs), np.zeros(num_envs)
@@ -106,6 +107,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
         Raises:
             ValueError: there is not one seed for each crane, or there are options: episodes begin as the scene says.
+            SceneError: a seed draws a crane of another kind; `step`, which begins episodes too, raises it as well.
         """
         if options:
             raise ValueError(f"options = {shorten(options)}: a vector environment takes none")
@@ -161,6 +163,8 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
             self._generators[i], _ = seeding.np_random(seed)
         number = int(self._generators[i].integers(SEEDS)) if seed is None else seed
         scene, previous = with_seed(self.scenes[i], number), self.scenes[i]
+        if scene.model is not previous.model and kind_of((scene.method, scene.model)) != self._kind:
+            raise SceneError(f"seed = {number}: {ONE_KIND}; give the scene an integrator.method and a cable.model")
         self.scenes[i], arrays = scene, self._arrays
         if scene.model is not previous.model:
             self._put_goal(i, scene)

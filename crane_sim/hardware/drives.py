@@ -95,7 +95,9 @@ def accept_command(p, u, x, queue, k, command):
     for i in range(len(drives)):
         drive = drives[i]
         saturated = saturated or drive.target != drive.effort
-        drive.start_effort = drive.target if k == 0 else drive.start_effort
+        if k == 0:
+            drive.start_effort = drive.target
+            drive.delivered_effort = demanded_effort(u.servos, drive, i, u.begin, drive.target)
     return saturated
 
 
@@ -117,5 +119,6 @@ def latch_efforts(p, u, t, x):
     copy_into(u.records.effort, system.effort(u, p, t, x))
     for i in range(len(u.records)):
         drive = u.records[i]
+        drive.delivered_effort = drive.effort
         drive.start_effort = drive.effort if drive.engaged else effort_at(drive, t - u.begin)
     latch_servos(u.servos, u.records, t)

@@ -75,7 +75,7 @@ def apply_to_drives(faults, active, drives, braking):
                 factor *= faults.value[i] if faults.kind[i] == EFFORT_LOSS else 1.0
                 engaged = engaged or faults.kind[i] == JOINT_STUCK
         if engaged and not drive.engaged:
-            engage(drive, drive.effort_fraction * drive.start_effort)
+            engage(drive, drive.delivered_effort)
         drive.engaged, drive.effort_fraction = engaged, factor
 
 

@@ -31,7 +31,8 @@ DRIVE = np.dtype(
         ("no_load_speed", float),  # of the joint [1/s]: there it is 0
         ("deadband", float),  # commands below it count as 0
         ("delay", np.int64),  # periods
-        ("start_effort", float),  # at the start of the period
+        ("start_effort", float),  # at the start of the period, of lag and rate limit
+        ("delivered_effort", float),  # at the end of the last period, on the joint: what a brake takes over
         ("target", float),  # effort that is approached
         ("effort_fraction", float),  # of the effort, acts on the joint: below 1 by a fault (`effort_loss`)
         # at the last evaluation

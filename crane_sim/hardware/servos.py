@@ -170,7 +170,6 @@ def _(servos, drives, t):
         if loop.kind != EFFORT and drive.engaged:
             loop.restarts, loop.integral = True, drive.effort
         elif loop.kind != EFFORT:
-            drive.start_effort = drive.effort
             latch_integral(loop, drive, t)
 
 
@@ -180,8 +179,9 @@ def latch_integral(loop, drive, t):
     x = reference_at(loop, t)[0]
     offset = loop.offset + loop.correction * (t - loop.begin)
     integral = loop.stiffness * (x + offset - drive.position)
-    unlimited_effort, grows = loop_effort(loop, drive, t) * drive.effort_fraction, integral - loop.integral
-    if loop.stiffness > 0.0 and (unlimited_effort - drive.effort) * grows > 0.0:
+    demanded, grows = loop_effort(loop, drive, t), integral - loop.integral
+    lacking = demanded * drive.effort_fraction - drive.effort if drive.effort_fraction > 0.0 else demanded
+    if loop.stiffness > 0.0 and lacking * grows > 0.0:
         offset = drive.position + loop.integral / loop.stiffness - x
     else:
         loop.integral = integral

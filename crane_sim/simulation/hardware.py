@@ -113,11 +113,13 @@ def joint_mechanics(scene: Scene) -> JointMechanics:
     v[actuated] = _BREAKAWAY_VELOCITY
     model, places = stiffened(average_scene(scene).model, q)
 
-    def accelerations(u: Any) -> Array:
-        return np.array(joint_acceleration(model, 0.0, places, v[: len(places)], tuple(map(float, u))))[actuated]
+    def accelerations(u: Any, direction: float = 1.0) -> Array:
+        rates = direction * v[: len(places)]
+        return np.array(joint_acceleration(model, 0.0, places, rates, tuple(map(float, u))))[actuated]
 
-    at_rest = accelerations(np.zeros(nu))
-    mobility: Array = np.column_stack([accelerations(unit) - at_rest for unit in np.eye(nu)])
+    forwards = accelerations(np.zeros(nu))
+    at_rest = 0.5 * (forwards + accelerations(np.zeros(nu), -1.0))  # without dry friction, whatever it holds
+    mobility: Array = np.column_stack([accelerations(unit) - forwards for unit in np.eye(nu)])
     static_load: Array = -np.linalg.lstsq(mobility, at_rest, rcond=None)[0].astype(np.float64)
     free: Array = 1.0 / np.maximum(np.diag(mobility), 1e-12)
     energy_at_rest, units = energy(scene, q, 0.0 * q, frame="base"), np.eye(len(q))[actuated]
@@ -186,7 +188,7 @@ class HardwareRun:
 
     def set_initial_effort(self, efforts: Sequence[float]) -> None:
         """Set the efforts (nu,) that the drives begin with."""
-        self.state.drives.start_effort = efforts
+        self.state.drives.start_effort = self.state.drives.delivered_effort = efforts
 
     def override_fault(self, name: str, on: bool) -> None:
         """Activate or clear a fault from the next period on, independent of its schedule."""

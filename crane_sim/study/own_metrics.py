@@ -75,6 +75,6 @@ def _to_float(name: str, value: Any) -> float | None:
         if isinstance(value, str | bytes):
             raise TypeError
         return None if value is None else float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         line = f"returned {name} = {shorten(value)}; must be a number, or None where a run has none"
         raise UnusableMetrics(line) from None

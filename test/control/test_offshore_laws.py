@@ -164,6 +164,10 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
     ({"control.vision": True}, "control.vision = True: must be a group of keys: rate, noise"),
     ({"control.adaptation": True}, "control.adaptation = True: must be a group of keys: features, width"),
     ({"control.law": "harmonic", "control.observer": [1]}, r"control.observer = \[1\]: must be a group of keys: freq"),
+    (
+        {"control.law": "harmonic", "control.observer": {"frequency": 20.0}},
+        r"control.observer.frequency = 20: must be 0.28 to 8.39 rad/s, 0.1 to 3 times the natural frequency",
+    ),
     ({"control.adaptation": {"features": 10**9}}, "adaptation.features = 1000000000: must be less than or equal to"),
     ({"control.period": "continuous"}, "control.period = 'continuous': 'adaptive' is a sampled law: give a period"),
     ({"control.law": "cartesian", "control.adaptation": {}}, "unknown key 'adaptation' for law 'cartesian'"),
@@ -183,3 +187,9 @@ def test_what_does_not_fit_is_a_single_line_error(changes: dict[str, Any], messa
     with pytest.raises(SceneError, match=message) as caught:
         load_scene("offshore_resonant", changes)
     assert "\n" not in str(caught.value)
+
+
+def test_a_camera_of_defaults_has_the_gains_of_a_camera() -> None:
+    """`vision: {}` is a camera, too: the harmonic law takes the gains that it has with one."""
+    empty, full = ({"control.law": "harmonic", "control.vision": vision} for vision in ({}, {"rate": 30.0}))
+    assert law_of("offshore_resonant", empty).tracker.gains == law_of("offshore_resonant", full).tracker.gains

@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 
 from crane_sim import SceneError, load_scene, simulate
 from crane_sim.evaluation.league.cells import compute_metrics
-from crane_sim.gym import DEFAULT_SCENES, CraneEnv
+from crane_sim.gym import DEFAULT_SCENES, CraneEnv, CraneVectorEnv
 
 pytestmark = pytest.mark.interpreted
 SHORT = {"duration": 0.3}
@@ -158,3 +158,22 @@ def test_steps_before_an_episode_and_unknown_options_are_refused() -> None:
         env.step([0.0])
     with pytest.raises(SceneError, match="unknown option of reset 'x'"):
         env.reset(options={"x": 1})
+
+
+def test_a_crane_of_another_kind_has_no_place_in_the_spaces() -> None:
+    """A seed that draws a crane with fewer joints, or for another method, is one line in both environments."""
+    load = {"payload.mass": {"distribution": "uniform", "low": 50.0, "high": 150.0}}
+    document = load_scene("overhead_chain").to_dict() | {"uncertain": load, "duration": 0.03}
+    document |= {"control": None, "inputs": None, "reference": {"q": [3.0]}, "actuators": {"trolley": {"limit": 100.0}}}
+    document["cable"] |= {"model": "auto"}
+    with pytest.raises(SceneError, match=r"seed = 1: draws a crane of 2 joints, with another seed 11; give the scene"):
+        for seed in (0, 1):
+            CraneEnv(document).reset(seed=seed)
+    spring = load_scene("overhead_spring").to_dict() | {"duration": 0.03, "integrator": {"method": "auto"}}
+    spring |= {"control": None, "inputs": None, "reference": {"q": [3.0]}, "actuators": {"trolley": {"limit": 100.0}}}
+    spring |= {"uncertain": {"cable.stiffness": {"distribution": "uniform", "low": 5e8, "high": 3e9}}}
+    spring["trolley"] |= {"limits": [-50.0, 50.0]}
+    environment = CraneVectorEnv(1, spring)
+    with pytest.raises(SceneError, match="a batch takes one kind of model, method and law; give the scene"):
+        for seed in range(12):
+            environment.reset(seed=seed)

@@ -8,6 +8,7 @@ from hardware_scenes import ROD
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.hardware import joint_mechanics
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 
@@ -201,3 +202,40 @@ def test_every_crane_comes_to_rest(name: str) -> None:
     # a payload in full swing draws a trolley along its rail now and then: at most the way of a few slips
     assert all(abs(plant.q[i] - rested[i]) < 5e-3 for i in places) and plant.at_rest
     assert plant.summary()["energy_audit_error"] < 1e-9 and nu > 0
+
+
+BOOM_SERVO = {"drive": "velocity", "servo": {"gain": 4000.0, "integral_time": 0.2}}
+MOTOR = {"motor": {"ratio": 1.0, "torque": 600.0, "no_load_speed": 0.1}}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("actuator", "command", "loss", "periods"),
+    [(BOOM_SERVO, 0.0, 0.5, 5), (BOOM_SERVO, 0.0, 1.0, 0), (MOTOR, 600.0, 1.0, 5), ({"lag": 0.02}, 600.0, 0.5, 5)],
+    ids=["servo with a loss", "servo at the start", "motor at speed", "lag with a loss"],
+)
+def test_a_brake_takes_over_what_the_drive_delivered(actuator: Any, command: float, loss: float, periods: int) -> None:
+    """A brake begins with the effort that was on the joint: after losses and the motor's curve, at the start too."""
+    faults = {
+        "loss": {"kind": "effort_loss", "joint": "boom", "factor": loss, "at": 0.0},
+        "jam": {"kind": "stuck", "joint": "boom", "at": periods * 0.01},
+    }
+    changes = {"control": None, "inputs": None, "actuators": {"boom": actuator}, "faults": faults}
+    brake = {"capacity": [1e5] * 4, "frequency": 10.0}
+    scene = load_scene("knuckle_setpoint", changes | {"brake": brake}).with_external_commands()
+    plant = Plant(scene)
+    delivered = joint_mechanics(scene).static_load[1]
+    for _ in range(periods):
+        plant.advance((0.0, command, 0.0, 0.0))
+        delivered = plant._hardware.state.drives[1].effort
+    position = plant.q[1]
+    plant.advance((0.0, command, 0.0, 0.0))
+    drive = plant._hardware.state.drives[1]
+    assert abs(delivered) > 50.0 and drive.engaged
+    assert drive.stiffness * (drive.anchor - position) == pytest.approx(delivered, rel=1e-9)  # rounding of positions
+
+
+@pytest.mark.interpreted
+def test_dry_friction_is_no_load() -> None:
+    """What holds a trolley on a level jib is nothing, whatever its dry friction: speed drives begin with no effort."""
+    assert joint_mechanics(load_scene("tower_beam_turns")).static_load[1] == pytest.approx(0.0, abs=1e-6)  # N

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
@@ -11,6 +12,8 @@ from hypothesis import strategies as st
 
 import crane_sim
 from crane_sim.files.catalogue import scene_files
+from crane_sim.files.document import read_groups
+from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
 from crane_sim.scenes.scene import load_scene
 
@@ -214,3 +217,24 @@ def test_any_value_anywhere_is_a_scene_or_an_error(key: str, value: Any) -> None
         load_scene(DOCUMENT, {key: value})
     except crane_sim.SceneError as error:
         assert "\n" not in str(error)
+
+
+def test_groups_may_be_merged_over_merged_ones(tmp_path: Path) -> None:
+    """YAML's `<<` of a group that has one itself and replaces a key is no key that stands twice; two equal keys are."""
+    file = tmp_path / "merged.yaml"
+    file.write_text("base: &base {x: 1}\ndeep: {er: {A: &A {<<: *base, x: 2}}}\nB: {<<: *A}\n")
+    assert read_groups(file, "file")["B"] == {"x": 2}
+    file.write_text("A: {x: 1, x: 2}\n")
+    with pytest.raises(SceneError, match="key 'x' stands twice"):
+        read_groups(file, "file")
+
+
+def test_files_of_the_nominal_scene_are_beside_the_scene(tmp_path: Path) -> None:
+    """The record of a sea that a law believes in is looked for in the folder of the scene, as the scene's own is."""
+    t = np.linspace(0.0, 40.0, 401)
+    np.savetxt(tmp_path / "sea.csv", np.column_stack([t, 0.1 * t]), delimiter=",", header="time,heave", comments="")
+    document = load_scene("knuckle_setpoint").to_dict()
+    document["control"]["nominal"] = {"base_motion": {"file": "sea.csv"}}
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(document))
+    nominal = load_scene(tmp_path / "own.yaml").document["control"]["nominal"]
+    assert nominal["base_motion"]["file"] == str(tmp_path / "sea.csv")

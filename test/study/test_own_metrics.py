@@ -94,6 +94,7 @@ def test_a_study_has_metrics_of_ones_own(own: Path, tmp_path: Path) -> None:
         ({"settling_time.bridge": 1.0}, "returned 'settling_time.bridge', which is taken"),
         ({1: 1.0}, "returned 1 as a name; names are text"),
         ({"far": [1.0]}, r"returned far = \[1.0\]; must be a number"),
+        ({"far": 10**400}, r"returned far = 10+\.\.\.; must be a number"),
         ({"far": "3.0"}, "returned far = '3.0'; must be a number"),
         ("Table()", "returned rows rows; must return a dict"),
         (3.5, "returned 3.5; must return a dict of name: number"),
