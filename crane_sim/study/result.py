@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.study import deprecated_names
+from crane_sim.study.columns import worst_joint
 from crane_sim.study.runs import OK
 from crane_sim.study.schema import Study, load_study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
@@ -116,13 +117,14 @@ class StudyResult:
     def metric(self, name: str, variant: str) -> npt.NDArray[np.float64]:
         """Return a metric of all samples (n,) under a variant, NaN for runs that have none or did not reach the end.
 
-        The name of a metric of every joint, as `settling_time`, stands for the greatest of them.
+        The name of a metric of every joint, as `settling_time`, stands for that of the worst one: the greatest, of
+        `limit_margin` the least. Of `final_error`, also of one joint, it is the magnitude; `column` has the sign.
 
         Raises:
             SceneError: there is no such metric or variant.
         """
         rows, columns = self._rows_of(variant), columns_of(name, list(self.types))
-        values = np.max([np.array(self.column(column), dtype=float) for column in columns], axis=0)[rows]
+        values = worst_joint(name, [self.column(column) for column in columns])[rows]
         return np.where(self.column("status")[rows] == OK, values, np.nan)
 
     def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:

@@ -27,6 +27,7 @@ from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import cases
+from crane_sim.study.columns import worst_joint
 from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
@@ -293,7 +294,7 @@ def evaluate_gains(
 
 
 def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float] | None:
-    """Return the objectives of a run, None where it failed or has no such metric.
+    """Return the objectives of a run as `StudyResult.metric` has them, None where it failed or has no such metric.
 
     Raises:
         SceneError: there is no such metric.
@@ -301,7 +302,9 @@ def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float
     if row["status"] != OK:
         return None
     values = find_objectives(row, objectives)
-    return None if any(None in own for own in values) else [float(max(own)) for own in values]
+    if any(None in own for own in values):
+        return None
+    return [float(worst_joint(name, own)) for name, own in zip(objectives, values, strict=True)]
 
 
 def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:

@@ -19,8 +19,9 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study import tuning
 from crane_sim.study.execution import check_cases
-from crane_sim.study.result import read_result
-from crane_sim.study.schema import BASELINE, load_study
+from crane_sim.study.recordings import selected_cases
+from crane_sim.study.result import StudyResult, read_result
+from crane_sim.study.schema import BASELINE, Recordings, Worst, load_study
 from crane_sim.study.statistics import PairedDifference, compare_pairs
 from crane_sim.study.workers import start_workers
 
@@ -271,6 +272,29 @@ def test_studies_that_cannot_judge_a_search(changes: dict[str, Any], line: str, 
     with pytest.raises(SceneError) as refused:
         tuning.tune(quick(changes), tmp_path / "search", workers=1)
     assert line in str(refused.value) and "\n" not in str(refused.value) and not (tmp_path / "search").exists()
+
+
+@pytest.mark.interpreted
+def test_an_error_with_a_sign_counts_by_its_magnitude(tmp_path: Path) -> None:
+    """Objectives, comparisons and the worst runs take the magnitude of errors that are negative in the table."""
+    behind = {"reference.q.0": {"distribution": "uniform", "low": -3.0, "high": -1.0}}
+    found = tuning.tune(quick({"parameters": behind}, objectives=["final_error"]), tmp_path, workers=1)
+    ((mean,),) = [each.values for each in found.front]
+    judged, errors = found.held_out, found.held_out.column("final_error.trolley")
+    assert 1.0 < mean < 3.0 and np.all(errors < 0.0)
+    by_variant = [judged.metric(name, BASELINE) for name in ("final_error", "final_error.trolley")]
+    assert np.array_equal(by_variant, [-errors[judged.column("variant") == BASELINE]] * 2)
+    worst = Recordings(worst=Worst(metric="final_error.trolley", count=1))
+    recorded = StudyResult(judged.study.model_copy(update={"recordings": worst}), judged.folder)
+    assert selected_cases(recorded) == [int(np.argmin(errors))]
+
+
+@pytest.mark.parametrize("objective", ["limit_margin.trolley", "min_rope_tension"])
+def test_what_is_better_when_larger_is_no_objective(objective: str, tmp_path: Path) -> None:
+    """A search for the least distance to a limit, or the slackest rope, is refused in one line."""
+    with pytest.raises(SceneError, match="is better when it is larger") as refused:
+        tuning.tune(quick(objectives=["peak_effort", objective]), tmp_path / "search", workers=1)
+    assert "\n" not in str(refused.value) and not (tmp_path / "search").exists()
 
 
 @pytest.mark.interpreted
