@@ -302,9 +302,8 @@ def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float
     if row["status"] != OK:
         return None
     values = find_objectives(row, objectives)
-    if any(None in own for own in values):
-        return None
-    return [float(worst_joint(name, own)) for name, own in zip(objectives, values, strict=True)]
+    found = [float(worst_joint(name, own)) for name, own in zip(objectives, values, strict=True)]
+    return found if all(map(math.isfinite, found)) else None
 
 
 def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:

@@ -106,6 +106,16 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
     assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 8
 
 
+@pytest.mark.interpreted
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
+def test_a_metric_that_is_no_finite_number_is_none(value: str, tmp_path: Path) -> None:
+    """A trial whose own metric is NaN or infinite is infeasible, as one whose run has none."""
+    (tmp_path / "own.py").write_text(f"def odd(run):\n    return {{'odd': float('{value}')}}\n")
+    study = load_study(QUICK | {"tune": None, "metrics": f"{tmp_path}/own.py:odd"})
+    with start_workers(1, None) as pool:
+        assert tuning.evaluate_gains(study, WHOLE, ("peak_effort", "odd"), pool) == ((math.inf, math.inf), 1.0)
+
+
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
