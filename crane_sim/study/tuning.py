@@ -83,7 +83,7 @@ def tune(
 
     Args:
         study: the study, its file, or a dict of a file's shape.
-        folder: where trials (trials.log) and the study on held-out samples (held_out_TRIALS/) go.
+        folder: where trials (trials.log) and the study on held-out samples (held_out_TRIALS_keep_KEEP/) go.
         workers: processes; None: one for each core; 1: this process. They change no number.
         on_progress: called with (trials that are done, all trials).
 
@@ -109,7 +109,7 @@ def tune(
             chosen = choose(front, settings)
             trials = _count_finished(search)  # more than the study's, where the folder has more
             held_out = _held_out(training, settings, chosen)
-            judged = run(held_out, place / f"held_out_{trials}", workers, pool=pool)
+            judged = run(held_out, place / f"held_out_{trials}_keep_{settings.keep}", workers, pool=pool)
             _write_gains(
                 place / "gains.yaml", {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen}
             )

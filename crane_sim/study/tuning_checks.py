@@ -108,7 +108,7 @@ def check_objectives(study: Study, settings: Tune, pool: Workers) -> None:
 
 
 def find_objectives(row: Mapping[str, Any], objectives: Sequence[str]) -> list[list[Any]]:
-    """Return the values of each objective in the row of a run, several of a metric of every joint; None or NaN: not there.
+    """Return the values of each objective in the row of a run, several of a metric by joint; None or NaN: not there.
 
     Raises:
         SceneError: there is no such metric, or it is text.

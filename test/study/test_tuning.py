@@ -308,6 +308,16 @@ def test_what_is_better_when_larger_is_no_objective(objective: str, tmp_path: Pa
 
 
 @pytest.mark.interpreted
+def test_a_search_goes_on_with_another_keep(tmp_path: Path) -> None:
+    """More compromises of the same trials are judged in a folder of their own, beside the one that is there."""
+    conflicting = {"trials": 4, "objectives": ["peak_effort", "final_error"]}
+    first, second = (tuning.tune(quick(keep=keep, **conflicting), tmp_path, workers=1) for keep in (1, 2))
+    assert first.chosen.keys() != second.chosen.keys() and first.front == second.front
+    assert first.held_out.folder != second.held_out.folder
+    assert list(second.held_out.study.variant_changes) == [BASELINE, *second.chosen]
+
+
+@pytest.mark.interpreted
 def test_gains_can_be_pasted(tmp_path: Path) -> None:
     """An entry of gains.yaml is a variant, and its lines are those of `--set`, though the scene has no such list.
 
@@ -323,5 +333,5 @@ def test_gains_can_be_pasted(tmp_path: Path) -> None:
     scene = load_scene("overhead_energy", overrides=saved[name])
     assert scene.document["control"]["kp"] == saved[name]["control.kp"]
     check_cases(load_study(QUICK | {"tune": None, "variants": saved}))
-    with pytest.raises(SceneError, match="holds a search of crane tune; its study is .*held_out_1$"):
+    with pytest.raises(SceneError, match="holds a search of crane tune; its study is .*held_out_1_keep_1$"):
         read_result(tmp_path)
