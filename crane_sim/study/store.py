@@ -82,12 +82,28 @@ def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
     return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
 
 
-def lock_folder(descriptor: int, folder: Path, what: str) -> None:
-    """Lock an open file, or the folder itself, for this process; it is freed when the process ends, however it ends.
+@contextmanager
+def held_folder(folder: Path, what: str) -> Iterator[None]:
+    """Make a folder where there is none, and hold it for this process; it is freed with the process, however it ends.
+
+    The lock is the folder's own: a file in it that is written anew is another file, which another process can lock.
 
     Raises:
-        SceneError: another process runs `what` the folder is of, or it cannot be locked.
+        SceneError: another process runs `what` the folder is of, or it cannot be made or locked.
     """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise SceneError(f"folder {folder}: {error.strerror}") from None
+    try:
+        _lock(descriptor, folder, what)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int, folder: Path, what: str) -> None:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -100,24 +116,13 @@ class Store:
     """The folder of a study."""
 
     def __init__(self, folder: Path, study: Study, cases: int) -> None:
-        """Take the folder and the number of cases.
-
-        Raises:
-            SceneError: the folder holds another study, or cannot be written.
-        """
+        """Take the folder and the number of cases; nothing is written until the folder is held."""
         self.folder, self.cases = folder, cases
         self.block = max(1, min(MAX_BLOCK, cases // MIN_BLOCKS))
         self.identity = identity_of(study)
         self.hash = hash_of(self.identity)
         self._rows, self._file = folder / "rows", folder / IDENTITY
         self.table_file = folder / "table.parquet"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if not self.table_file.exists():
-                self._rows.mkdir(exist_ok=True)
-            self._check_or_write_identity()
-        except OSError as error:
-            raise SceneError(f"folder {folder}: {error.strerror}") from None
 
     def _check_or_write_identity(self) -> None:
         if self._file.exists():
@@ -147,14 +152,19 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the folder for this process; the lock ends with the process, however it ends.
+        """Hold the folder for this process, made where there is none; the lock ends with the process, however it ends.
 
         Raises:
-            SceneError: another process runs the study of this folder.
+            SceneError: another process runs the study of this folder, it holds another study, or cannot be written.
         """
-        with self._file.open() as file:
-            lock_folder(file.fileno(), self.folder, "study")
-            self._remove_leftovers()
+        with held_folder(self.folder, "study"):
+            try:
+                self._check_or_write_identity()
+                if not self.table_file.exists():
+                    self._rows.mkdir(exist_ok=True)
+                self._remove_leftovers()
+            except OSError as error:
+                raise SceneError(f"folder {self.folder}: {error.strerror}") from None
             yield
 
     def _remove_leftovers(self) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -32,7 +31,7 @@ from crane_sim.study.execution import check_cases, check_metrics, run, run_block
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
 from crane_sim.study.statistics import CONFIDENCE, PairedDifference
-from crane_sim.study.store import SEARCH, block_needs, hash_of, identity_of, load_pyarrow, lock_folder, write_whole
+from crane_sim.study.store import SEARCH, block_needs, hash_of, held_folder, identity_of, load_pyarrow, write_whole
 from crane_sim.study.tuning_checks import (
     base_changes,
     check_design,
@@ -173,19 +172,11 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     Raises:
         SceneError: another process has the folder, or it holds another search; of the same one trials may be more.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except OSError as error:
-        raise SceneError(f"folder {folder}: {error.strerror}") from None
-    try:
-        lock_folder(held, folder, "search")
+    with held_folder(folder, "search"):
         _check_or_write_identity(folder, study)
         for file in folder.glob("trials.log.lock*"):  # of a process that ended while it wrote to the journal
             file.unlink()
         yield
-    finally:
-        os.close(held)
 
 
 def _check_or_write_identity(folder: Path, study: Study) -> None:

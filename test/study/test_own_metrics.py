@@ -17,6 +17,7 @@ from crane_sim.cli.sweep import print_result
 from crane_sim.evaluation.report.study_page import study_page
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
+from crane_sim.study import store
 from crane_sim.study.store import hash_of, identity_of
 from crane_sim.study.summary import shown_metrics
 
@@ -108,6 +109,24 @@ def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str
         run_with(f"{own}:returned", tmp_path / "refused")
     assert f"study: metrics = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
     assert not (tmp_path / "refused").exists()
+
+
+def test_a_new_folder_belongs_to_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second process that finds a fresh folder while the first one writes which study it is of is refused."""
+    study, refusals = studies.load_study(STUDY), list[str]()
+
+    def write_while_another_begins(*args: Any) -> None:
+        monkeypatch.setattr(store, "write_whole", write_whole)
+        with pytest.raises(SceneError) as refused, store.Store(tmp_path / "new", study, 4).locked():
+            pass
+        refusals.append(str(refused.value))
+        write_whole(*args)
+
+    write_whole = store.write_whole
+    monkeypatch.setattr(store, "write_whole", write_while_another_begins)
+    with store.Store(tmp_path / "new", study, 4).locked():
+        pass
+    assert refusals == [f"folder {tmp_path / 'new'}: another process is running this study"]
 
 
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
