@@ -1,6 +1,5 @@
 """The result of a study: its table, and what its variants differ in."""
 
-import json
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,14 +16,14 @@ from crane_sim.study.columns import worst_joint
 from crane_sim.study.runs import OK
 from crane_sim.study.schema import Study, load_study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
-from crane_sim.study.store import OWN_METRIC, SEARCH, load_pyarrow
+from crane_sim.study.store import OWN_METRIC, SEARCH, load_pyarrow, read_identity
 
 
 def read_result(folder: Path) -> "StudyResult":
     """Return the study that has been run in a folder.
 
     Raises:
-        SceneError: the folder holds no study, or one that is not finished.
+        SceneError: the folder holds no study, one that is not finished, or a damaged one.
     """
     if (folder / SEARCH).is_file():
         raise SceneError(_tuned_folder(folder))
@@ -33,7 +32,7 @@ def read_result(folder: Path) -> "StudyResult":
     if not (folder / "table.parquet").is_file():
         raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
     load_pyarrow()
-    known = json.loads((folder / "study.json").read_text())["study"]
+    known = read_identity(folder / "study.json").get("study", {})
     return StudyResult(load_study(deprecated_names.rename_keys(known)), folder)
 
 

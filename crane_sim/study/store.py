@@ -82,6 +82,24 @@ def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
     return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
 
 
+def read_identity(file: Path) -> dict[str, Any]:
+    """Return what the file of a folder says of its study or search, groups by name.
+
+    Raises:
+        SceneError: the file is damaged, or cannot be read.
+    """
+    try:
+        known = json.loads(file.read_text())
+    except OSError as error:
+        raise SceneError(f"{file}: {error.strerror}") from None
+    except ValueError:  # no JSON, or no text
+        known = None
+    groups = ("study", "versions", "functions")
+    if not isinstance(known, dict) or not all(isinstance(known.get(name, {}), dict) for name in groups):
+        raise SceneError(f"{file}: is damaged; name another folder, or remove this one")
+    return known
+
+
 @contextmanager
 def held_folder(folder: Path, what: str) -> Iterator[None]:
     """Make a folder where there is none, and hold it for this process; it is freed with the process, however it ends.
@@ -126,7 +144,7 @@ class Store:
 
     def _check_or_write_identity(self) -> None:
         if self._file.exists():
-            known = json.loads(self._file.read_text())
+            known = read_identity(self._file)
             if not self._holds_this(known):
                 raise SceneError(f"folder {self.folder}: {self._difference(known)}; name another folder, or remove it")
             return

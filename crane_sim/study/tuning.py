@@ -31,7 +31,16 @@ from crane_sim.study.execution import check_cases, check_metrics, run, run_block
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
 from crane_sim.study.statistics import CONFIDENCE, PairedDifference
-from crane_sim.study.store import SEARCH, block_needs, hash_of, held_folder, identity_of, load_pyarrow, write_whole
+from crane_sim.study.store import (
+    SEARCH,
+    block_needs,
+    hash_of,
+    held_folder,
+    identity_of,
+    load_pyarrow,
+    read_identity,
+    write_whole,
+)
 from crane_sim.study.tuning_checks import (
     base_changes,
     check_design,
@@ -186,10 +195,9 @@ def _check_or_write_identity(folder: Path, study: Study) -> None:
     try:
         if not file.exists():
             write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
-        known = json.loads(file.read_text())
     except OSError as error:
         raise SceneError(f"folder {folder}: {error.strerror}") from None
-    if known.get("hash") != identity:
+    if read_identity(file).get("hash") != identity:
         raise SceneError(
             f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
         )

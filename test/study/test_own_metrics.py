@@ -129,6 +129,17 @@ def test_a_new_folder_belongs_to_one_process(tmp_path: Path, monkeypatch: pytest
     assert refusals == [f"folder {tmp_path / 'new'}: another process is running this study"]
 
 
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe", b"[1]", b'{"study": 5}', b'{"versions": [], "study": {}}'])
+def test_a_damaged_identity_is_one_line(content: bytes, tmp_path: Path) -> None:
+    """A damaged study.json is named in one line by a study that finds it, and by the reader of its result."""
+    for name in ("study.json", "table.parquet"):
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(SceneError, match=r"^\S*study\.json: is damaged; name another folder[^\n]*$"):
+        studies.run(STUDY, tmp_path, 1)
+    with pytest.raises(SceneError, match=r"^\S*study\.json: is damaged[^\n]*$"):
+        studies.read_result(tmp_path)
+
+
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
     """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
 

@@ -19,6 +19,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.study.columns import PARAMETER
 from crane_sim.study.result import StudyResult, read_result
 from crane_sim.study.sensitivity import COLUMN_HEADINGS
+from crane_sim.study.store import read_identity
 from crane_sim.study.summary import first_errors, shown_metrics, summarise
 
 COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")
@@ -221,8 +222,8 @@ def _case_link(result: StudyResult, case: int, folder: Path) -> str:
 
 def _study(result: StudyResult) -> str:
     """Return the section with the study's file and versions."""
-    known = json.loads((result.folder / "study.json").read_text())
-    text = json.dumps({"study": known["study"], "versions": known["versions"]}, indent=1)
+    known = read_identity(result.folder / "study.json")
+    text = json.dumps({name: known.get(name) for name in ("study", "versions")}, indent=1)
     return _section("Study", f"<details><summary>file and versions</summary><pre>{escape(text)}</pre></details>")
 
 
