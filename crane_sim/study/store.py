@@ -187,7 +187,7 @@ class Store:
 
     def _remove_leftovers(self) -> None:
         """Remove what a process that ended in the middle of a write has left; the folder is held."""
-        for file in (*self._rows.glob(".*"), *self.folder.glob(f".{self.table_file.name}.*")):
+        for file in (*self._rows.glob(".*"), *partial_files(self._file), *partial_files(self.table_file)):
             file.unlink()
         if self.table_file.exists():
             shutil.rmtree(self._rows, ignore_errors=True)
@@ -286,6 +286,11 @@ def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:
         whole = name in _INTEGERS or name.endswith(("_steps", "_evaluations"))
         return values, arrow.int64() if whole and float not in types else arrow.float64()
     return values if len(types) <= 1 else [None if value is None else str(value) for value in values], None
+
+
+def partial_files(path: Path) -> Iterator[Path]:
+    """Yield what processes have left that ended while they wrote a file with `write_whole`."""
+    return path.parent.glob(f".{path.name}.*")
 
 
 def write_whole(path: Path, write: Any) -> None:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from importlib import import_module
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -38,6 +38,7 @@ from crane_sim.study.store import (
     held_folder,
     identity_of,
     load_pyarrow,
+    partial_files,
     read_identity,
     write_whole,
 )
@@ -54,6 +55,8 @@ from crane_sim.study.workers import Workers, start_workers
 if TYPE_CHECKING:
     from crane_sim.study.result import StudyResult
 
+JOURNAL, GAINS = "trials.log", "gains.yaml"
+"""Files of a search's folder: Optuna's journal of the trials, and the gains that were found."""
 SAMPLES_AT_ONCE = 4
 """Samples that a worker runs before its rows are looked at."""
 NOT_REACHED = "samples_not_reached"
@@ -118,9 +121,7 @@ def tune(
             trials = _count_finished(search)  # more than the study's, where the folder has more
             held_out = _held_out(training, settings, chosen)
             judged = run(held_out, place / f"held_out_{trials}_keep_{settings.keep}", workers, pool=pool)
-            _write_gains(
-                place / "gains.yaml", {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen}
-            )
+            _write_gains(place / GAINS, {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen})
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
     return TuningResult(front, chosen, trials, infeasible, judged, settings.objectives, settings.changes)
 
@@ -183,7 +184,8 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     """
     with held_folder(folder, "search"):
         _check_or_write_identity(folder, study)
-        for file in folder.glob("trials.log.lock*"):  # of a process that ended while it wrote to the journal
+        written = (partial_files(folder / name) for name in (SEARCH, JOURNAL, GAINS))
+        for file in (*folder.glob(f"{JOURNAL}.lock*"), *chain(*written)):  # of a process that ended while it wrote
             file.unlink()
         yield
 
@@ -209,7 +211,7 @@ def _search(
     """Return the search after its trials; those that are in the folder are not run again."""
     settings = study.tune
     assert settings is not None
-    file = folder.absolute() / "trials.log"  # the text of Optuna's lock, a symbolic link, which would dangle else
+    file = folder.absolute() / JOURNAL  # the text of Optuna's lock, a symbolic link, which would dangle else
     _drop_unfinished_line(file)
     journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
     n, name = len(settings.objectives), study.name or "tune"

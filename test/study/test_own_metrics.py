@@ -140,6 +140,16 @@ def test_a_damaged_identity_is_one_line(content: bytes, tmp_path: Path) -> None:
         studies.read_result(tmp_path)
 
 
+def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
+    """Halves of study.json, table and rows of a process that was killed are gone when the study goes on."""
+    study = store.Store(tmp_path, studies.load_study(STUDY), 4)
+    (tmp_path / "rows").mkdir()
+    for name in (".study.json.123", ".table.parquet.123", "rows/.000000.arrow.123"):
+        (tmp_path / name).touch()
+    with study.locked():
+        assert sorted(file.name for file in tmp_path.rglob("*")) == ["rows", "study.json"]
+
+
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
     """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
 

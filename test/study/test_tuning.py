@@ -207,15 +207,17 @@ def quick(study: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]
 
 @pytest.mark.interpreted
 def test_a_lock_of_a_killed_process_stops_no_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A lock that a process left in a folder with a relative path, a dangling link, is removed: the search ends."""
+    """A dangling lock in a folder with a relative path, and halves of files, are removed: the search ends."""
     monkeypatch.chdir(tmp_path)
     tuning.tune(quick(), "search", workers=1)
     lock = Path("search/trials.log.lock")
     lock.symlink_to("search/trials.log")
     assert lock.is_symlink() and not lock.exists()
+    partial = Path("search/.gains.yaml.123")
+    partial.touch()
     with deadline(60):
         assert tuning.tune(quick(trials=2), "search", workers=1).trials == 2
-    assert not lock.is_symlink()
+    assert not lock.is_symlink() and not partial.exists()
 
 
 @contextmanager
