@@ -22,10 +22,11 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.columns import OwnMetric
+from crane_sim.simulation.flat_summary import cell_of
+from crane_sim.study.columns import PARAMETER, OwnMetric
 from crane_sim.study.deprecated_names import rename_keys
 from crane_sim.study.named_functions import hash_functions
-from crane_sim.study.schema import Study, scene_document
+from crane_sim.study.schema import Study, Values, scene_document
 from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time
@@ -139,6 +140,7 @@ class Store:
         self.block = max(1, min(MAX_BLOCK, cases // MIN_BLOCKS))
         self.identity = identity_of(study)
         self.hash = hash_of(self.identity)
+        self._texts = _columns_of_text(study)
         self._rows, self._file = folder / "rows", folder / IDENTITY
         self.table_file = folder / "table.parquet"
 
@@ -213,7 +215,8 @@ class Store:
 
     def write(self, block: int, columns: Mapping[str, Any]) -> None:
         """Write the rows of a block, columns by name."""
-        ipc, table = load_pyarrow("pyarrow.ipc"), table_of(columns)
+        texts = {name: _as_text(columns[name]) for name in columns.keys() & self._texts}
+        ipc, table = load_pyarrow("pyarrow.ipc"), table_of({**columns, **texts})
 
         def write(path: Path) -> None:
             with ipc.new_file(str(path), table.schema) as writer:
@@ -285,7 +288,18 @@ def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:
     if types and types <= {int, float}:
         whole = name in _INTEGERS or name.endswith(("_steps", "_evaluations"))
         return values, arrow.int64() if whole and float not in types else arrow.float64()
-    return values if len(types) <= 1 else [None if value is None else str(value) for value in values], None
+    return values if len(types) <= 1 else _as_text(values), None
+
+
+def _as_text(values: Any) -> list[str | None]:
+    return [None if value is None else str(value) for value in values]
+
+
+def _columns_of_text(study: Study) -> set[str]:
+    """Return the columns of parameters whose values have several types: text in every block, whatever is in it."""
+    listed = {key: each.values for key, each in study.parameters.items() if isinstance(each, Values)}
+    types = {key: {type(cell_of(value)) for value in values} - {type(None)} for key, values in listed.items()}
+    return {PARAMETER + key for key, each in types.items() if len(each) > 1 and each != {int, float}}
 
 
 def partial_files(path: Path) -> Iterator[Path]:

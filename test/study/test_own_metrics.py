@@ -150,6 +150,13 @@ def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
         assert sorted(file.name for file in tmp_path.rglob("*")) == ["rows", "study.json"]
 
 
+def test_values_of_several_types_are_text(tmp_path: Path) -> None:
+    """Numbers, text and a refused flag as values of one parameter, each in a block of its own, make one column."""
+    found = studies.run(STUDY | {"parameters": {"initial.angles": [0.1, "10 deg", 1, True]}}, tmp_path, 1)
+    assert found.column("parameter.initial.angles").tolist()[::2] == ["0.1", "10 deg", "1", "True"]
+    assert found.column("status").tolist()[::2] == ["ok", "ok", "ok", "refused"]
+
+
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
     """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
 
