@@ -5,6 +5,7 @@ import io
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -155,6 +156,18 @@ def test_values_of_several_types_are_text(tmp_path: Path) -> None:
     found = studies.run(STUDY | {"parameters": {"initial.angles": [0.1, "10 deg", 1, True]}}, tmp_path, 1)
     assert found.column("parameter.initial.angles").tolist()[::2] == ["0.1", "10 deg", "1", "True"]
     assert found.column("status").tolist()[::2] == ["ok", "ok", "ok", "refused"]
+
+
+def test_failed_runs_count_in_distributions(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The share of runs of a distribution is of all of them: of a variant with a failed run it ends below 1."""
+    rows, axes = run_with(f"{own}:of_strong_laws", tmp_path), Mock()
+    monkeypatch.setattr("crane_sim.evaluation.report.study_page._figure", lambda draw, _: draw(axes) or "")
+    study_page(studies.read_result(tmp_path))
+    found = {call.kwargs["label"]: call.args[1].max(initial=0.0) for call in axes.step.call_args_list}
+    assert found == {
+        name: np.mean([row["status"] == "ok" for row in rows if row["variant"] == name]) for name in STUDY["variants"]
+    }
+    assert min(found.values()) < 1.0
 
 
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:

@@ -162,7 +162,7 @@ def _draw(draw: Any, height: float) -> str:
 
 
 def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
-    """Yield the section of the metrics' cumulative distributions."""
+    """Yield the section of the metrics' cumulative distributions: without the metric, a run is below no value."""
     drawings = []
     for name in names:
         spread = {variant: result.metric(name, variant) for variant in result.study.variant_changes}
@@ -170,9 +170,9 @@ def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
         def draw(axes: Any, spread: dict[str, npt.NDArray[np.float64]] = spread, name: str = name) -> None:
             for color, (variant, values) in zip(COLORS * 9, spread.items(), strict=False):
                 ordered = np.sort(values[np.isfinite(values)])
-                share = np.arange(1, len(ordered) + 1) / max(len(ordered), 1)
+                share = np.arange(1, len(ordered) + 1) / max(len(values), 1)
                 axes.step(ordered, share, where="post", color=color, label=variant)
-            axes.set(xlabel=name, ylabel="share of runs", ylim=(0, 1.02))
+            axes.set(xlabel=name, ylabel="share of all runs", ylim=(0, 1.02))
             axes.legend(frameon=False)
 
         drawings.append(_figure(draw, 2.6))
