@@ -37,6 +37,7 @@ def selected_cases(result: StudyResult) -> list[int]:
         chosen |= set(number[number % wanted.every == 0].tolist())
     if wanted.worst is not None:
         values = _badness(result, wanted.worst.metric)
+        values[np.isnan(values) & (status == OK)] = np.inf  # as a run that never settles
         order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
     return sorted(chosen)

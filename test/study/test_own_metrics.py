@@ -170,6 +170,18 @@ def test_failed_runs_count_in_distributions(own: Path, tmp_path: Path, monkeypat
     assert min(found.values()) < 1.0
 
 
+def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> None:
+    """Runs that end without the metric are recorded before that with the largest value, failed ones are not."""
+    values = {8.0: 1.0, 9.0: None, 10.0: 2.0}  # by mass; another one is an error, and so a failed run
+    look_up = f"{values}[run.scene.document['cable']['node_masses'][0]]"
+    own.write_text(f"def late(run):\n    return {{'late': {look_up}}}\n")
+    changes = {"parameters": {MASS: [7.0, *values]}, "variants": {}, "metrics": f"{own}:late"}
+    worst = {"worst": {"metric": "late", "count": 2}}
+    result = studies.run(STUDY | changes | {"recordings": worst}, tmp_path / "study", 1)
+    assert result.column("status").tolist() == ["failed", "ok", "ok", "ok"]
+    assert sorted(file.stem for file in (result.folder / "recordings").iterdir()) == ["000002", "000003"]
+
+
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
     """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
 
