@@ -182,6 +182,18 @@ def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> 
     assert sorted(file.stem for file in (result.folder / "recordings").iterdir()) == ["000002", "000003"]
 
 
+@pytest.mark.parametrize("wanted", [{"failures": True}, {"every": 2}, {"worst": {"metric": "peak_swing_deg"}}])
+def test_recordings_without_a_recorder_are_refused(
+    wanted: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A study that asks for recordings is refused in one line before anything runs where rerun-sdk is missing."""
+    monkeypatch.setattr("crane_sim.study.recordings.find_spec", lambda _: None)
+    monkeypatch.setattr("crane_sim.study.execution.check_cases", pytest.fail)
+    with pytest.raises(SceneError, match=r"^study: recordings: need the Python package rerun-sdk [^\n]*$"):
+        studies.run(STUDY | {"recordings": wanted}, tmp_path / "refused", 1)
+    assert not (tmp_path / "refused").exists()
+
+
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
     """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
 
