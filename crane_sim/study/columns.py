@@ -1,11 +1,37 @@
-"""Names of the columns of a study's table that every study has; those of metrics are of its runs."""
+"""Names of the columns of a study's table that every study has, and how a metric's columns tell better from worse."""
 
+from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 FIRST_COLUMNS = ("case", "sample", "variant", "law", "seed", "status", "error")
 PARAMETER = "parameter."
 """What a column of a parameter begins with, before the parameter's dotted key."""
 COLUMNS = (*FIRST_COLUMNS, PARAMETER, "events", "versions", "wall_time")
+SIGNED = ("final_error",)
+"""Metrics with a sign, whose magnitudes are compared: an overshoot is an error as large as what is missing."""
+LARGER_IS_BETTER = ("limit_margin", "min_rope_tension")
+"""Metrics of which the least value is the worst one; of all others that is the largest."""
+
+
+def is_better_larger(metric: str) -> bool:
+    """Return whether of a metric, or of its column of one joint, larger values are the better ones."""
+    return metric.partition(".")[0] in LARGER_IS_BETTER
+
+
+def worst_joint(metric: str, by_joint: Sequence[Any]) -> npt.NDArray[np.float64]:
+    """Return a metric as studies compare it: that of its worst joint, the magnitude of a signed one.
+
+    Args:
+        metric: its name, or that of its column of one joint.
+        by_joint: its columns in the table, of shape (n,), or one run's values; NaN of one joint is NaN of all.
+    """
+    values = np.array(by_joint, dtype=float)
+    if metric.partition(".")[0] in SIGNED:
+        values = np.abs(values)
+    return values.min(axis=0) if is_better_larger(metric) else values.max(axis=0)
 
 
 class OwnMetric(list[Any]):

@@ -11,6 +11,7 @@ import numpy as np
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import CaseList, cases
+from crane_sim.study.columns import is_better_larger, worst_joint
 from crane_sim.study.runs import OK, rows_of, simulate_case
 from crane_sim.study.schema import scene_document
 
@@ -35,7 +36,8 @@ def selected_cases(result: StudyResult) -> list[int]:
     if wanted.every is not None:
         chosen |= set(number[number % wanted.every == 0].tolist())
     if wanted.worst is not None:
-        values = _metric(result, wanted.worst.metric)
+        values = _badness(result, wanted.worst.metric)
+        values[np.isnan(values) & (status == OK)] = np.inf  # as a run that never settles
         order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
     return sorted(chosen)
@@ -65,8 +67,11 @@ def check_worst_metric(listed: CaseList) -> None:
         _to_numbers(worst.metric, columns)
 
 
-def _metric(result: StudyResult, metric: str) -> Any:
-    return _to_numbers(metric, {name: result.column(name) if name == metric else () for name in result.types})
+def _badness(result: StudyResult, metric: str) -> Any:
+    """Return the column of `worst.metric` as numbers that are larger where runs are worse, NaN where they have none."""
+    columns = {name: result.column(name) if name == metric else () for name in result.types}
+    values = worst_joint(metric, [_to_numbers(metric, columns)])
+    return -values if is_better_larger(metric) else values
 
 
 def _to_numbers(metric: str, columns: Mapping[str, Any]) -> Any:

@@ -1,6 +1,5 @@
 """The result of a study: its table, and what its variants differ in."""
 
-import json
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,17 +12,18 @@ import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.study import deprecated_names
+from crane_sim.study.columns import worst_joint
 from crane_sim.study.runs import OK
 from crane_sim.study.schema import Study, load_study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
-from crane_sim.study.store import OWN_METRIC, SEARCH, load_pyarrow
+from crane_sim.study.store import OWN_METRIC, SEARCH, load_pyarrow, read_identity
 
 
 def read_result(folder: Path) -> "StudyResult":
     """Return the study that has been run in a folder.
 
     Raises:
-        SceneError: the folder holds no study, or one that is not finished.
+        SceneError: the folder holds no study, one that is not finished, or a damaged one.
     """
     if (folder / SEARCH).is_file():
         raise SceneError(_tuned_folder(folder))
@@ -32,7 +32,7 @@ def read_result(folder: Path) -> "StudyResult":
     if not (folder / "table.parquet").is_file():
         raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
     load_pyarrow()
-    known = json.loads((folder / "study.json").read_text())["study"]
+    known = read_identity(folder / "study.json").get("study", {})
     return StudyResult(load_study(deprecated_names.rename_keys(known)), folder)
 
 
@@ -116,13 +116,14 @@ class StudyResult:
     def metric(self, name: str, variant: str) -> npt.NDArray[np.float64]:
         """Return a metric of all samples (n,) under a variant, NaN for runs that have none or did not reach the end.
 
-        The name of a metric of every joint, as `settling_time`, stands for the greatest of them.
+        The name of a metric of every joint, as `settling_time`, stands for that of the worst one: the greatest, of
+        `limit_margin` the least. Of `final_error`, also of one joint, it is the magnitude; `column` has the sign.
 
         Raises:
             SceneError: there is no such metric or variant.
         """
         rows, columns = self._rows_of(variant), columns_of(name, list(self.types))
-        values = np.max([np.array(self.column(column), dtype=float) for column in columns], axis=0)[rows]
+        values = worst_joint(name, [self.column(column) for column in columns])[rows]
         return np.where(self.column("status")[rows] == OK, values, np.nan)
 
     def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:

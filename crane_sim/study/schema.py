@@ -75,7 +75,7 @@ Parameter = Annotated[Any, BeforeValidator(_read_parameter), PlainSerializer(_wr
 class Worst(_Group):
     """Runs to record because they are the worst ones by a metric."""
 
-    metric: str  # a column of the table; the largest values are the worst ones
+    metric: str  # a column of the table; the worst values are the largest, those of `LARGER_IS_BETTER` the least
     count: Count = 3  # -
 
 

@@ -22,10 +22,11 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.columns import OwnMetric
+from crane_sim.simulation.flat_summary import cell_of
+from crane_sim.study.columns import PARAMETER, OwnMetric
 from crane_sim.study.deprecated_names import rename_keys
 from crane_sim.study.named_functions import hash_functions
-from crane_sim.study.schema import Study, scene_document
+from crane_sim.study.schema import Study, Values, scene_document
 from crane_sim.study.versions import deciding_versions
 
 ROW_GROUP = 8192  # rows that are in memory at a time
@@ -82,12 +83,46 @@ def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
     return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
 
 
-def lock_folder(descriptor: int, folder: Path, what: str) -> None:
-    """Lock an open file, or the folder itself, for this process; it is freed when the process ends, however it ends.
+def read_identity(file: Path) -> dict[str, Any]:
+    """Return what the file of a folder says of its study or search, groups by name.
 
     Raises:
-        SceneError: another process runs `what` the folder is of, or it cannot be locked.
+        SceneError: the file is damaged, or cannot be read.
     """
+    try:
+        known = json.loads(file.read_text())
+    except OSError as error:
+        raise SceneError(f"{file}: {error.strerror}") from None
+    except ValueError:  # no JSON, or no text
+        known = None
+    groups = ("study", "versions", "functions")
+    if not isinstance(known, dict) or not all(isinstance(known.get(name, {}), dict) for name in groups):
+        raise SceneError(f"{file}: is damaged; name another folder, or remove this one")
+    return known
+
+
+@contextmanager
+def held_folder(folder: Path, what: str) -> Iterator[None]:
+    """Make a folder where there is none, and hold it for this process; it is freed with the process, however it ends.
+
+    The lock is the folder's own: a file in it that is written anew is another file, which another process can lock.
+
+    Raises:
+        SceneError: another process runs `what` the folder is of, or it cannot be made or locked.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise SceneError(f"folder {folder}: {error.strerror}") from None
+    try:
+        _lock(descriptor, folder, what)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int, folder: Path, what: str) -> None:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -100,28 +135,18 @@ class Store:
     """The folder of a study."""
 
     def __init__(self, folder: Path, study: Study, cases: int) -> None:
-        """Take the folder and the number of cases.
-
-        Raises:
-            SceneError: the folder holds another study, or cannot be written.
-        """
+        """Take the folder and the number of cases; nothing is written until the folder is held."""
         self.folder, self.cases = folder, cases
         self.block = max(1, min(MAX_BLOCK, cases // MIN_BLOCKS))
         self.identity = identity_of(study)
         self.hash = hash_of(self.identity)
+        self._texts = _columns_of_text(study)
         self._rows, self._file = folder / "rows", folder / IDENTITY
         self.table_file = folder / "table.parquet"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if not self.table_file.exists():
-                self._rows.mkdir(exist_ok=True)
-            self._check_or_write_identity()
-        except OSError as error:
-            raise SceneError(f"folder {folder}: {error.strerror}") from None
 
     def _check_or_write_identity(self) -> None:
         if self._file.exists():
-            known = json.loads(self._file.read_text())
+            known = read_identity(self._file)
             if not self._holds_this(known):
                 raise SceneError(f"folder {self.folder}: {self._difference(known)}; name another folder, or remove it")
             return
@@ -147,19 +172,24 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the folder for this process; the lock ends with the process, however it ends.
+        """Hold the folder for this process, made where there is none; the lock ends with the process, however it ends.
 
         Raises:
-            SceneError: another process runs the study of this folder.
+            SceneError: another process runs the study of this folder, it holds another study, or cannot be written.
         """
-        with self._file.open() as file:
-            lock_folder(file.fileno(), self.folder, "study")
-            self._remove_leftovers()
+        with held_folder(self.folder, "study"):
+            try:
+                self._check_or_write_identity()
+                if not self.table_file.exists():
+                    self._rows.mkdir(exist_ok=True)
+                self._remove_leftovers()
+            except OSError as error:
+                raise SceneError(f"folder {self.folder}: {error.strerror}") from None
             yield
 
     def _remove_leftovers(self) -> None:
         """Remove what a process that ended in the middle of a write has left; the folder is held."""
-        for file in (*self._rows.glob(".*"), *self.folder.glob(f".{self.table_file.name}.*")):
+        for file in (*self._rows.glob(".*"), *partial_files(self._file), *partial_files(self.table_file)):
             file.unlink()
         if self.table_file.exists():
             shutil.rmtree(self._rows, ignore_errors=True)
@@ -185,7 +215,8 @@ class Store:
 
     def write(self, block: int, columns: Mapping[str, Any]) -> None:
         """Write the rows of a block, columns by name."""
-        ipc, table = load_pyarrow("pyarrow.ipc"), table_of(columns)
+        texts = {name: _as_text(columns[name]) for name in columns.keys() & self._texts}
+        ipc, table = load_pyarrow("pyarrow.ipc"), table_of({**columns, **texts})
 
         def write(path: Path) -> None:
             with ipc.new_file(str(path), table.schema) as writer:
@@ -257,7 +288,23 @@ def _column(name: str, values: Any, arrow: Any) -> tuple[Any, Any]:
     if types and types <= {int, float}:
         whole = name in _INTEGERS or name.endswith(("_steps", "_evaluations"))
         return values, arrow.int64() if whole and float not in types else arrow.float64()
-    return values if len(types) <= 1 else [None if value is None else str(value) for value in values], None
+    return values if len(types) <= 1 else _as_text(values), None
+
+
+def _as_text(values: Any) -> list[str | None]:
+    return [None if value is None else str(value) for value in values]
+
+
+def _columns_of_text(study: Study) -> set[str]:
+    """Return the columns of parameters whose values have several types: text in every block, whatever is in it."""
+    listed = {key: each.values for key, each in study.parameters.items() if isinstance(each, Values)}
+    types = {key: {type(cell_of(value)) for value in values} - {type(None)} for key, values in listed.items()}
+    return {PARAMETER + key for key, each in types.items() if len(each) > 1 and each != {int, float}}
+
+
+def partial_files(path: Path) -> Iterator[Path]:
+    """Yield what processes have left that ended while they wrote a file with `write_whole`."""
+    return path.parent.glob(f".{path.name}.*")
 
 
 def write_whole(path: Path, write: Any) -> None:

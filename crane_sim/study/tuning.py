@@ -10,13 +10,12 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from importlib import import_module
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,11 +26,22 @@ from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import cases
+from crane_sim.study.columns import worst_joint
 from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
 from crane_sim.study.statistics import CONFIDENCE, PairedDifference
-from crane_sim.study.store import SEARCH, block_needs, hash_of, identity_of, load_pyarrow, lock_folder, write_whole
+from crane_sim.study.store import (
+    SEARCH,
+    block_needs,
+    hash_of,
+    held_folder,
+    identity_of,
+    load_pyarrow,
+    partial_files,
+    read_identity,
+    write_whole,
+)
 from crane_sim.study.tuning_checks import (
     base_changes,
     check_design,
@@ -45,6 +55,8 @@ from crane_sim.study.workers import Workers, start_workers
 if TYPE_CHECKING:
     from crane_sim.study.result import StudyResult
 
+JOURNAL, GAINS = "trials.log", "gains.yaml"
+"""Files of a search's folder: Optuna's journal of the trials, and the gains that were found."""
 SAMPLES_AT_ONCE = 4
 """Samples that a worker runs before its rows are looked at."""
 NOT_REACHED = "samples_not_reached"
@@ -82,7 +94,7 @@ def tune(
 
     Args:
         study: the study, its file, or a dict of a file's shape.
-        folder: where trials (trials.log) and the study on held-out samples (held_out_TRIALS/) go.
+        folder: where trials (trials.log) and the study on held-out samples (held_out_TRIALS_keep_KEEP/) go.
         workers: processes; None: one for each core; 1: this process. They change no number.
         on_progress: called with (trials that are done, all trials).
 
@@ -108,10 +120,8 @@ def tune(
             chosen = choose(front, settings)
             trials = _count_finished(search)  # more than the study's, where the folder has more
             held_out = _held_out(training, settings, chosen)
-            judged = run(held_out, place / f"held_out_{trials}", workers, pool=pool)
-            _write_gains(
-                place / "gains.yaml", {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen}
-            )
+            judged = run(held_out, place / f"held_out_{trials}_keep_{settings.keep}", workers, pool=pool)
+            _write_gains(place / GAINS, {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen})
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
     return TuningResult(front, chosen, trials, infeasible, judged, settings.objectives, settings.changes)
 
@@ -172,19 +182,12 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     Raises:
         SceneError: another process has the folder, or it holds another search; of the same one trials may be more.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except OSError as error:
-        raise SceneError(f"folder {folder}: {error.strerror}") from None
-    try:
-        lock_folder(held, folder, "search")
+    with held_folder(folder, "search"):
         _check_or_write_identity(folder, study)
-        for file in folder.glob("trials.log.lock*"):  # of a process that ended while it wrote to the journal
+        written = (partial_files(folder / name) for name in (SEARCH, JOURNAL, GAINS))
+        for file in (*folder.glob(f"{JOURNAL}.lock*"), *chain(*written)):  # of a process that ended while it wrote
             file.unlink()
         yield
-    finally:
-        os.close(held)
 
 
 def _check_or_write_identity(folder: Path, study: Study) -> None:
@@ -194,10 +197,9 @@ def _check_or_write_identity(folder: Path, study: Study) -> None:
     try:
         if not file.exists():
             write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
-        known = json.loads(file.read_text())
     except OSError as error:
         raise SceneError(f"folder {folder}: {error.strerror}") from None
-    if known.get("hash") != identity:
+    if read_identity(file).get("hash") != identity:
         raise SceneError(
             f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
         )
@@ -209,7 +211,7 @@ def _search(
     """Return the search after its trials; those that are in the folder are not run again."""
     settings = study.tune
     assert settings is not None
-    file = folder.absolute() / "trials.log"  # the text of Optuna's lock, a symbolic link, which would dangle else
+    file = folder.absolute() / JOURNAL  # the text of Optuna's lock, a symbolic link, which would dangle else
     _drop_unfinished_line(file)
     journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
     n, name = len(settings.objectives), study.name or "tune"
@@ -293,7 +295,7 @@ def evaluate_gains(
 
 
 def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float] | None:
-    """Return the objectives of a run, None where it failed or has no such metric.
+    """Return the objectives of a run as `StudyResult.metric` has them, None where it failed or has no such metric.
 
     Raises:
         SceneError: there is no such metric.
@@ -301,7 +303,8 @@ def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float
     if row["status"] != OK:
         return None
     values = find_objectives(row, objectives)
-    return None if any(None in own for own in values) else [float(max(own)) for own in values]
+    found = [float(worst_joint(name, own)) for name, own in zip(objectives, values, strict=True)]
+    return found if all(map(math.isfinite, found)) else None
 
 
 def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:

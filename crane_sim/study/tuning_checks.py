@@ -10,7 +10,7 @@ from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study.cases import cases
-from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER
+from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER, is_better_larger
 from crane_sim.study.execution import run_blocks
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, each_row
@@ -24,10 +24,17 @@ _NO_METRICS = (*FIRST_COLUMNS, "versions", "wall_time")
 
 
 def check_design(study: Study, settings: Tune) -> None:
-    """Raise SceneError where held-out samples would be those of the search, or a variant has the name of a result."""
+    """Raise SceneError where a study can judge no search.
+
+    Its held-out samples would be those of the search, an objective is better when larger, or a variant has the name of
+    a result.
+    """
     if study.design in ("grid", MORRIS):
         line = f"study: design = {study.design}: its held-out samples would be those of the search"
         raise SceneError(f"{line}; for tune: latin_hypercube, sobol, monte_carlo, saltelli")
+    for name in filter(is_better_larger, settings.objectives):
+        line = f"study: tune.objectives: {name}: is better when it is larger, and a search looks for the least"
+        raise SceneError(f"{line}; for its negative, name a function under metrics")
     least = {f"least_{name}" for name in settings.objectives}
     for name in study.variants:
         if name in least or re.fullmatch(r"compromise_\d+", name):
@@ -101,7 +108,7 @@ def check_objectives(study: Study, settings: Tune, pool: Workers) -> None:
 
 
 def find_objectives(row: Mapping[str, Any], objectives: Sequence[str]) -> list[list[Any]]:
-    """Return the values of each objective in the row of a run, several of a metric of every joint; None: not there.
+    """Return the values of each objective in the row of a run, several of a metric by joint; None or NaN: not there.
 
     Raises:
         SceneError: there is no such metric, or it is text.

@@ -5,6 +5,7 @@ import io
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from crane_sim.cli.sweep import print_result
 from crane_sim.evaluation.report.study_page import study_page
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
+from crane_sim.study import store
 from crane_sim.study.store import hash_of, identity_of
 from crane_sim.study.summary import shown_metrics
 
@@ -108,6 +110,88 @@ def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str
     with pytest.raises(SceneError, match=line) as error:
         run_with(f"{own}:returned", tmp_path / "refused")
     assert f"study: metrics = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
+    assert not (tmp_path / "refused").exists()
+
+
+def test_a_new_folder_belongs_to_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second process that finds a fresh folder while the first one writes which study it is of is refused."""
+    study, refusals = studies.load_study(STUDY), list[str]()
+
+    def write_while_another_begins(*args: Any) -> None:
+        monkeypatch.setattr(store, "write_whole", write_whole)
+        with pytest.raises(SceneError) as refused, store.Store(tmp_path / "new", study, 4).locked():
+            pass
+        refusals.append(str(refused.value))
+        write_whole(*args)
+
+    write_whole = store.write_whole
+    monkeypatch.setattr(store, "write_whole", write_while_another_begins)
+    with store.Store(tmp_path / "new", study, 4).locked():
+        pass
+    assert refusals == [f"folder {tmp_path / 'new'}: another process is running this study"]
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe", b"[1]", b'{"study": 5}', b'{"versions": [], "study": {}}'])
+def test_a_damaged_identity_is_one_line(content: bytes, tmp_path: Path) -> None:
+    """A damaged study.json is named in one line by a study that finds it, and by the reader of its result."""
+    for name in ("study.json", "table.parquet"):
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(SceneError, match=r"^\S*study\.json: is damaged; name another folder[^\n]*$"):
+        studies.run(STUDY, tmp_path, 1)
+    with pytest.raises(SceneError, match=r"^\S*study\.json: is damaged[^\n]*$"):
+        studies.read_result(tmp_path)
+
+
+def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
+    """Halves of study.json, table and rows of a process that was killed are gone when the study goes on."""
+    study = store.Store(tmp_path, studies.load_study(STUDY), 4)
+    (tmp_path / "rows").mkdir()
+    for name in (".study.json.123", ".table.parquet.123", "rows/.000000.arrow.123"):
+        (tmp_path / name).touch()
+    with study.locked():
+        assert sorted(file.name for file in tmp_path.rglob("*")) == ["rows", "study.json"]
+
+
+def test_values_of_several_types_are_text(tmp_path: Path) -> None:
+    """Numbers, text and a refused flag as values of one parameter, each in a block of its own, make one column."""
+    found = studies.run(STUDY | {"parameters": {"initial.angles": [0.1, "10 deg", 1, True]}}, tmp_path, 1)
+    assert found.column("parameter.initial.angles").tolist()[::2] == ["0.1", "10 deg", "1", "True"]
+    assert found.column("status").tolist()[::2] == ["ok", "ok", "ok", "refused"]
+
+
+def test_failed_runs_count_in_distributions(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The share of runs of a distribution is of all of them: of a variant with a failed run it ends below 1."""
+    rows, axes = run_with(f"{own}:of_strong_laws", tmp_path), Mock()
+    monkeypatch.setattr("crane_sim.evaluation.report.study_page._figure", lambda draw, _: draw(axes) or "")
+    study_page(studies.read_result(tmp_path))
+    found = {call.kwargs["label"]: call.args[1].max(initial=0.0) for call in axes.step.call_args_list}
+    assert found == {
+        name: np.mean([row["status"] == "ok" for row in rows if row["variant"] == name]) for name in STUDY["variants"]
+    }
+    assert min(found.values()) < 1.0
+
+
+def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> None:
+    """Runs that end without the metric are recorded before that with the largest value, failed ones are not."""
+    values = {8.0: 1.0, 9.0: None, 10.0: 2.0}  # by mass; another one is an error, and so a failed run
+    look_up = f"{values}[run.scene.document['cable']['node_masses'][0]]"
+    own.write_text(f"def late(run):\n    return {{'late': {look_up}}}\n")
+    changes = {"parameters": {MASS: [7.0, *values]}, "variants": {}, "metrics": f"{own}:late"}
+    worst = {"worst": {"metric": "late", "count": 2}}
+    result = studies.run(STUDY | changes | {"recordings": worst}, tmp_path / "study", 1)
+    assert result.column("status").tolist() == ["failed", "ok", "ok", "ok"]
+    assert sorted(file.stem for file in (result.folder / "recordings").iterdir()) == ["000002", "000003"]
+
+
+@pytest.mark.parametrize("wanted", [{"failures": True}, {"every": 2}, {"worst": {"metric": "peak_swing_deg"}}])
+def test_recordings_without_a_recorder_are_refused(
+    wanted: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A study that asks for recordings is refused in one line before anything runs where rerun-sdk is missing."""
+    monkeypatch.setattr("crane_sim.study.recordings.find_spec", lambda _: None)
+    monkeypatch.setattr("crane_sim.study.execution.check_cases", pytest.fail)
+    with pytest.raises(SceneError, match=r"^study: recordings: need the Python package rerun-sdk [^\n]*$"):
+        studies.run(STUDY | {"recordings": wanted}, tmp_path / "refused", 1)
     assert not (tmp_path / "refused").exists()
 
 

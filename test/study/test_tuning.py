@@ -19,8 +19,9 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study import tuning
 from crane_sim.study.execution import check_cases
-from crane_sim.study.result import read_result
-from crane_sim.study.schema import BASELINE, load_study
+from crane_sim.study.recordings import selected_cases
+from crane_sim.study.result import StudyResult, read_result
+from crane_sim.study.schema import BASELINE, Recordings, Worst, load_study
 from crane_sim.study.statistics import PairedDifference, compare_pairs
 from crane_sim.study.workers import start_workers
 
@@ -103,6 +104,16 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
         values, violation = tuning.evaluate_gains(study, weak, ("settling_time",), pool)
         reached = [case.parameters["reference.q.0"] < 2.0 for case in check_cases(study)]
     assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 8
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
+def test_a_metric_that_is_no_finite_number_is_none(value: str, tmp_path: Path) -> None:
+    """A trial whose own metric is NaN or infinite is infeasible, as one whose run has none."""
+    (tmp_path / "own.py").write_text(f"def odd(run):\n    return {{'odd': float('{value}')}}\n")
+    study = load_study(QUICK | {"tune": None, "metrics": f"{tmp_path}/own.py:odd"})
+    with start_workers(1, None) as pool:
+        assert tuning.evaluate_gains(study, WHOLE, ("peak_effort", "odd"), pool) == ((math.inf, math.inf), 1.0)
 
 
 @pytest.mark.parametrize(
@@ -196,15 +207,17 @@ def quick(study: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]
 
 @pytest.mark.interpreted
 def test_a_lock_of_a_killed_process_stops_no_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A lock that a process left in a folder with a relative path, a dangling link, is removed: the search ends."""
+    """A dangling lock in a folder with a relative path, and halves of files, are removed: the search ends."""
     monkeypatch.chdir(tmp_path)
     tuning.tune(quick(), "search", workers=1)
     lock = Path("search/trials.log.lock")
     lock.symlink_to("search/trials.log")
     assert lock.is_symlink() and not lock.exists()
+    partial = Path("search/.gains.yaml.123")
+    partial.touch()
     with deadline(60):
         assert tuning.tune(quick(trials=2), "search", workers=1).trials == 2
-    assert not lock.is_symlink()
+    assert not lock.is_symlink() and not partial.exists()
 
 
 @contextmanager
@@ -274,6 +287,39 @@ def test_studies_that_cannot_judge_a_search(changes: dict[str, Any], line: str, 
 
 
 @pytest.mark.interpreted
+def test_an_error_with_a_sign_counts_by_its_magnitude(tmp_path: Path) -> None:
+    """Objectives, comparisons and the worst runs take the magnitude of errors that are negative in the table."""
+    behind = {"reference.q.0": {"distribution": "uniform", "low": -3.0, "high": -1.0}}
+    found = tuning.tune(quick({"parameters": behind}, objectives=["final_error"]), tmp_path, workers=1)
+    ((mean,),) = [each.values for each in found.front]
+    judged, errors = found.held_out, found.held_out.column("final_error.trolley")
+    assert 1.0 < mean < 3.0 and np.all(errors < 0.0)
+    by_variant = [judged.metric(name, BASELINE) for name in ("final_error", "final_error.trolley")]
+    assert np.array_equal(by_variant, [-errors[judged.column("variant") == BASELINE]] * 2)
+    worst = Recordings(worst=Worst(metric="final_error.trolley", count=1))
+    recorded = StudyResult(judged.study.model_copy(update={"recordings": worst}), judged.folder)
+    assert selected_cases(recorded) == [int(np.argmin(errors))]
+
+
+@pytest.mark.parametrize("objective", ["limit_margin.trolley", "min_rope_tension"])
+def test_what_is_better_when_larger_is_no_objective(objective: str, tmp_path: Path) -> None:
+    """A search for the least distance to a limit, or the slackest rope, is refused in one line."""
+    with pytest.raises(SceneError, match="is better when it is larger") as refused:
+        tuning.tune(quick(objectives=["peak_effort", objective]), tmp_path / "search", workers=1)
+    assert "\n" not in str(refused.value) and not (tmp_path / "search").exists()
+
+
+@pytest.mark.interpreted
+def test_a_search_goes_on_with_another_keep(tmp_path: Path) -> None:
+    """More compromises of the same trials are judged in a folder of their own, beside the one that is there."""
+    conflicting = {"trials": 4, "objectives": ["peak_effort", "final_error"]}
+    first, second = (tuning.tune(quick(keep=keep, **conflicting), tmp_path, workers=1) for keep in (1, 2))
+    assert first.chosen.keys() != second.chosen.keys() and first.front == second.front
+    assert first.held_out.folder != second.held_out.folder
+    assert list(second.held_out.study.variant_changes) == [BASELINE, *second.chosen]
+
+
+@pytest.mark.interpreted
 def test_gains_can_be_pasted(tmp_path: Path) -> None:
     """An entry of gains.yaml is a variant, and its lines are those of `--set`, though the scene has no such list.
 
@@ -289,5 +335,5 @@ def test_gains_can_be_pasted(tmp_path: Path) -> None:
     scene = load_scene("overhead_energy", overrides=saved[name])
     assert scene.document["control"]["kp"] == saved[name]["control.kp"]
     check_cases(load_study(QUICK | {"tune": None, "variants": saved}))
-    with pytest.raises(SceneError, match="holds a search of crane tune; its study is .*held_out_1$"):
+    with pytest.raises(SceneError, match="holds a search of crane tune; its study is .*held_out_1_keep_1$"):
         read_result(tmp_path)

@@ -19,6 +19,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.study.columns import PARAMETER
 from crane_sim.study.result import StudyResult, read_result
 from crane_sim.study.sensitivity import COLUMN_HEADINGS
+from crane_sim.study.store import read_identity
 from crane_sim.study.summary import first_errors, shown_metrics, summarise
 
 COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")
@@ -161,7 +162,7 @@ def _draw(draw: Any, height: float) -> str:
 
 
 def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
-    """Yield the section of the metrics' cumulative distributions."""
+    """Yield the section of the metrics' cumulative distributions: without the metric, a run is below no value."""
     drawings = []
     for name in names:
         spread = {variant: result.metric(name, variant) for variant in result.study.variant_changes}
@@ -169,9 +170,9 @@ def _distributions(result: StudyResult, names: Sequence[str]) -> Iterator[str]:
         def draw(axes: Any, spread: dict[str, npt.NDArray[np.float64]] = spread, name: str = name) -> None:
             for color, (variant, values) in zip(COLORS * 9, spread.items(), strict=False):
                 ordered = np.sort(values[np.isfinite(values)])
-                share = np.arange(1, len(ordered) + 1) / max(len(ordered), 1)
+                share = np.arange(1, len(ordered) + 1) / max(len(values), 1)
                 axes.step(ordered, share, where="post", color=color, label=variant)
-            axes.set(xlabel=name, ylabel="share of runs", ylim=(0, 1.02))
+            axes.set(xlabel=name, ylabel="share of all runs", ylim=(0, 1.02))
             axes.legend(frameon=False)
 
         drawings.append(_figure(draw, 2.6))
@@ -221,8 +222,8 @@ def _case_link(result: StudyResult, case: int, folder: Path) -> str:
 
 def _study(result: StudyResult) -> str:
     """Return the section with the study's file and versions."""
-    known = json.loads((result.folder / "study.json").read_text())
-    text = json.dumps({"study": known["study"], "versions": known["versions"]}, indent=1)
+    known = read_identity(result.folder / "study.json")
+    text = json.dumps({name: known.get(name) for name in ("study", "versions")}, indent=1)
     return _section("Study", f"<details><summary>file and versions</summary><pre>{escape(text)}</pre></details>")
 
 
