@@ -121,6 +121,6 @@ def _format_cheapest(case: str, scene: dict[str, Any]) -> Table:
     table.add_column("engine")
     for level in ERROR_LEVELS:
         table.add_column(f"{level:.0e} m", justify="right")
-    for engine, points in cheapest_points(read_points(scene)).items():
+    for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items():
         table.add_row(engine, *("—" if p is None else f"{p.us_per_s:.3g} {p.method} {p.setting:.2g}" for p in points))
     return table

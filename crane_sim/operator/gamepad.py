@@ -39,11 +39,20 @@ class Gamepad:
         """
         self._device = _open(path)
         self.name = self._device.name
-        self._ranges: Mapping[int, Any] = dict(self._device.capabilities(absinfo=True).get(ecodes.EV_ABS, ()))
+        self._ranges: Mapping[int, Any] = {}
         self._axes = [0.0] * len(_STICKS)
         self._buttons = [0] * len(_BUTTONS)
         self._codes = {getattr(ecodes, name): i for i, name in enumerate(_STICKS)}
         self._keys = {getattr(ecodes, name): i for i, name in enumerate(_BUTTONS)}
+        try:
+            self._read_positions()
+        except OSError as error:  # it is gone again
+            self.close()
+            raise SceneError(f"gamepad {self.name}: cannot be read: {error.strerror}") from None
+
+    def _read_positions(self) -> None:
+        """Read where sticks and buttons are; later events tell their changes."""
+        self._ranges = dict(self._device.capabilities(absinfo=True).get(ecodes.EV_ABS, ()))
         for code, i in self._codes.items():
             if code in self._ranges:
                 self._axes[i] = self._normalise(code, self._ranges[code].value)

@@ -122,3 +122,16 @@ def test_a_virtual_gamepad() -> None:
 
     wait_until(lost, "the loss of the gamepad", 20.0)
     assert Buttons().enable == 9
+
+
+def test_a_gamepad_that_goes_while_it_is_opened_is_one_line(
+    pad: gamepad.Gamepad, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A device that is gone before its first positions are read is the error of one that cannot be opened."""
+
+    def gone(device: FakeDevice) -> list[int]:
+        raise OSError(19, "No such device")
+
+    monkeypatch.setattr(FakeDevice, "active_keys", gone)
+    with pytest.raises(SceneError, match="gamepad pad: cannot be read: No such device"):
+        gamepad.Gamepad("/dev/input/event7")

@@ -57,3 +57,13 @@ def test_nothing_to_command_is_a_single_line() -> None:
     """A crane without an actuated joint has no controllers."""
     with pytest.raises(SceneError, match="overhead_sway: no joint of this crane is actuated"):
         controllers_file(load_scene("overhead_sway"))
+
+
+def test_topics_of_the_root_namespace_are_the_nodes() -> None:
+    """The tag's topics are those of the namespace: the kind of crane by default, none below the root."""
+    scene = load_scene("knuckle_setpoint")
+    for namespace, topic in (("", "/knuckle"), ("/", ""), ("/rig/a", "/rig/a"), ("rig", "/rig")):
+        hardware = ElementTree.fromstring(urdf_with_ros2_control(scene, namespace)).find("ros2_control/hardware")
+        assert hardware is not None
+        texts = [each.text for each in hardware.iter("param")]
+        assert texts[:2] == [f"{topic}/joint_states", f"{topic}/joint_commands"]

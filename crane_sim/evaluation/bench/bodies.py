@@ -11,7 +11,7 @@ from typing import Any
 
 from crane_sim.evaluation.bench import crane_sim_engine
 from crane_sim.evaluation.bench.body_cases import CASES, STEPS, BodyCase, body_scene, make_reference
-from crane_sim.evaluation.bench.cases import ERROR_LEVELS, ReferenceSolution
+from crane_sim.evaluation.bench.cases import ERROR_LEVELS, ReferenceSolution, is_asked
 from crane_sim.evaluation.bench.engine import EngineUnavailable
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import exudyn_bodies, mujoco_bodies
@@ -72,24 +72,32 @@ def format_lines(results: dict[str, Any]) -> list[str]:
     for case, scene in results["scenes"].items():
         trusted = f"reference within {scene['trusted']:.0e} m, {scene['attitude_trusted']:.0e} rad"
         lines.append(f"{case}: {scene['title']} ({scene['scene']}), {scene['duration']:g} s; {trusted}")
-        points = read_points(scene)
-        count = len(BODY_ERROR_LEVELS)
-        cheapest_of = {engine: cheapest[:count] for engine, cheapest in cheapest_points(points).items()}
-        ours = cheapest_of[crane_sim_engine.NAME]
-        for engine, cheapest in cheapest_of.items():
-            lines += [f"  {engine:<10} {line}" for line in _describe_levels(cheapest, ours)]
-            closest = min((p for p in points if p.engine == engine), key=lambda p: p.error)
-            lines.append(f"  {engine:<10} closest: {_errors(closest)}, {closest.method} {closest.setting:.2g}")
+        coarse = [f"{level:.0e} m" for level in BODY_ERROR_LEVELS if not is_asked(level, scene["trusted"])]
+        lines += [f"  not asked, the reference is too coarse: {', '.join(coarse)}"] * bool(coarse)
+        lines += _describe_engines(scene)
     return [*lines, *CANNOT]
 
 
+def _describe_engines(scene: dict[str, Any]) -> list[str]:
+    """Return the lines of all engines on a scene."""
+    points, levels = read_points(scene), [i for i, e in enumerate(BODY_ERROR_LEVELS) if is_asked(e, scene["trusted"])]
+    found, lines = cheapest_points(points, scene["trusted"]), list[str]()
+    ours = found[crane_sim_engine.NAME]
+    for engine, cheapest in found.items():
+        lines += [f"  {engine:<10} {line}" for line in _describe_levels(levels, cheapest, ours)]
+        closest = min((p for p in points if p.engine == engine), key=lambda p: p.error)
+        errors = _errors(closest) if closest.error > scene["trusted"] else "within the reference's error"
+        lines.append(f"  {engine:<10} closest: {errors}, {closest.method} {closest.setting:.2g}")
+    return lines
+
+
 def _describe_levels(
-    cheapest: Sequence[WorkPrecisionPoint | None], ours: Sequence[WorkPrecisionPoint | None]
+    asked: Sequence[int], cheapest: Sequence[WorkPrecisionPoint | None], ours: Sequence[WorkPrecisionPoint | None]
 ) -> list[str]:
     """Return a line for each run that is the cheapest at some error, with the largest and smallest of these."""
     rows = dict[WorkPrecisionPoint | None, list[int]]()
-    for i, point in enumerate(cheapest):
-        rows.setdefault(point, []).append(i)
+    for i in asked:
+        rows.setdefault(cheapest[i], []).append(i)
     lines = list[str]()
     for point, levels in rows.items():
         span = " to ".join(f"{BODY_ERROR_LEVELS[i]:.0e}" for i in sorted({levels[0], levels[-1]}))
@@ -102,8 +110,9 @@ def _describe(point: WorkPrecisionPoint | None, ours: Sequence[WorkPrecisionPoin
         return "is not reached"
     times = [own.us_per_s for own in ours if own is not None]
     ratios = " to ".join(f"{ratio:.3g}" for ratio in sorted({point.us_per_s / time for time in times}))
+    beside = f"{ratios} x ours" if ratios else "ours does not reach it"
     run = f"{_errors(point)}, {point.method} {point.setting:.2g}"
-    return f"{point.us_per_s:8.1f} µs per simulated second, {ratios} x ours; {run}"
+    return f"{point.us_per_s:8.1f} µs per simulated second, {beside}; {run}"
 
 
 def _errors(point: WorkPrecisionPoint) -> str:

@@ -49,13 +49,13 @@ class Gains(NamedTuple):
 def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
     """Return the URDF of a scene with the tag of ros2_control.
 
-    `namespace` is that of its topics, by default the kind of crane.
+    `namespace` is that of its topics, by default the kind of crane; "/" is the root.
     """
     robot = ElementTree.fromstring(urdf(scene))
     control = ElementTree.SubElement(robot, "ros2_control", name=f"{scene.crane}_topics", type="system")
     hardware = ElementTree.SubElement(control, "hardware")
     ElementTree.SubElement(hardware, "plugin").text = PLUGIN
-    topics = "/" + (namespace.strip("/") or scene.crane)
+    topics = f"/{(namespace or scene.crane).strip('/')}".rstrip("/")
     parameters = {
         "joint_states_topic": f"{topics}/joint_states",
         "joint_commands_topic": f"{topics}/joint_commands",

@@ -77,7 +77,7 @@ def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: flo
     """Return the angles [rad] at which the springs balance all weights; hung: mass [kg] of all that hangs.
 
     Raises:
-        SceneError: the mast bends too far.
+        SceneError: the mast bends too far, or buckles under less than 1.1 times the weights.
     """
     total, moment, _ = compute_moments(tower, radius, hung)
     x, y, z = moment * cos(slew), moment * sin(slew), total * tower.height
@@ -89,7 +89,7 @@ def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: flo
         if step <= ROUNDING or max(abs(a), abs(b)) > LARGEST:
             break
     if not (max(abs(a), abs(b)) <= LARGEST and step <= 1e-12):
-        raise SceneError(
-            f"flexibility.mast.stiffness = {tower.stiffness:g}: bends by more than {LARGEST:g} rad at rest; take more"
-        )
+        bends = max(abs(a), abs(b)) > LARGEST
+        what = f"bends by more than {LARGEST:g} rad at rest" if bends else "is near buckling under the weights above it"
+        raise SceneError(f"flexibility.mast.stiffness = {tower.stiffness:g}: {what}; take more")
     return a, b
