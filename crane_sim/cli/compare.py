@@ -120,9 +120,8 @@ def _print_metrics(comparison: Comparison, console: Console) -> None:
     first, *others = comparison.names
     header = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
     table = Table(*header, title="metrics", title_justify="left")
-    cranes = [run.crane for run in comparison.runs]
     for key, values in comparison.metrics.items():
-        label, unit, shown = metric_row(key, cranes, values)
+        label, unit, shown = metric_row(key, comparison.runs, values)
         table.add_row(label, *shown, unit)
     console.print(table)
 

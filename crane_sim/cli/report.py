@@ -18,7 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from crane_sim.files.catalogue import config_folder
-from crane_sim.recording.metric_units import plain_unit
+from crane_sim.recording.metric_units import path_unit_of_scene, plain_unit
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -156,7 +156,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
         table.add_section()
         for key in keys:
             if key in summary and key not in hidden:
-                unit = plain_unit(key) or _FURTHER_UNITS.get(key, "")
+                unit = plain_unit(key, path_unit_of_scene(scene)) or _FURTHER_UNITS.get(key, "")
                 table.add_row(key.removesuffix("_deg").replace("_", " "), f"{_format_number(summary[key])} {unit}")
     _add_commands(table, summary)
     console.print(table)

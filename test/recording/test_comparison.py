@@ -67,13 +67,14 @@ def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
 
 def test_metrics_in_other_units_are_not_subtracted(run: crane_sim.RecordedRun) -> None:
     """A run without the joint of a metric has no value, one in another unit has its own beside it and no difference."""
-    force, speed = (run.crane._replace(actuated=("hoist",), effort_units=(unit,)) for unit in ("N", "m/s²"))
-    none = run.crane._replace(actuated=(), effort_units=())
-    cranes = none, force, speed, force
-    label, unit, texts = metric_row("peak_effort.hoist", cranes, (None, 5.0, 2.0, 7.0))
+    cranes = [run.crane._replace(actuated=("hoist",), effort_units=(unit,)) for unit in ("N", "m/s²")]
+    force, speed = (replace(run, crane=crane) for crane in cranes)
+    none = replace(run, crane=run.crane._replace(actuated=(), effort_units=()))
+    runs = none, force, speed, force
+    label, unit, texts = metric_row("peak_effort.hoist", runs, (None, 5.0, 2.0, 7.0))
     assert (label, unit, texts) == ("peak effort hoist", "N", ["", "5", "2 m/s²", "7", "", "", ""])
-    assert metric_row("peak_effort.hoist", cranes[1:], (5.0, 2.0, 7.0))[2] == ["5", "2 m/s²", "7", "", "2"]
-    assert metric_row("law_us.p99", cranes[:2], (3.0, 4.0))[:2] == ("law p99", "µs")
+    assert metric_row("peak_effort.hoist", runs[1:], (5.0, 2.0, 7.0))[2] == ["5", "2 m/s²", "7", "", "2"]
+    assert metric_row("law_us.p99", runs[:2], (3.0, 4.0))[:2] == ("law p99", "µs")
 
 
 def test_quantities_with_gaps_are_named(run: crane_sim.RecordedRun) -> None:

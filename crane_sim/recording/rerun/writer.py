@@ -123,7 +123,7 @@ class RunWriter:
         self._log_timelines(make_fault_timelines(summary))
         framing = self._stage.fit_to_motion() or self._layout.framing
         self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
-        text = summary_table(self._layout.name, summary)
+        text = summary_table(self._layout.name, summary, self._layout.path_unit)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         self._rec.send_property("summary", rr.AnyValues(**summary_properties(summary)))
         self._check()
