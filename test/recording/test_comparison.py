@@ -1,5 +1,6 @@
 """Comparison of runs: zero with itself, the shift with a shifted run, a refusal for runs of another kind of crane."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -139,6 +140,19 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
     expected = {"peak swing": "deg", "final error trolley": "m", "peak effort trolley": "N", "max rope tension": "N"}
     assert expected.items() <= units.items()
     assert file.stat().st_size < 2_000_000
+
+
+def test_names_in_brackets_are_shown(
+    run: crane_sim.RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The terminal shows the names of files as they are, also where a part of them would be markup."""
+    assert run.path is not None
+    files = [str(shutil.copy(run.path, tmp_path / f"run[{name}].rrd")) for name in ("new", "old")]
+    monkeypatch.setenv("COLUMNS", "200")
+    app(["compare", *files], standalone_mode=False)
+    shown = capsys.readouterr().out
+    assert "run[old] − run[new]" in shown and "differences from run[new]" in shown
+    assert "│ run[old] │" in shown
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
