@@ -77,13 +77,20 @@ def _law_names(laws: str, runs: Sequence[str]) -> list[str]:
 
 
 def _simulate(source: str, laws: Sequence[str], quiet: bool) -> list[Rollout]:
-    """Return the runs of a scene with each law; failed runs end at the failure. All laws are validated first."""
+    """Return the runs of a scene with each law, all of which are validated first.
+
+    A run whose integration failed ends at the failure; of one whose law failed nothing is left.
+
+    Raises:
+        LawError: a law failed; the message names it.
+    """
+    from crane_sim.laws import LawError
     from crane_sim.simulation.plant import SimulationError
     from crane_sim.simulation.rollout import simulate
 
     scenes = [load_scene_with_options(source, law=law) for law in laws]
     rollouts = []
-    for scene in scenes:
+    for law, scene in zip(laws, scenes, strict=True):
         with report.compiling(quiet=quiet, evaluated=scene):
             try:
                 rollouts.append(simulate(scene))
@@ -91,6 +98,8 @@ def _simulate(source: str, laws: Sequence[str], quiet: bool) -> list[Rollout]:
                 if error.run is None:
                     raise
                 rollouts.append(error.run)
+            except LawError as error:
+                raise LawError(f"law {law!r}: {error}") from error
     return rollouts
 
 

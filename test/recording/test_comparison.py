@@ -12,6 +12,7 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.evaluation.report.page import save_comparison
+from crane_sim.laws import LawError
 from crane_sim.recording.metric_units import metric_row
 
 pytestmark = pytest.mark.interpreted
@@ -140,6 +141,15 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
     expected = {"peak swing": "deg", "final error trolley": "m", "peak effort trolley": "N", "max rope tension": "N"}
     assert expected.items() <= units.items()
     assert file.stat().st_size < 2_000_000
+
+
+def test_a_law_that_fails_is_named(tmp_path: Path) -> None:
+    """Of several laws on a scene, the one that raises an error is named in the line."""
+    law = f"{tmp_path / 'mine.py'}:law"
+    (tmp_path / "mine.py").write_text("def law(t, q, v):\n    raise ValueError('no plan')\n")
+    crane_sim.load_scene("overhead_energy", {"duration": 0.1}).dump(tmp_path / "short.yaml")
+    with pytest.raises(LawError, match=f"^law '{law}': the law failed at t = 0 s: ValueError: no plan$"):
+        app(["compare", str(tmp_path / "short.yaml"), "--laws", f"energy,{law}"], standalone_mode=False)
 
 
 def test_names_in_brackets_are_shown(
