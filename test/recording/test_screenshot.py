@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 from process_helpers import wait_until
 
 from crane_sim.files.errors import SceneError
@@ -147,11 +147,23 @@ def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) ->
     assert count == 8 and progress == [(k, 8) for k in range(1, 9)]
 
 
+@pytest.mark.parametrize(("rate", "duration"), [(30.0, 2000), (50.0, 1200), (7.0, 8570)])
+def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: float, duration: int) -> None:
+    """The pictures of a GIF, which counts in hundredths of a second, together last as long as they should."""
+    file = tmp_path / "run.gif"
+    write_clip(recording, file, Cut(0.0, 4.0, rate, 4.0 * rate / 60.0, 32), Shown())
+    with Image.open(file) as clip:
+        durations = [frame.info["duration"] for frame in ImageSequence.Iterator(clip)]
+    assert (len(durations), sum(durations)) == (60, duration)
+
+
 def test_an_impossible_clip_is_one_line(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another kind of file, an MP4 without ffmpeg and a part beyond the run are refused, each in one line."""
     monkeypatch.setattr(shutil, "which", lambda _program: None)
     with pytest.raises(SceneError, match="must end in .gif or .mp4"):
         write_clip(recording, tmp_path / "run.avi", Cut(), Shown())
+    with pytest.raises(SceneError, match="a GIF shows 50 pictures a second at most, not 60"):
+        write_clip(recording, tmp_path / "run.gif", Cut(frames_per_second=60.0), Shown())
     with pytest.raises(PictureError, match="needs the program ffmpeg"):
         write_clip(recording, tmp_path / "run.mp4", Cut(), Shown())
     with pytest.raises(SceneError, match="^from 4 to 4 s: no part of a run of 4 s$"):

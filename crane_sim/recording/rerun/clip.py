@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import shutil
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 KINDS = (".gif", ".mp4")
+_GIF_RATE = 50.0  # pictures per second at most: a GIF counts in 1/100 s, and viewers show 1/100 s as 1/10 s
 _COLORS = 128  # of a GIF: the solids of a crane and the curves need fewer
 
 
@@ -46,10 +48,11 @@ def write_clip(
         on_progress: called with the frames done and all frames.
 
     Raises:
-        SceneError: as of `screenshot.picture`; the part of the run is empty, or the file of another kind.
+        SceneError: as of `screenshot.picture`; the part of the run is empty, the file of another kind, or a GIF has
+            more than 50 pictures a second.
         PictureError: as of `screenshot.picture`; no ffmpeg, or it failed.
     """
-    _check_output(output)
+    _check_output(output, cut.frames_per_second)
     with camera(recording, shown) as viewer:
         instants = _instants(cut, viewer.end)
         frames = _frames(viewer, instants, cut.width, on_progress)
@@ -58,9 +61,12 @@ def write_clip(
         return len(instants)
 
 
-def _check_output(output: Path) -> None:
+def _check_output(output: Path, frames_per_second: float) -> None:
     if output.suffix not in KINDS:
         raise SceneError(f"{output}: must end in {' or '.join(KINDS)}")
+    if output.suffix == ".gif" and frames_per_second > _GIF_RATE:
+        line = f"a GIF shows {_GIF_RATE:g} pictures a second at most, not {frames_per_second:g}; an .mp4 shows more"
+        raise SceneError(f"{output}: {line}")
     if output.suffix == ".mp4" and shutil.which("ffmpeg") is None:
         raise PictureError(f"{output}: needs the program ffmpeg, which is not installed; a .gif needs nothing more")
 
@@ -84,7 +90,14 @@ def _frames(
 
 def _write_gif(output: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
     first, *others = (frame.quantize(_COLORS, dither=Image.Dither.NONE) for frame in frames)
-    first.save(output, save_all=True, append_images=others, duration=round(1000.0 / frames_per_second), loop=0)
+    durations = _gif_durations(1 + len(others), frames_per_second)
+    first.save(output, save_all=True, append_images=others, duration=durations, loop=0)
+
+
+def _gif_durations(count: int, frames_per_second: float) -> list[int]:
+    """Return how long each picture is shown [ms], in the hundredths of a second of a GIF: all of them without drift."""
+    ends = [round(100.0 * k / frames_per_second) for k in range(count + 1)]
+    return [10 * (end - begin) for begin, end in pairwise(ends)]
 
 
 def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
