@@ -32,7 +32,7 @@ class Cut(NamedTuple):
     end: float | None = None  # s, scene time; None: the end of the run
     frames_per_second: float = 10.0  # of the clip
     speed: float = 1.0  # scene time per time of the clip
-    width: int = 960  # pixels
+    width: int = 960  # pixels; of an MP4 the next smaller even number
 
 
 def write_clip(
@@ -55,8 +55,9 @@ def write_clip(
     _check_output(output, cut.frames_per_second)
     with camera(recording, shown) as viewer:
         instants = _instants(cut, viewer.end)
-        frames = _frames(viewer, instants, cut.width, on_progress)
-        write = _write_gif if output.suffix == ".gif" else _write_mp4
+        encoded = output.suffix == ".mp4"  # video encoders want even sizes
+        frames = _frames(viewer, instants, cut.width - cut.width % 2 if encoded else cut.width, on_progress)
+        write = _write_mp4 if encoded else _write_gif
         write(output, frames, cut.frames_per_second)
         return len(instants)
 
@@ -83,7 +84,7 @@ def _frames(
 ) -> Iterator[Image.Image]:
     for done, instant in enumerate(instants, 1):
         frame = Image.open(io.BytesIO(viewer.at(instant))).convert("RGB")
-        height = round(frame.height * width / frame.width / 2) * 2  # even, as video encoders want it
+        height = round(frame.height * width / frame.width / 2) * 2  # even, too
         yield frame.resize((width, height), Image.Resampling.LANCZOS)
         on_progress(done, len(instants))
 
@@ -111,4 +112,6 @@ def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: f
         data = b"".join(frame.tobytes() for frame in (first, *frames))
         _, errors = program.communicate(data)
     if program.returncode:
-        raise PictureError(f"{output}: ffmpeg failed: {errors.decode(errors='replace').strip().splitlines()[-1]}")
+        lines = errors.decode(errors="replace").split("\n")
+        said = next((line.strip() for line in reversed(lines) if line.strip()), "no message")
+        raise PictureError(f"{output}: ffmpeg failed: {said}")
