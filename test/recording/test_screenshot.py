@@ -98,7 +98,7 @@ def test_a_lost_connection_is_renewed(recording: Path, tmp_path: Path) -> None:
 
 
 def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that lives and does not answer is an error of its own; one that has ended cannot draw here."""
+    """One that lives and does not answer is an error of its own; one that has ended says why, or cannot draw here."""
 
     def silent(*_: object) -> None:
         raise RuntimeError("no answer")
@@ -112,6 +112,18 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
     with pytest.raises(PictureError) as caught:
         picture(recording, recording.with_suffix(".png"))
     assert str(caught.value) == NO_DRAWING
+    ends = {
+        r"\033[31mERROR\033[0m port taken\n\n": "the viewer ended: ERROR port taken",
+        r"panicked at b\nc": NO_DRAWING,
+    }
+    for said, line in ends.items():
+        program = recording.with_name("ended")
+        program.write_text(f"#!/bin/sh\nprintf '{said}' >&2\n")
+        program.chmod(0o755)
+        monkeypatch.setattr(viewer_module, "rerun_executable", lambda program=program: program)
+        with pytest.raises(PictureError) as caught:
+            picture(recording, recording.with_suffix(".png"))
+        assert str(caught.value) == line
 
 
 def test_temporary_files_of_a_viewer_are_removed(recording: Path, tmp_path: Path) -> None:
