@@ -13,7 +13,7 @@ import yaml
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.recording.metric_units import path_unit
+from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
