@@ -110,7 +110,7 @@ def _write(data: dict[str, Any], folder: Path) -> None:
         (folder / "performance.md").write_text(format_page(data, drawn=drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
-    Console(stderr=True).print(f"written to {folder}: {', '.join(written)}")
+    Console(stderr=True).print(f"written to {folder}: {', '.join(written)}", markup=False)
 
 
 def _format_cheapest(case: str, scene: dict[str, Any]) -> Table:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from crane_sim.cli import report
@@ -76,13 +77,20 @@ def _law_names(laws: str, runs: Sequence[str]) -> list[str]:
 
 
 def _simulate(source: str, laws: Sequence[str], quiet: bool) -> list[Rollout]:
-    """Return the runs of a scene with each law; failed runs end at the failure. All laws are validated first."""
+    """Return the runs of a scene with each law, all of which are validated first.
+
+    A run whose integration failed ends at the failure; of one whose law failed nothing is left.
+
+    Raises:
+        LawError: a law failed; the message names it.
+    """
+    from crane_sim.laws import LawError
     from crane_sim.simulation.plant import SimulationError
     from crane_sim.simulation.rollout import simulate
 
     scenes = [load_scene_with_options(source, law=law) for law in laws]
     rollouts = []
-    for scene in scenes:
+    for law, scene in zip(laws, scenes, strict=True):
         with report.compiling(quiet=quiet, evaluated=scene):
             try:
                 rollouts.append(simulate(scene))
@@ -90,6 +98,8 @@ def _simulate(source: str, laws: Sequence[str], quiet: bool) -> list[Rollout]:
                 if error.run is None:
                     raise
                 rollouts.append(error.run)
+            except LawError as error:
+                raise LawError(f"law {law!r}: {error}") from error
     return rollouts
 
 
@@ -100,30 +110,29 @@ def _print(comparison: Comparison) -> None:
     _print_metrics(comparison, console)
     for name, run in zip(names, comparison.runs, strict=True):
         if not run.finished:
-            console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True)
-    title = f"differences from {first}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
+            console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True, markup=False)
+    title = f"differences from {escape(first)}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
     table = Table("run", "quantity", "largest", r"at \[s]", "RMS", "unit", title=title, title_justify="left")
     for name, differences in zip(others, comparison.differences, strict=True):
         for quantity, each in differences.items():
             unit, factor = shown_unit(each.unit)
             largest, rms = _format_number(factor * each.largest), _format_number(factor * each.rms)
-            table.add_row(name, quantity, largest, f"{each.at:g}", rms, unit)
+            table.add_row(escape(name), quantity, largest, f"{each.at:g}", rms, unit)
     console.print(table)
     for name, left_out in zip(others, comparison.not_compared, strict=True):
         if left_out:
             line = f"{name}, not compared, has no finite values in one of the runs: {', '.join(left_out)}"
-            console.print(line, highlight=False, soft_wrap=True)
+            console.print(line, highlight=False, soft_wrap=True, markup=False)
 
 
 def _print_metrics(comparison: Comparison, console: Console) -> None:
     """Print the metrics of every run, and their differences from the first."""
     first, *others = comparison.names
     header = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
-    table = Table(*header, title="metrics", title_justify="left")
-    cranes = [run.crane for run in comparison.runs]
+    table = Table(*map(escape, header), title="metrics", title_justify="left")
     for key, values in comparison.metrics.items():
-        label, unit, shown = metric_row(key, cranes, values)
-        table.add_row(label, *shown, unit)
+        label, unit, shown = metric_row(key, comparison.runs, values)
+        table.add_row(escape(label), *shown, unit)
     console.print(table)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 import yaml
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from crane_sim.cli import report
@@ -111,16 +112,16 @@ def print_identification(found: Identification, console: Console) -> None:
     table = Table(*columns, title="estimates, 95 % intervals", title_justify="left")
     for each in found.estimates:
         numbers = (each.start, each.value, each.low, each.high)
-        table.add_row(each.key, *(f"{x:.6g}" for x in numbers), f"{each.deviation:.2g}")
+        table.add_row(escape(each.key), *(f"{x:.6g}" for x in numbers), f"{each.deviation:.2g}")
     console.print(table)
     if len(found.estimates) > 1:
         keys = [each.key for each in found.estimates]
-        table = Table("correlation", *keys, title_justify="left")
+        table = Table("correlation", *map(escape, keys), title_justify="left")
         for key, row in zip(keys, found.correlation, strict=True):
-            table.add_row(key, *(f"{x:.2f}" for x in row))
+            table.add_row(escape(key), *(f"{x:.2f}" for x in row))
         console.print(table)
     residuals = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
     samples = f"{len(found.data.t)} samples in {len(found.segments)} segments"
     console.print(f"data less fit, rms [m, rad]: {residuals}; {samples}", markup=False, highlight=False, soft_wrap=True)
     for line in found.warnings:
-        console.print(f"warning: {line}", style="bold red", highlight=False, soft_wrap=True)
+        console.print(f"warning: {line}", style="bold red", highlight=False, soft_wrap=True, markup=False)

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from functools import partial
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -34,7 +35,7 @@ def _print(packages: list[Package]) -> None:
         table.add_column(heading, overflow="fold")
     for package in packages:
         off = " (off)" if package.folder is None else ""
-        table.add_row(package.name, package.origin, USES[package.name] + off)
+        table.add_row(package.name, escape(package.origin), USES[package.name] + off)
     Console().print(table)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from rich.console import Console
 from rich.live import Live
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -146,7 +147,8 @@ def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, An
     scale = ""
     if keys and state["device"] == "keyboard":
         scale = f"   keys: {100.0 * state['speed_scale']:.0f} % of the speed"
-    outer.add_row(f"swing {state['swing_deg']:.1f}°   assistance: {assistance}   device: {state['device']}{scale}")
+    below = f"swing {state['swing_deg']:.1f}°   assistance: {assistance}   device: {state['device']}{scale}"
+    outer.add_row(escape(below))
     if keys:
         outer.add_row(Text("space emergency stop · enter release · tab assistance · + - speed · q end", style="dim"))
     return outer

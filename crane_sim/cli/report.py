@@ -19,6 +19,7 @@ from rich.table import Table
 
 from crane_sim.files.catalogue import config_folder
 from crane_sim.recording.metric_units import plain_unit
+from crane_sim.recording.path_units import path_unit_of_scene
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -111,7 +112,7 @@ def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as bar:
-        task = bar.add_task(scene.name, total=scene.steps, factor="")
+        task = bar.add_task(escape(scene.name), total=scene.steps, factor="")
 
         def update(done: int, _: int) -> None:
             elapsed = bar.tasks[0].elapsed or 0.0
@@ -156,8 +157,9 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
         table.add_section()
         for key in keys:
             if key in summary and key not in hidden:
-                unit = plain_unit(key) or _FURTHER_UNITS.get(key, "")
-                table.add_row(key.removesuffix("_deg").replace("_", " "), f"{_format_number(summary[key])} {unit}")
+                unit = plain_unit(key, path_unit_of_scene(scene)) or _FURTHER_UNITS.get(key, "")
+                value = escape(f"{_format_number(summary[key])} {unit}")
+                table.add_row(key.removesuffix("_deg").replace("_", " "), value)
     _add_commands(table, summary)
     console.print(table)
     _print_joints(console, summary, scene)
@@ -195,9 +197,9 @@ def _print_events(console: Console, summary: dict[str, Any]) -> None:
     kinds = summary.get("event_kinds", ())
     for kind in kinds:
         when = f"{kind['first']:.3f} s" + (f" .. {kind['last']:.3f} s" if kind["count"] > 1 else "")
-        console.print(f"{kind['count']:6} x  {when:>24}  {kind['what']}", highlight=False)
+        console.print(f"{kind['count']:6} x  {when:>24}  {kind['what']}", highlight=False, markup=False)
     for event in summary.get("events", ()) if not kinds else ():
-        console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False)
+        console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False, markup=False)
     listed = sum(kind["count"] for kind in kinds) or len(summary.get("events", ()))
     if more := summary.get("event_count", 0) - listed:
         console.print(f"{'':14}and {more} more events", highlight=False)
@@ -206,13 +208,13 @@ def _print_events(console: Console, summary: dict[str, Any]) -> None:
 def _print_files(console: Console, summary: dict[str, Any]) -> None:
     for key in ("recording", "mcap"):
         if summary.get(key):
-            console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True)
+            console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True, markup=False)
     for key, title in (("parts", "part"), ("bag_parts", "bag part"), ("before_reset", "before reset")):
         for path in summary.get(key, ()):
-            console.print(f"{title:<13} {path}", highlight=False, soft_wrap=True)
+            console.print(f"{title:<13} {path}", highlight=False, soft_wrap=True, markup=False)
     if summary.get("recording"):
         command = f"{crane_command()} view {shlex.quote(str(summary['recording']))}"
-        console.print(f"{'open it with':<13} {command}", highlight=False, soft_wrap=True)
+        console.print(f"{'open it with':<13} {command}", highlight=False, soft_wrap=True, markup=False)
 
 
 def crane_command() -> str:
@@ -293,5 +295,7 @@ def print_scenes(descriptions: dict[str, str]) -> None:
     console = Console()
     for name, description in descriptions.items():
         console.print(
-            f"[bold]{name:<{width}}[/bold]  {escape(_first_sentence(description))}", highlight=False, soft_wrap=True
+            f"[bold]{escape(f'{name:<{width}}')}[/bold]  {escape(_first_sentence(description))}",
+            highlight=False,
+            soft_wrap=True,
         )

@@ -148,12 +148,12 @@ def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], des
     """Return the table of how a metric depends on the parameters."""
     from crane_sim.study.sensitivity import COLUMN_HEADINGS
 
-    title = f"sensitivity of {metric} ({design.capitalize()})"
+    title = f"sensitivity of {escape(metric)} ({design.capitalize()})"
     table = Table("variant", "parameter", *COLUMN_HEADINGS[design], title=title, title_justify="left")
     for variant, rows in by_variant.items():
         for row in rows:
             numbers = row["strength"], row["interval"], row["interaction"]
-            table.add_row(variant, row["parameter"], *map(format_cell, numbers))
+            table.add_row(escape(variant), escape(row["parameter"]), *map(format_cell, numbers))
     return table
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Column, Table
 
 from crane_sim.cli.help_lines import IntAtLeast
@@ -75,14 +76,16 @@ def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, co
         f"{summary['trials']} trials, {summary['infeasible']} of them infeasible; {len(result.front)} Pareto-optimal"
     )
     console.print(counts, highlight=False)
-    gains = Table(Column("gain", no_wrap=True), *summary["chosen"], title="gains", title_justify="left")
+    gains = Table(Column("gain", no_wrap=True), *map(escape, summary["chosen"]), title="gains", title_justify="left")
     for key in next(iter(result.chosen.values())).gains:
-        gains.add_row(key, *(format_cell(each["gains"][key]) for each in summary["chosen"].values()))
+        gains.add_row(escape(key), *(format_cell(each["gains"][key]) for each in summary["chosen"].values()))
     console.print(gains)
     for objective, rows in summary["held_out"].items():
         title = f"{objective} on {summary['samples']} held-out samples, and the difference from {summary['baseline']}"
-        console.print(_comparison_table(title, rows))
-    console.print(f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report", highlight=False)
+        console.print(_comparison_table(escape(title), rows))
+    console.print(
+        f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report", highlight=False, markup=False
+    )
 
 
 def _comparison_table(title: str, rows: dict[str, Any]) -> Table:
@@ -91,5 +94,5 @@ def _comparison_table(title: str, rows: dict[str, Any]) -> Table:
     table = Table(*columns, title=title, title_justify="left")
     for variant, row in rows.items():
         numbers = (row.get(key) for key in ("mean", "difference", "low", "high"))
-        table.add_row(variant, str(row["runs"]), *map(format_cell, numbers), row.get("verdict", ""))
+        table.add_row(escape(variant), str(row["runs"]), *map(format_cell, numbers), row.get("verdict", ""))
     return table

@@ -28,6 +28,7 @@ from crane_sim.recording.camera import (
     of_suspended,
     suspended_scales,
 )
+from crane_sim.recording.path_units import path_unit_of_scene
 from crane_sim.recording.states import TimelineInputs, make_timeline_inputs
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension
 from crane_sim.simulation.hardware import is_sensed, sensed_coordinates
@@ -145,6 +146,7 @@ class Layout(NamedTuple):
     timeline_inputs: TimelineInputs  # what timelines of states follow from, beside the steps
     properties: Mapping[str, Any]  # run properties that are known at the start
     sensed: tuple[int, ...] = ()  # coordinates, and nq + i for rates, whose measured values are known beside true ones
+    path_unit: str = "m"  # of the coordinates of the scene's path, empty where they have different ones
     paced: bool = True  # the run has a real-time factor: it is one over ROS
     spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
 
@@ -203,6 +205,11 @@ class Block(NamedTuple):
 
 def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
     """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
+    sensed = sensed_coordinates(scene.hardware, len(scene.joint_names)) if truth else ()
+    return _make_layout(scene, run_id, truth)._replace(sensed=sensed, path_unit=path_unit_of_scene(scene))
+
+
+def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -226,7 +233,6 @@ def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
         lyapunov=hasattr(scene.law, "lyapunov"),
         timeline_inputs=make_timeline_inputs(scene.hardware),
         properties=_scene_properties(scene, truth) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
-        sensed=sensed_coordinates(scene.hardware, len(scene.joint_names)) if truth else (),
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from crane_sim.recording.run import Crane
+    from crane_sim.recording.run import RecordedRun
 
 UNITS = {
     "sim_time": "s",
@@ -19,9 +19,6 @@ UNITS = {
     "max_lead_line_tension": "N",
     "max_drum_torque": "N m",
     "peak_contact_force": "N",
-    "tracking_mse": "m²",
-    "tracking_mae": "m",
-    "tracking_peak": "m",
     "peak_tip_acceleration": "m/s²",
     "peak_base_acceleration": "m/s²",
     "peak_base_angular_acceleration": "rad/s²",
@@ -29,6 +26,8 @@ UNITS = {
     "braked_time": "s",
 }
 """Units of plain metrics; names that end in `_deg` and `_us` contain theirs."""
+_PATH_POWERS = {"tracking_mse": 2, "tracking_mae": 1, "tracking_peak": 1}
+"""Metrics in the unit of the path's coordinates, and in which power of it."""
 _POSITION_METRICS, _EFFORT_METRICS = ("final_error", "limit_margin", "overtravel"), ("peak_effort",)
 _UNIT_SUFFIXES = {"_deg": "deg", "_us": "µs"}
 
@@ -41,13 +40,20 @@ class MetricUnit(NamedTuple):
     factor: float
 
 
-def plain_unit(key: str) -> str:
-    """Return the unit of a metric, the same for all cranes: by the end of its name, else from UNITS; empty: none."""
+def plain_unit(key: str, path: str) -> str:
+    """Return the unit of a metric that is one number, empty: none; `path` is the unit of the path's coordinates."""
+    if key in _PATH_POWERS:
+        return _to_power(path, _PATH_POWERS[key])
     return next((unit for ending, unit in _UNIT_SUFFIXES.items() if key.endswith(ending)), UNITS.get(key, ""))
 
 
-def metric_unit(name: str, crane: Crane) -> MetricUnit:
-    """Return how a metric of a crane's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
+def _to_power(unit: str, power: int) -> str:
+    return f"{unit}²" if unit and power == 2 else unit
+
+
+def metric_unit(name: str, run: RecordedRun) -> MetricUnit:
+    """Return how a metric of a run's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
+    crane = run.crane
     key, _, part = name.partition(".")
     ending = next((each for each in _UNIT_SUFFIXES if key.endswith(each)), "")
     label = " ".join([key.removesuffix(ending).replace("_", " "), *[part] * bool(part)])
@@ -56,15 +62,18 @@ def metric_unit(name: str, crane: Crane) -> MetricUnit:
         return MetricUnit(label, *shown_unit(units.get(part, "")))
     if key in _EFFORT_METRICS:
         return MetricUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0)
-    return MetricUnit(label, plain_unit(key), 1.0)
+    if key in _PATH_POWERS:
+        unit, factor = shown_unit(run.path_unit)
+        return MetricUnit(label, _to_power(unit, _PATH_POWERS[key]), factor ** _PATH_POWERS[key])
+    return MetricUnit(label, plain_unit(key, ""), 1.0)
 
 
-def metric_row(name: str, cranes: Sequence[Crane], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
+def metric_row(name: str, runs: Sequence[RecordedRun], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
     """Return (label, unit, texts) of a metric of several runs: its values, and differences from the first run.
 
     A value in another unit than that of the row is shown with its unit, and has no difference.
     """
-    units = [metric_unit(name, crane) for crane in cranes]
+    units = [metric_unit(name, run) for run in runs]
     label, unit, _ = next(each for each, value in zip(units, values, strict=True) if value is not None)
     texts = [
         _format_scaled(value, own.factor) + (f" {own.unit}" if value is not None and own.unit != unit else "")

@@ -13,6 +13,7 @@ import yaml
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
+from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -168,6 +169,12 @@ class RecordedRun:
         from crane_sim.scenes.scene import load_scene
 
         return load_scene(self.scene_values)
+
+    @cached_property
+    def path_unit(self) -> str:
+        """Unit of the coordinates of the scene's path: m of the payload's, empty of joints with different ones."""
+        path = (self.scene_values.get("reference") or {}).get("path") or {}
+        return path_unit(path.get("of") == "joints", [self.crane.joint_units[i] for i in self.crane.driven])
 
     @cached_property
     def versions(self) -> dict[str, str]:

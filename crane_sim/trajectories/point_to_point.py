@@ -16,6 +16,7 @@ from crane_sim.trajectories.line_arc import Coordinates, describe_size_mismatch
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, PiecewisePolynomial, with_rest_at_ends
 
 ARRIVED = 1e-9  # relative to the distance, which phases below the resolution of doubles may leave
+ROUNDING = 1e-12  # relative to the position or to 1: a displacement below it is what sums of decimal numbers round to
 Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
 """A limit of every coordinate, or of each one."""
 
@@ -36,14 +37,14 @@ class PointToPoint(NamedTuple):
         return describe_size_mismatch({"from": self.begin, "to": self.end} | limits)
 
     def to_polynomials(self) -> PiecewisePolynomial:
-        """Return the motion; rest where both positions are the same.
+        """Return the motion; rest where both positions are the same up to rounding.
 
         Raises:
             ValueError: its limits leave it no time.
         """
         first = np.array(self.begin)
         displacement = np.array(self.end) - first
-        if not np.any(displacement):
+        if np.all(np.abs(displacement) <= ROUNDING * np.maximum(1.0, np.abs(first))):
             return with_rest_at_ends(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
         velocity, acceleration = tightest(self.velocity, displacement), tightest(self.acceleration, displacement)
         durations, jerks, accelerations = phases(

@@ -18,10 +18,10 @@ SUMMARY = {
     "max_rope_tension": np.float32(9.8125),
     "peak_effort": {"slew": 2.4e-45, "boom": 5.0, "jib": 1.0, "rope": 9.0},
     "final_error": {"slew": -1e-22, "boom": 0.1, "jib": 0.1, "rope": 0.25},
-    "recording": "runs/my run.rrd",
+    "recording": "runs/my run[new].rrd",
     "recorded_steps": 10,
     "lost_steps": 0,
-    "before_reset": ["runs/my run.before_reset_1.rrd"],
+    "before_reset": ["runs/my run[new].before_reset_1.rrd"],
     "left_out": "kp of law 'energy'",
 }
 
@@ -43,10 +43,10 @@ def test_metrics_have_their_units(lines: list[str]) -> None:
 
 
 def test_files_are_named_with_what_opens_them(lines: list[str]) -> None:
-    """The recording is printed with a shell command that opens it, and files from before a reset."""
-    assert [line for line in lines if line.startswith("before reset ")][0].endswith("my run.before_reset_1.rrd")
+    """The recording is printed with a shell command that opens it, and files from before a reset; no name is markup."""
+    assert [line for line in lines if line.startswith("before reset ")][0].endswith("my run[new].before_reset_1.rrd")
     command = next(line for line in lines if line.startswith("open it with "))
-    assert command.endswith("crane view 'runs/my run.rrd'")
+    assert command.endswith("crane view 'runs/my run[new].rrd'")
 
 
 def test_ignored_settings_are_listed(lines: list[str]) -> None:

@@ -1,6 +1,7 @@
 """The documentation site: built without a network, without a broken link, and without a request to anywhere."""
 
 import re
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,12 +9,14 @@ from functools import partial
 from html.parser import HTMLParser
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
 from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 
+from crane_sim.evaluation.documentation import site as site_module
 from crane_sim.evaluation.documentation.site import OWN, build_site, stage_pages
 from crane_sim.files.errors import SceneError
 
@@ -128,6 +131,40 @@ def test_search_knows_every_page(site: Path) -> None:
     """The index that the search reads, a file of the site, has every page."""
     index = (site / "search.json").read_text()
     assert all(f'"{name}.html' in index for name in PAGES if name != "index")
+
+
+def test_a_build_that_does_not_end_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The program that makes the site has a time limit, and one line says so."""
+    monkeypatch.setattr(site_module, "BUILD_SECONDS", 1e-3)
+    with pytest.raises(SceneError, match=r"^crane docs --build: Zensical did not end within 0\.001 s$"):
+        build_site(ROOT, tmp_path / "out")
+
+
+def test_an_interrupted_build_keeps_the_former_site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C while the site is copied leaves the former one whole, and the next build replaces it."""
+    folder, copytree = tmp_path / "out", shutil.copytree
+
+    def build(*_: object, cwd: str, **__: object) -> SimpleNamespace:
+        Path(cwd, "site").mkdir()
+        Path(cwd, "site", "search.json").write_text("new")
+        return SimpleNamespace(returncode=0)
+
+    def interrupted(source: Path, target: Path, *rest: Any) -> Path:
+        if source.name == "site":
+            target.mkdir(exist_ok=True)
+            (target / "index.html").write_text("half of it")
+            raise KeyboardInterrupt
+        return copytree(source, target, *rest)
+
+    monkeypatch.setattr(site_module.subprocess, "run", build)
+    folder.mkdir()
+    (folder / "search.json").write_text("former")
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(shutil, "copytree", interrupted)
+        build_site(ROOT, folder)
+    assert (folder / "search.json").read_text() == "former"
+    assert build_site(ROOT, folder) == folder and (folder / "search.json").read_text() == "new"
+    assert [file.name for file in tmp_path.iterdir()] == ["out"]
 
 
 def test_a_broken_link_is_refused(tmp_path: Path) -> None:

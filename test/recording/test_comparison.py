@@ -1,5 +1,6 @@
 """Comparison of runs: zero with itself, the shift with a shifted run, a refusal for runs of another kind of crane."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.evaluation.report.page import save_comparison
+from crane_sim.laws import LawError
 from crane_sim.recording.metric_units import metric_row
 
 pytestmark = pytest.mark.interpreted
@@ -67,13 +69,14 @@ def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
 
 def test_metrics_in_other_units_are_not_subtracted(run: crane_sim.RecordedRun) -> None:
     """A run without the joint of a metric has no value, one in another unit has its own beside it and no difference."""
-    force, speed = (run.crane._replace(actuated=("hoist",), effort_units=(unit,)) for unit in ("N", "m/s²"))
-    none = run.crane._replace(actuated=(), effort_units=())
-    cranes = none, force, speed, force
-    label, unit, texts = metric_row("peak_effort.hoist", cranes, (None, 5.0, 2.0, 7.0))
+    cranes = [run.crane._replace(actuated=("hoist",), effort_units=(unit,)) for unit in ("N", "m/s²")]
+    force, speed = (replace(run, crane=crane) for crane in cranes)
+    none = replace(run, crane=run.crane._replace(actuated=(), effort_units=()))
+    runs = none, force, speed, force
+    label, unit, texts = metric_row("peak_effort.hoist", runs, (None, 5.0, 2.0, 7.0))
     assert (label, unit, texts) == ("peak effort hoist", "N", ["", "5", "2 m/s²", "7", "", "", ""])
-    assert metric_row("peak_effort.hoist", cranes[1:], (5.0, 2.0, 7.0))[2] == ["5", "2 m/s²", "7", "", "2"]
-    assert metric_row("law_us.p99", cranes[:2], (3.0, 4.0))[:2] == ("law p99", "µs")
+    assert metric_row("peak_effort.hoist", runs[1:], (5.0, 2.0, 7.0))[2] == ["5", "2 m/s²", "7", "", "2"]
+    assert metric_row("law_us.p99", runs[:2], (3.0, 4.0))[:2] == ("law p99", "µs")
 
 
 def test_quantities_with_gaps_are_named(run: crane_sim.RecordedRun) -> None:
@@ -138,6 +141,28 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
     expected = {"peak swing": "deg", "final error trolley": "m", "peak effort trolley": "N", "max rope tension": "N"}
     assert expected.items() <= units.items()
     assert file.stat().st_size < 2_000_000
+
+
+def test_a_law_that_fails_is_named(tmp_path: Path) -> None:
+    """Of several laws on a scene, the one that raises an error is named in the line."""
+    law = f"{tmp_path / 'mine.py'}:law"
+    (tmp_path / "mine.py").write_text("def law(t, q, v):\n    raise ValueError('no plan')\n")
+    crane_sim.load_scene("overhead_energy", {"duration": 0.1}).dump(tmp_path / "short.yaml")
+    with pytest.raises(LawError, match=f"^law '{law}': the law failed at t = 0 s: ValueError: no plan$"):
+        app(["compare", str(tmp_path / "short.yaml"), "--laws", f"energy,{law}"], standalone_mode=False)
+
+
+def test_names_in_brackets_are_shown(
+    run: crane_sim.RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The terminal shows the names of files as they are, also where a part of them would be markup."""
+    assert run.path is not None
+    files = [str(shutil.copy(run.path, tmp_path / f"run[{name}].rrd")) for name in ("new", "old")]
+    monkeypatch.setenv("COLUMNS", "200")
+    app(["compare", *files], standalone_mode=False)
+    shown = capsys.readouterr().out
+    assert "run[old] − run[new]" in shown and "differences from run[new]" in shown
+    assert "│ run[old] │" in shown
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)

@@ -8,7 +8,30 @@ from mcap_samples import DESCRIPTION, EFFORT_CODEC, SCENE, STATE_CODEC, TOPICS
 from rosbags.rosbag2 import Reader
 
 from crane_sim.recording.mcap.file import McapFile
-from crane_sim.recording.mcap.repair import repair_folder
+from crane_sim.recording.mcap.repair import repair_folder, scan_file
+
+Written = list[tuple[str, int, bytes]]
+"""Topics, times [ns] and contents of messages."""
+
+
+def write(file: McapFile) -> tuple[Written, list[int]]:
+    """Write the messages of 20 steps, and save twice; return (them, their number at each save)."""
+    messages: Written = []
+    saved: list[int] = []
+
+    def add(topic: int, time: int, data: bytes) -> None:
+        file.write(topic, time, data)
+        messages.append((list(TOPICS.values())[topic].name, time, data))
+
+    add(2, SCENE.period_ns, DESCRIPTION)
+    for k in range(1, 21):  # an effort follows the state that it leads to: their stamps are not in order
+        state, effort = (k + 1) * SCENE.period_ns, k * SCENE.period_ns
+        add(0, state, STATE_CODEC.encode(state, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
+        add(1, effort, EFFORT_CODEC.encode(effort, (float(k),) * 4))
+        if k % 10 == 0:
+            file.save()
+            saved.append(len(messages))
+    return messages, saved
 
 
 def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
@@ -17,13 +40,7 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     An attempt for which there was no time has changed nothing.
     """
     file, left = McapFile(tmp_path / "run.mcap", list(TOPICS.values())), tmp_path / "left.mcap.part"
-    file.write(2, SCENE.period_ns, DESCRIPTION)
-    for k in range(1, 21):  # an effort follows the state that it leads to: their stamps are not in order
-        state, effort = (k + 1) * SCENE.period_ns, k * SCENE.period_ns
-        file.write(0, state, STATE_CODEC.encode(state, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
-        file.write(1, effort, EFFORT_CODEC.encode(effort, (float(k),) * 4))
-        if k % 10 == 0:
-            file.save()
+    write(file)
     shutil.copytree(file.part, left)
     with next(left.iterdir()).open("ab") as grown:
         grown.write(b"\x06\x99")  # the beginning of a record
@@ -37,3 +54,34 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
         assert messages[0] == messages[1]
         for attribute in ("message_count", "start_time", "end_time"):
             assert getattr(recovered_bag, attribute) == getattr(closed_bag, attribute)
+
+
+def test_every_chunk_that_is_complete_is_recovered(tmp_path: Path) -> None:
+    """Wherever a file was cut, at or within a record, all messages of the chunks before are found by the index."""
+    file, left = McapFile(tmp_path / "run.mcap", list(TOPICS.values())), tmp_path / "left.mcap.part"
+    messages, saved = write(file)
+    grown = next(file.part.iterdir())
+    data = grown.read_bytes()
+    with grown.open("rb") as whole:
+        ends = [chunk.offset + chunk.length for chunk in scan_file(whole)[1] if chunk.index_offsets]
+    file.abandon()
+    assert len(ends) == len(saved)
+    for cut in cuts(data):
+        left.mkdir()
+        (left / "left.mcap.part.mcap").write_bytes(data[:cut])
+        recovered, expected = repair_folder(left), messages[: [0, *saved][sum(end <= cut for end in ends)]]
+        assert (recovered is not None) == bool(expected) and not left.exists(), cut
+        if recovered is not None:
+            with Reader(recovered) as bag:
+                found = [(about.topic, *rest) for about, *rest in bag.messages()]
+                assert bag.message_count == len(found), cut
+                assert sorted(found) == sorted(expected), cut
+            recovered.unlink()
+
+
+def cuts(data: bytes) -> list[int]:
+    """Return the ends of all records of a file that nothing closed, and offsets within them."""
+    ends = [8]  # the file's first bytes
+    while ends[-1] < len(data):
+        ends.append(ends[-1] + 9 + int.from_bytes(data[ends[-1] + 1 : ends[-1] + 9], "little"))
+    return sorted({*ends, *(end - 3 for end in ends[1:]), *(end + 5 for end in ends[:-1])})

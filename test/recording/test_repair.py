@@ -1,18 +1,22 @@
 """A recording survives its recorder, and a recorder reports write errors."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rerun as rr
 from mcap_samples import TOPICS, feed, read
 from process_helpers import run_to_completion
 from recording_samples import SCENE, STEPS
 
+from crane_sim import simulate
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.mcap.bag import Bag
+from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.repair import repair, repair_leftovers
 from crane_sim.recording.rerun.session import Session
@@ -63,6 +67,39 @@ def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
     assert repair_leftovers(tmp_path) == []
     session.close({}, lost=0)
     assert (tmp_path / "run.rrd").exists()
+
+
+@pytest.mark.interpreted
+def test_a_run_of_the_same_name_recovers_what_was_left(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A run that is recorded where a killed one left a file keeps that one's steps and says so in one line."""
+    path, run = tmp_path / "run.rrd", simulate(SCENE, duration=0.3)
+    data = run.record(path).read_bytes()
+    path.unlink()
+    unfinished_name(path).write_bytes(data[:-2000])
+    run.record(path)
+    recovered = tmp_path / "run.recovered.rrd"
+    assert [line.getMessage() for line in caplog.records] == [
+        f"{path}.part was left by a killed run: recovered as {recovered}"
+    ]
+    for file in (path, recovered):
+        assert np.array_equal(read_curves(file, "plots/q").values, run.q[:-1])
+
+
+@pytest.mark.interpreted
+def test_a_folder_that_is_gone_is_an_error_of_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A recording whose folder was removed ends in one line, whether the disk fails or the file cannot be renamed."""
+    folder = tmp_path / "gone"
+    session = Session(SCENE, folder / "run.rrd")
+    shutil.rmtree(folder)
+    with pytest.raises(RecordingError, match=r"run\.rrd\.part: No such file"):
+        session.close({}, lost=0)
+
+    def fail(*_: object, **__: object) -> None:
+        raise RuntimeError("no disk")
+
+    monkeypatch.setattr(rr.RecordingStream, "flush", fail)
+    with pytest.raises(RecordingError, match=r"run\.rrd\.part: no disk \(its folder: No such file"):
+        session.close({}, lost=0)
 
 
 def test_unrecoverable_files_are_unchanged(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 from process_helpers import wait_until
 
 from crane_sim.files.errors import SceneError
@@ -98,7 +98,7 @@ def test_a_lost_connection_is_renewed(recording: Path, tmp_path: Path) -> None:
 
 
 def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that lives and does not answer is an error of its own; one that has ended cannot draw here."""
+    """One that lives and does not answer is an error of its own; one that has ended says why, or cannot draw here."""
 
     def silent(*_: object) -> None:
         raise RuntimeError("no answer")
@@ -112,6 +112,18 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
     with pytest.raises(PictureError) as caught:
         picture(recording, recording.with_suffix(".png"))
     assert str(caught.value) == NO_DRAWING
+    ends = {
+        r"\033[31mERROR\033[0m port taken\n\n": "the viewer ended: ERROR port taken",
+        r"panicked at b\nc": NO_DRAWING,
+    }
+    for said, line in ends.items():
+        program = recording.with_name("ended")
+        program.write_text(f"#!/bin/sh\nprintf '{said}' >&2\n")
+        program.chmod(0o755)
+        monkeypatch.setattr(viewer_module, "rerun_executable", lambda program=program: program)
+        with pytest.raises(PictureError) as caught:
+            picture(recording, recording.with_suffix(".png"))
+        assert str(caught.value) == line
 
 
 def test_temporary_files_of_a_viewer_are_removed(recording: Path, tmp_path: Path) -> None:
@@ -147,11 +159,40 @@ def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) ->
     assert count == 8 and progress == [(k, 8) for k in range(1, 9)]
 
 
+@pytest.mark.parametrize(("rate", "duration"), [(30.0, 2000), (50.0, 1200), (7.0, 8570)])
+def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: float, duration: int) -> None:
+    """The pictures of a GIF, which counts in hundredths of a second, together last as long as they should."""
+    file = tmp_path / "run.gif"
+    write_clip(recording, file, Cut(0.0, 4.0, rate, 4.0 * rate / 60.0, 32), Shown())
+    with Image.open(file) as clip:
+        durations = [frame.info["duration"] for frame in ImageSequence.Iterator(clip)]
+    assert (len(durations), sum(durations)) == (60, duration)
+
+
+def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an odd width ffmpeg gets the even one below; where it fails, its last line is shown if it has one."""
+    ffmpeg, given = tmp_path / "ffmpeg", tmp_path / "given"
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    for end in ("exit 0", "exit 1", "echo first >&2; echo last >&2; exit 1"):
+        ffmpeg.write_text(f'#!/bin/sh\necho "$@" > {given}\ncat > {given}.data\n{end}\n')
+        ffmpeg.chmod(0o755)
+        if end == "exit 0":
+            write_clip(recording, tmp_path / "run.mp4", Cut(0.0, 1.0, 2.0, 1.0, 33), Shown())
+            continue
+        said = "last" if "last" in end else "no message"
+        with pytest.raises(PictureError, match=f"ffmpeg failed: {said}$"):
+            write_clip(recording, tmp_path / "run.mp4", Cut(0.0, 1.0, 2.0, 1.0, 33), Shown())
+    assert " -s 32x24 " in given.read_text()
+    assert Path(f"{given}.data").stat().st_size == 2 * 32 * 24 * 3
+
+
 def test_an_impossible_clip_is_one_line(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another kind of file, an MP4 without ffmpeg and a part beyond the run are refused, each in one line."""
     monkeypatch.setattr(shutil, "which", lambda _program: None)
     with pytest.raises(SceneError, match="must end in .gif or .mp4"):
         write_clip(recording, tmp_path / "run.avi", Cut(), Shown())
+    with pytest.raises(SceneError, match="a GIF shows 50 pictures a second at most, not 60"):
+        write_clip(recording, tmp_path / "run.gif", Cut(frames_per_second=60.0), Shown())
     with pytest.raises(PictureError, match="needs the program ffmpeg"):
         write_clip(recording, tmp_path / "run.mp4", Cut(), Shown())
     with pytest.raises(SceneError, match="^from 4 to 4 s: no part of a run of 4 s$"):

@@ -118,6 +118,19 @@ def test_point_to_point_that_goes_nowhere_rests() -> None:
     assert np.all(evaluate(polynomials, np.linspace(-1.0, 2.0, 7)) == [1.0, 2.0])
 
 
+@pytest.mark.parametrize("jerk", [None, 1.0])
+def test_a_displacement_of_rounding_is_none(jerk: float | None) -> None:
+    """A path from 0.3 to 0.1 + 0.2 rests; one coordinate of rounding beside one that moves changes nothing."""
+    end = 0.1 + 0.2
+    assert end != 0.3
+    polynomials = PointToPoint((0.3, 1e6), (end, 1e6 + 1e-9), 1.0, 1.0, jerk).to_polynomials()
+    assert np.array_equal(evaluate(polynomials, np.array([-1.0, 0.0, 5.0])), [[0.3, 1e6]] * 3)
+    alone = PointToPoint((2.0,), (3.0,), 1.0, 1.0, jerk).to_polynomials()
+    beside = PointToPoint((2.0, 0.3), (3.0, end), 1.0, 1.0, jerk).to_polynomials()
+    assert np.array_equal(beside.coefficients[:, :1], alone.coefficients)
+    assert beside.coefficients[-1, 1, 0] == pytest.approx(end, abs=1e-15)  # rounding of the sums of the profile
+
+
 def smoothness(polynomials: PiecewisePolynomial, tolerance: float = 1e-8) -> int:
     """Return how many derivatives are continuous, jumps below the tolerance times the derivative's size are none."""
     inner = polynomials.starts[1:]

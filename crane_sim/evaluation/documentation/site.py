@@ -15,6 +15,7 @@ from crane_sim.files.errors import SceneError
 CONFIG = "zensical.toml"
 OWN = {"ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
 """Pages of the tree's root, and their names in the site."""
+BUILD_SECONDS = 600.0  # for Zensical, on however busy a machine
 ADDRESS = ("127.0.0.1", 8000)
 LINK = re.compile(r"\[([^]\n]*)\]\((?:\.\./)?([^)#:\s]+)(#[^)\s]*)?\)")
 """A link to a file: [text](file#heading)."""
@@ -26,7 +27,8 @@ def build_site(tree: Path, folder: Path) -> Path:
     """Build the site of a source tree into a folder; one that an earlier build made is replaced. Returns the folder.
 
     Raises:
-        SceneError: a link leads nowhere or a page is missing, the folder is another's, or Zensical is not installed.
+        SceneError: a link leads nowhere or a page is missing, the folder is another's, or Zensical is not installed or
+            does not end within `BUILD_SECONDS`.
     """
     if find_spec("zensical") is None:
         raise SceneError("crane docs --build: needs the Python package zensical (pip install crane_sim[docs])")
@@ -34,13 +36,29 @@ def build_site(tree: Path, folder: Path) -> Path:
         raise SceneError(f"{folder}: exists and is no site of this command's making; name another with --output")
     with TemporaryDirectory() as temporary:
         stage_pages(tree, Path(temporary))
-        command = [sys.executable, "-m", "zensical", "build", "--strict"]
-        done = subprocess.run(command, cwd=temporary, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise SceneError(f"crane docs --build: {_faults(done.stdout + done.stderr)}")
-        shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(Path(temporary, "site"), folder)
+        _run_zensical(temporary)
+        _replace(folder.resolve(), Path(temporary, "site"))
     return folder
+
+
+def _run_zensical(folder: str) -> None:
+    command = [sys.executable, "-m", "zensical", "build", "--strict"]
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=BUILD_SECONDS)
+    except subprocess.TimeoutExpired:
+        raise SceneError(f"crane docs --build: Zensical did not end within {BUILD_SECONDS:g} s") from None
+    if done.returncode:
+        raise SceneError(f"crane docs --build: {_faults(done.stdout + done.stderr)}")
+
+
+def _replace(folder: Path, site: Path) -> None:
+    """Put a site in the place of a folder, which stays whole until the site has been copied to the same disk."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as beside:
+        copy = Path(shutil.copytree(site, Path(beside, "new")))
+        if folder.exists():
+            folder.rename(Path(beside, "former"))
+        copy.rename(folder)
 
 
 def _faults(text: str) -> str:

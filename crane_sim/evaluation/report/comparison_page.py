@@ -90,9 +90,9 @@ def _metric_rows(comparison: Comparison) -> list[list[str]]:
     """Return the table of metrics: values of every run, and differences from the first."""
     names = comparison.names
     head = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]
-    rows, cranes = [], [run.crane for run in comparison.runs]
+    rows: list[list[str]] = []
     for key, values in comparison.metrics.items():
-        label, unit, shown = metric_row(key, cranes, values)
+        label, unit, shown = metric_row(key, comparison.runs, values)
         rows.append([f"{label} [{unit.replace('deg', '°')}]" if unit else label, *(text or "–" for text in shown)])
     return [head, *rows]
 

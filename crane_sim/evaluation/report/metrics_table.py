@@ -9,8 +9,6 @@ from crane_sim.recording.layout import label
 from crane_sim.recording.metric_units import plain_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from crane_sim.recording.run import RecordedRun
 
 HEADLINES = {
@@ -28,13 +26,13 @@ JOINTS = {"final_error": "final error", "settling_time": "settled after", "peak_
 def headlines(run: RecordedRun) -> list[tuple[str, str]]:
     """Return (name, value with its unit) of the metrics that are read first."""
     known = {key: run.summary[key] for key in HEADLINES if run.summary.get(key) is not None}
-    return [(HEADLINES[key], _format(value, _unit(key))) for key, value in known.items()]
+    return [(HEADLINES[key], _format(value, _unit(key, run))) for key, value in known.items()]
 
 
-def plain_metrics(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (name, value with its unit) of all single metrics of a summary."""
-    single = {key: value for key, value in summary.items() if isinstance(value, str | int | float) or value is None}
-    return [(_display_name(key), _format(value, _unit(key))) for key, value in single.items() if key not in HIDDEN]
+def plain_metrics(run: RecordedRun) -> list[tuple[str, str]]:
+    """Return (name, value with its unit) of all single metrics of a run's summary."""
+    single = {key: value for key, value in run.summary.items() if isinstance(value, str | int | float) or value is None}
+    return [(_display_name(key), _format(value, _unit(key, run))) for key, value in single.items() if key not in HIDDEN]
 
 
 def joint_table(run: RecordedRun) -> list[list[str]]:
@@ -55,8 +53,8 @@ def _display_name(key: str) -> str:
     return key.removesuffix("_deg").replace("_", " ")
 
 
-def _unit(key: str) -> str:
-    return plain_unit(key).replace("deg", "°")
+def _unit(key: str, run: RecordedRun) -> str:
+    return plain_unit(key, run.path_unit).replace("deg", "°")
 
 
 def _format(value: Any, unit: str) -> str:

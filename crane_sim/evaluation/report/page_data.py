@@ -74,7 +74,7 @@ def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
 
 
 def _tables(run: RecordedRun) -> dict[str, Any]:
-    return {"headed_table": joint_table(run), "plain_table": plain_metrics(run.summary), "origin": _origin(run)}
+    return {"headed_table": joint_table(run), "plain_table": plain_metrics(run), "origin": _origin(run)}
 
 
 def _rows_before_failure(run: RecordedRun, end: float) -> slice:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crane_sim.evaluation.bench.measurement import machine
+from crane_sim.evaluation.bench.measurement import describe_machine, machine
 from crane_sim.evaluation.bench.store import dump_points, round_floats
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.soak.metrics import Metric
@@ -51,13 +51,21 @@ def write_page(folder: Path) -> None:
         raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
     try:
         for part, document in documents.items():
-            draw, file = PARTS[part].draw, folder / "soak" / f"{part}.png"
-            if draw is not None:
-                save_figure(draw, document["data"], file, dpi=100)
+            _draw_part(folder, part, document["data"])
         drawn = [part for part in documents if (folder / "soak" / f"{part}.png").is_file()]
         (folder / "soak.md").write_text(write_findings(documents, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
+
+
+def _draw_part(folder: Path, part: str, data: Mapping[str, Any]) -> None:
+    draw, file = PARTS[part].draw, folder / "soak" / f"{part}.png"
+    if draw is None:
+        return
+    try:
+        save_figure(draw, data, file, dpi=100)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise _unreadable(file.with_suffix(".json"), error) from None
 
 
 def thin_lists(value: Any) -> Any:
@@ -76,8 +84,15 @@ def _read_part(folder: Path, part: str) -> dict[str, Any]:
         document = json.loads(file.read_text())
         name = "metrics" if "metrics" in document else "figures"  # its deprecated name, for one release
         metrics = [Metric(*metric) for metric in document[name]]
-        return {name: document[name] for name in ("command", "machine", "data")} | {"metrics": metrics}
+        describe_machine(document["machine"])  # fails where something is missing
+        data = {key: document["data"][key] for key in PARTS[part].data_keys}
+        return {"command": document["command"], "machine": document["machine"], "data": data, "metrics": metrics}
     except FileNotFoundError:
         return {}
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise SceneError(f"{file}: cannot be read as data of a soak: {error}") from None
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        raise _unreadable(file, error) from None
+
+
+def _unreadable(file: Path, error: Exception) -> SceneError:
+    why = f"{error} is missing" if isinstance(error, KeyError) else f"{error}"
+    return SceneError(f"{file}: cannot be read as data of a soak: {why}")

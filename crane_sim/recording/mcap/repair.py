@@ -1,7 +1,8 @@
 """Repair of MCAP files that a killed recorder left in `.part` folders, unclosed and without an index.
 
 A file is a sequence of records: an opcode, the length of the content, the content. What was saved are complete records
-and perhaps the beginning of one; the index (the summary section) is built from the complete ones. A reader without an
+and perhaps the beginning of one; the index (the summary section) is built from the complete ones, and so are the
+indices of the messages of the last chunk where it was cut behind that. A reader without an
 index takes the messages in the order of the file, which is not that of their stamps, since the effort of a step is
 published after the state that it led to. Layout of records: MCAP specification (mcap.dev/spec), "Records".
 """
@@ -28,6 +29,7 @@ DATA_END = 15
 _UINT16, _UINT32, _UINT64 = struct.Struct("<H"), struct.Struct("<I"), struct.Struct("<Q")
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode, length of the content
 _CHUNK_HEAD = struct.Struct("<QQQI")  # first and last time [ns], uncompressed size, checksum
+_MESSAGE_HEAD = struct.Struct("<HIQ")  # channel, sequence number, time [ns]
 _BEFORE_RECORDS = _CHUNK_HEAD.size + _UINT32.size + _UINT64.size
 """Bytes of a chunk's content before its records: the head, an empty string (no compression), their size."""
 _STATISTICS_HEAD = struct.Struct("<QHIIIIQQ")  # counts of messages, schemas, channels, ..., first and last time [ns]
@@ -41,6 +43,11 @@ class Chunk(NamedTuple):
     time_range: tuple[int, int]  # times of the first message and the last, ns
     index_offsets: dict[int, int]  # of the index of each channel's messages, bytes
     index_length: int  # of all these indices, bytes
+
+    @property
+    def end(self) -> int:
+        """End of its record in the file, bytes; the indices of its messages follow."""
+        return self.offset + self.length
 
     @property
     def size(self) -> int:
@@ -90,7 +97,7 @@ def build_summary_section(file: BinaryIO, end: int, chunks: list[Chunk], time_le
     for chunk in chunks:
         if time_left() <= 0.0:
             raise TimeoutError("no time is left to read all messages")
-        for opcode, content in _parse_records(chunk.read_records(file)):
+        for _, opcode, content in _parse_records(chunk.read_records(file)):
             (identifier,) = _UINT16.unpack_from(content)
             if opcode == MESSAGE:
                 counts[identifier] += 1
@@ -103,14 +110,34 @@ def build_summary_section(file: BinaryIO, end: int, chunks: list[Chunk], time_le
     return data_end + summary + _pack_record(FOOTER, struct.pack("<QQI", end + len(data_end), 0, 0)) + MAGIC
 
 
-def _parse_records(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield (opcode, content) of each record."""
+def _complete_indices(file: BinaryIO, chunk: Chunk) -> tuple[Chunk, bytes]:
+    """Return (the last chunk with the indices of all messages in it, these indices); empty ones where none is missing.
+
+    The indices follow their chunk, so those of the last one are missing where the file was cut right behind it.
+    """
+    entries: dict[int, list[bytes]] = {}
+    for offset, opcode, content in _parse_records(chunk.read_records(file)):
+        if opcode == MESSAGE:
+            channel, _, time = _MESSAGE_HEAD.unpack_from(content)
+            entries.setdefault(channel, []).append(struct.pack("<QQ", time, offset))
+    if entries.keys() <= chunk.index_offsets.keys():
+        return chunk, b""
+    indices, index_offsets = b"", dict[int, int]()
+    for channel, each in entries.items():
+        index_offsets[channel] = chunk.end + len(indices)
+        pairs = b"".join(each)
+        indices += _pack_record(MESSAGE_INDEX, _UINT16.pack(channel) + _UINT32.pack(len(pairs)) + pairs)
+    return chunk._replace(index_offsets=index_offsets, index_length=len(indices)), indices
+
+
+def _parse_records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
+    """Yield (offset, opcode, content) of each record."""
     offset = 0
     while offset < len(data):
         opcode, length = _RECORD_HEAD.unpack_from(data, offset)
-        offset += _RECORD_HEAD.size
-        yield opcode, data[offset : offset + length]
-        offset += length
+        begin = offset + _RECORD_HEAD.size
+        yield offset, opcode, data[begin : begin + length]
+        offset = begin + length
 
 
 def _pack_record(opcode: int, content: bytes) -> bytes:
@@ -163,10 +190,14 @@ def _close_file(path: Path, time_left: Callable[[], float]) -> bool:
     """Cut a file behind its last complete record and write its index there; return whether it has messages."""
     with path.open("r+b") as file:
         end, chunks = scan_file(file)
+        indices = b""
+        if chunks:
+            chunks[-1], indices = _complete_indices(file, chunks[-1])
         readable = any(chunk.index_offsets for chunk in chunks)
         if readable:
-            tail = build_summary_section(file, end, chunks, time_left)
-            file.seek(end)
+            begin = chunks[-1].end if indices else end
+            tail = indices + build_summary_section(file, begin + len(indices), chunks, time_left)
+            file.seek(begin)
             file.truncate()
             file.write(tail)
         return readable

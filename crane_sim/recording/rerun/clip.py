@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import shutil
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 KINDS = (".gif", ".mp4")
+_GIF_RATE = 50.0  # pictures per second at most: a GIF counts in 1/100 s, and viewers show 1/100 s as 1/10 s
 _COLORS = 128  # of a GIF: the solids of a crane and the curves need fewer
 
 
@@ -30,7 +32,7 @@ class Cut(NamedTuple):
     end: float | None = None  # s, scene time; None: the end of the run
     frames_per_second: float = 10.0  # of the clip
     speed: float = 1.0  # scene time per time of the clip
-    width: int = 960  # pixels
+    width: int = 960  # pixels; of an MP4 the next smaller even number
 
 
 def write_clip(
@@ -46,21 +48,26 @@ def write_clip(
         on_progress: called with the frames done and all frames.
 
     Raises:
-        SceneError: as of `screenshot.picture`; the part of the run is empty, or the file of another kind.
+        SceneError: as of `screenshot.picture`; the part of the run is empty, the file of another kind, or a GIF has
+            more than 50 pictures a second.
         PictureError: as of `screenshot.picture`; no ffmpeg, or it failed.
     """
-    _check_output(output)
+    _check_output(output, cut.frames_per_second)
     with camera(recording, shown) as viewer:
         instants = _instants(cut, viewer.end)
-        frames = _frames(viewer, instants, cut.width, on_progress)
-        write = _write_gif if output.suffix == ".gif" else _write_mp4
+        encoded = output.suffix == ".mp4"  # video encoders want even sizes
+        frames = _frames(viewer, instants, cut.width - cut.width % 2 if encoded else cut.width, on_progress)
+        write = _write_mp4 if encoded else _write_gif
         write(output, frames, cut.frames_per_second)
         return len(instants)
 
 
-def _check_output(output: Path) -> None:
+def _check_output(output: Path, frames_per_second: float) -> None:
     if output.suffix not in KINDS:
         raise SceneError(f"{output}: must end in {' or '.join(KINDS)}")
+    if output.suffix == ".gif" and frames_per_second > _GIF_RATE:
+        line = f"a GIF shows {_GIF_RATE:g} pictures a second at most, not {frames_per_second:g}; an .mp4 shows more"
+        raise SceneError(f"{output}: {line}")
     if output.suffix == ".mp4" and shutil.which("ffmpeg") is None:
         raise PictureError(f"{output}: needs the program ffmpeg, which is not installed; a .gif needs nothing more")
 
@@ -77,14 +84,21 @@ def _frames(
 ) -> Iterator[Image.Image]:
     for done, instant in enumerate(instants, 1):
         frame = Image.open(io.BytesIO(viewer.at(instant))).convert("RGB")
-        height = round(frame.height * width / frame.width / 2) * 2  # even, as video encoders want it
+        height = round(frame.height * width / frame.width / 2) * 2  # even, too
         yield frame.resize((width, height), Image.Resampling.LANCZOS)
         on_progress(done, len(instants))
 
 
 def _write_gif(output: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
     first, *others = (frame.quantize(_COLORS, dither=Image.Dither.NONE) for frame in frames)
-    first.save(output, save_all=True, append_images=others, duration=round(1000.0 / frames_per_second), loop=0)
+    durations = _gif_durations(1 + len(others), frames_per_second)
+    first.save(output, save_all=True, append_images=others, duration=durations, loop=0)
+
+
+def _gif_durations(count: int, frames_per_second: float) -> list[int]:
+    """Return how long each picture is shown [ms], in the hundredths of a second of a GIF: all of them without drift."""
+    ends = [round(100.0 * k / frames_per_second) for k in range(count + 1)]
+    return [10 * (end - begin) for begin, end in pairwise(ends)]
 
 
 def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
@@ -98,4 +112,6 @@ def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: f
         data = b"".join(frame.tobytes() for frame in (first, *frames))
         _, errors = program.communicate(data)
     if program.returncode:
-        raise PictureError(f"{output}: ffmpeg failed: {errors.decode(errors='replace').strip().splitlines()[-1]}")
+        lines = errors.decode(errors="replace").split("\n")
+        said = next((line.strip() for line in reversed(lines) if line.strip()), "no message")
+        raise PictureError(f"{output}: ffmpeg failed: {said}")

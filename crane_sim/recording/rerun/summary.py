@@ -20,17 +20,21 @@ def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
     return flat | {"json": json.dumps(summary, default=_plain_number)}
 
 
-def summary_table(title: str, summary: Mapping[str, Any]) -> str:
-    """Return the summary as a markdown document: plain values first, then what is given per joint or per kind."""
+def summary_table(title: str, summary: Mapping[str, Any], path_unit: str) -> str:
+    """Return the summary as a markdown document: plain values first, then what is given per joint or per kind.
+
+    `path_unit` is the unit of the path's coordinates, empty where they have different ones.
+    """
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
-    rows = [[_label(key), _format_quantity(summary[key], _unit(key))] for key in plain]
+    rows = [[_label(key), _format_quantity(summary[key], _unit(key, path_unit))] for key in plain]
     parts = [f"# {title}", markdown_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
         if isinstance(value, dict) and value:
             groups.setdefault(tuple(value), []).append(key)
     for entries, keys in groups.items():
-        heads = [f"{_label(key)} [{_unit(key)}]" if _unit(key) else _label(key) for key in keys]
+        units = [_unit(key, path_unit) for key in keys]
+        heads = [f"{_label(key)} [{unit}]" if unit else _label(key) for key, unit in zip(keys, units, strict=True)]
         rows = [[_label(entry), *(_format_quantity(summary[key][entry]) for key in keys)] for entry in entries]
         parts.append(markdown_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
@@ -47,8 +51,8 @@ def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _unit(key: str) -> str:
-    return _UNITS.get(key) or plain_unit(key).replace("deg", "°")
+def _unit(key: str, path_unit: str) -> str:
+    return _UNITS.get(key) or plain_unit(key, path_unit).replace("deg", "°")
 
 
 def _label(key: str) -> str:

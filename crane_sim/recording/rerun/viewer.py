@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import socket
 import subprocess
 import tempfile
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
 END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
 NO_DRAWING = "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install mesa-vulkan-drivers)?"
+_PANIC = "panicked at"  # what a viewer without a driver ends with, above a page of stack
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _POLL = 0.1  # s between two questions
 
 ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"}
@@ -71,9 +74,9 @@ def free_ports(count: int) -> list[int]:
 class HeadlessViewer:
     """A viewer that runs without a window."""
 
-    def __init__(self, process: subprocess.Popen[bytes], port: int) -> None:
-        """Expect it at a port of the loopback interface."""
-        self._process, self._url = process, live_address(port)
+    def __init__(self, process: subprocess.Popen[bytes], port: int, log: Path) -> None:
+        """Expect it at a port of the loopback interface, and what it says in a file."""
+        self._process, self._url, self._log = process, live_address(port), log
         self._client: ViewerClient | None = None
 
     def request(self, call: Callable[[ViewerClient], Answer]) -> Answer:
@@ -92,7 +95,7 @@ class HeadlessViewer:
             except (RuntimeError, OSError) as error:
                 self._client = None
                 if self._process.poll() is not None:
-                    raise PictureError(NO_DRAWING) from error
+                    raise PictureError(_describe_end(self._log.read_text(errors="replace"))) from error
                 if time.monotonic() >= deadline:
                     raise PictureError(f"the viewer failed: {error}") from error
             time.sleep(_POLL)
@@ -118,19 +121,25 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
     """Run a viewer for the length of the block; it ends with this process, however that ends."""
     (port,) = free_ports(1)
     command = [str(rerun_executable()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
-    quiet = subprocess.DEVNULL
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:  # a viewer that is ended leaves one of its own
-        env = os.environ | ENVIRONMENT | {"TMPDIR": folder}
+        env, log = os.environ | ENVIRONMENT | {"TMPDIR": folder}, Path(folder, "viewer.log")
         try:
-            process = subprocess.Popen(
-                command, env=env, stdout=quiet, stderr=quiet, preexec_fn=set_parent_death_signal()
-            )
+            with log.open("wb") as said:
+                process = subprocess.Popen(
+                    command, env=env, stdout=said, stderr=said, preexec_fn=set_parent_death_signal()
+                )
         except OSError as error:
             raise PictureError(f"no viewer: {error}") from error
         try:
-            yield HeadlessViewer(process, port)
+            yield HeadlessViewer(process, port, log)
         finally:
             _end(process)
+
+
+def _describe_end(said: str) -> str:
+    """Return one line on why a viewer has ended, from what it said."""
+    lines = [line.strip() for line in _COLOUR.sub("", said).splitlines() if line.strip()]
+    return f"the viewer ended: {lines[-1]}" if lines and _PANIC not in said else NO_DRAWING
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

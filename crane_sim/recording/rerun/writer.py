@@ -16,6 +16,7 @@ from crane_sim.recording.layout import Block, Layout, Span
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
 from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.repair import repair
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times, times_at
@@ -40,7 +41,7 @@ class RunWriter:
     """A recording that grows block by block in `<path>.part` and becomes `<path>` when it is closed."""
 
     def __init__(self, path: Path, layout: Layout, live: LiveServer | None = None) -> None:
-        """Start the file with the blueprint, the run properties and the crane.
+        """Start the file with the blueprint, the run properties and the crane; recover a killed run's of that name.
 
         Args:
             path: the complete recording's path; its folder is made when missing.
@@ -122,12 +123,15 @@ class RunWriter:
         self._log_timelines(make_fault_timelines(summary))
         framing = self._stage.fit_to_motion() or self._layout.framing
         self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
-        text = summary_table(self._layout.name, summary)
+        text = summary_table(self._layout.name, summary, self._layout.path_unit)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         self._rec.send_property("summary", rr.AnyValues(**summary_properties(summary)))
         self._check()
         self._rec.disconnect()
-        self.part.replace(self.path)
+        try:
+            self.part.replace(self.path)
+        except OSError as error:
+            raise RecordingError(f"recording {self.part}: {error.strerror}") from error
         self._lock.close()
         return self.path
 
@@ -166,14 +170,22 @@ class RunWriter:
         try:
             self._rec.flush(timeout_sec=FLUSH_SECONDS)
         except (RuntimeError, ValueError, OSError) as error:
-            free = shutil.disk_usage(self.part.parent).free // 1_000_000
-            raise RecordingError(f"recording {self.part}: {error} ({free} MB free on its disk)") from error
+            raise RecordingError(f"recording {self.part}: {error} ({_describe_disk(self.part.parent)})") from error
+
+
+def _describe_disk(folder: Path) -> str:
+    try:
+        return f"{shutil.disk_usage(folder).free // 1_000_000} MB free on its disk"
+    except OSError as error:
+        return f"its folder: {error.strerror}"
 
 
 def _claim(part: Path) -> BufferedIOBase:
     """Make the file and hold a lock on it: the system drops it when this process ends, however that happens."""
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
+        if part.exists():
+            repair(part)
         file = part.open("ab")  # not emptied: it may be another recorder's
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
