@@ -17,7 +17,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from inspect import cleandoc, signature
 from math import isfinite
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 from pydantic import ValidationError
 
@@ -171,10 +171,10 @@ def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     found: Any = load_function("control.law", name)
     if len(signature(found).parameters) == len(("settings", "scene")):
         law = found(settings, nominal)
-        if not callable(law):
-            line = f"control.law = {name!r}: a function of (settings, scene) must return a law, a function of (t, q, v)"
-            raise SceneError(f"{line}; it returned {shorten(law)}")
-        return law
+        if callable(law):
+            return cast(Law, law)
+        line = f"control.law = {name!r}: a function of (settings, scene) must return a law, a function of (t, q, v)"
+        raise SceneError(f"{line}; it returned {shorten(law)}")
     if settings:
         raise ForeignSetting(next(iter(settings)), (), name)
     return found

@@ -28,7 +28,7 @@ YAML_ERRORS = (OSError, ValueError, AttributeError, LookupError, RecursionError,
 class _Unambiguous(yaml.SafeLoader):
     """A YAML loader that rejects duplicate keys of a group, of which YAML would keep the last one silently."""
 
-    def compose_mapping_node(self, anchor: str | None) -> yaml.MappingNode:
+    def compose_mapping_node(self, anchor: Any) -> Any:
         """Return the node of a group as the file has it, before groups are merged into it by `<<`."""
         node = super().compose_mapping_node(anchor)
         keys = [key.value for key, _ in node.value]
