@@ -130,7 +130,7 @@ class OperatorNode:
         for sign in (1.0, -1.0):
             self._limits.take([sign * 1e-9] * len(zeros), start, zeros)
         self._limits.reset()
-        _swing(scene, scene.initial_q)
+        _swing(scene, 0.0, scene.initial_q)
 
     def _on_state(self, data: bytes) -> None:
         state, last = self._reader.read(data), self._last
@@ -188,7 +188,7 @@ class OperatorNode:
             "at_soft_limit": self._limits.held,
             "dragged": [] if desk.braked else self._limits.dragged([state.v[i] for i in self._driven]),
             "braked": desk.braked,
-            "swing_deg": _swing(self._scene, state.q),
+            "swing_deg": _swing(self._scene, state.t, state.q),
         }
 
 
@@ -200,9 +200,9 @@ def _assistance(scene: Scene) -> tuple[Assistance | None, str]:
         return None, str(error).partition(": ")[2]
 
 
-def _swing(scene: Scene, q: tuple[float, ...]) -> float:
-    """Return the angle [°] from the vertical of the line from the suspension point to the payload."""
-    return degrees(derive_instant(scene, 0.0, q, (0.0,) * len(q)).swing[0])
+def _swing(scene: Scene, t: float, q: tuple[float, ...]) -> float:
+    """Return the angle [°] from the vertical of the line from the suspension point to the payload, at t [s]."""
+    return degrees(derive_instant(scene, t, q, (0.0,) * len(q)).swing[0])
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:
