@@ -69,3 +69,22 @@ def test_the_panel_has_the_swing_from_the_present_vertical(graph: tuple[Graph, O
     scene, zeros = plant.scene, (0.0,) * len(plant.scene.joint_names)
     at_start, now = (degrees(derive_instant(scene, t, scene.initial_q, zeros).swing[0]) for t in (0.0, 7.0))
     assert plant.panels[0]["swing_deg"] == pytest.approx(now, rel=1e-9) and abs(now - at_start) > 0.1
+
+
+@pytest.mark.parametrize("graph", ["bridge_speed_drive"], indirect=True)
+def test_refused_brakes_are_requested_once_a_second(graph: tuple[Graph, OperatorNode]) -> None:
+    """The panel says why the plant refuses the brakes, until it applies them; one warning is logged."""
+    plant, node = graph
+    plant.answer = SimpleNamespace(success=False, message="the run has not begun")
+    plant.requests["key"]("space")
+    for k in range(250):
+        plant.send(0.01 * (k + 1))
+    assert [round(at, 2) for at, on in plant.brakes if on] == [0.01, 1.01, 2.01]
+    node.on_spin()
+    line = "the plant does not apply the brakes: the run has not begun"
+    assert plant.panels[-1]["brakes_refused"] == line and plant.warnings == [line]
+    plant.answer = SimpleNamespace(success=True, message="")
+    for k in range(250, 400):
+        plant.send(0.01 * (k + 1))
+    node.on_spin()
+    assert len(plant.brakes) == 4 and plant.panels[-1]["brakes_refused"] == ""
