@@ -110,6 +110,27 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "Sobol": ({"design": "sobol", "samples": 100}, "samples = 100: a Sobol sequence is balanced at powers of two"),
     "in a variant, too": ({"variants": {"a": {MASS: 1.0}}}, f"variants.a.{MASS} = 1.0: is among the parameters, too"),
     "in the changes, too": ({"changes": {MASS: 1.0}}, f"changes.{MASS} = 1.0: is among the parameters, too"),
+    "below a parameter, in a variant": (
+        {"parameters": {"cable": [{"lengths": [1.0]}]}, "variants": {"a": {MASS: 1.0}}},
+        f"variants.a.{MASS} = 1.0: sets what the parameter cable sets, too",
+    ),
+    "below a parameter, in what is tuned": (
+        {
+            "parameters": {"cable": [{"lengths": [1.0]}]},
+            "tune": {"gains": {"control.kp": {"low": 1, "high": 2}}, "objectives": ["x"], "changes": {MASS: 1.0}},
+        },
+        f"tune.changes.{MASS} = 1.0: sets what the parameter cable sets, too",
+    ),
+    "below a parameter, in another one": (
+        {"parameters": {MASS: [1.0], "cable": [{"lengths": [1.0]}]}},
+        f"parameters.{MASS}: sets what the parameter cable sets, too",
+    ),
+    "two durations": ({"duration": 1.0, "parameters": {"duration": [1.0]}}, "duration = 1: is in parameters, too"),
+    "a duration in the changes": ({"duration": 1.0, "changes": {"duration": 2.0}}, "duration = 1: is in changes, too"),
+    "a duration in a variant": (
+        {"duration": 1.0, "variants": {"a": {"duration": 2.0}}},
+        "duration = 1: is in variants.a, too; give one of them",
+    ),
     "a change without a place": ({"changes": {"cable.node_masses.3": 1.0}}, "'3' is no index of a list of 1"),
     "unknown metric of the worst runs": (
         {"duration": 0.1, "recordings": {"worst": {"metric": "peak_swing_dge"}}},
