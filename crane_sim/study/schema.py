@@ -180,11 +180,26 @@ def _resolve_functions(document: dict[str, Any], folder: Path) -> None:
     for key in ("metrics", "figures"):  # the latter: the deprecated name
         if isinstance(document.get(key), str):
             document[key] = function_from(document[key], folder)
-    variants = document.get("variants")
-    groups = [document.get("changes"), *(variants.values() if isinstance(variants, dict) else ())]
-    for changes in groups:
-        if isinstance(changes, dict) and isinstance(changes.get("control.law"), str):
-            changes["control.law"] = function_from(changes["control.law"], folder)
+    variants, tune, parameters = (_group(document, key) for key in ("variants", "tune", "parameters"))
+    for changes in (document.get("changes"), tune.get("changes"), *variants.values()):
+        if isinstance(changes, dict) and "control.law" in changes:
+            changes["control.law"] = _law_from(changes["control.law"], folder)
+    laws = parameters.get("control.law")
+    if isinstance(laws, list):
+        parameters["control.law"] = [_law_from(law, folder) for law in laws]
+    elif isinstance(laws, dict) and isinstance(laws.get("values"), list):
+        laws["values"] = [_law_from(law, folder) for law in laws["values"]]
+
+
+def _group(document: dict[str, Any], key: str) -> dict[str, Any]:
+    """Return a group of a file, an empty one where there is none: what is wrong with it, is said later."""
+    group = document.get(key)
+    return group if isinstance(group, dict) else {}
+
+
+def _law_from(law: Any, folder: Path) -> Any:
+    """Return a law, its file made absolute where it has one."""
+    return function_from(law, folder) if isinstance(law, str) else law
 
 
 def _check_design(study: Study) -> None:

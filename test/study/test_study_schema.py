@@ -1,5 +1,6 @@
 """Files of studies: what they make of parameters and variants, and how a wrong one is refused."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,23 @@ def test_a_key_that_stands_twice_is_refused(tmp_path: Path) -> None:
         load_study(file)
     with pytest.raises(SceneError, match="study file .*nowhere.yaml: there is no such file"):
         load_study(tmp_path / "nowhere.yaml")
+
+
+@pytest.mark.parametrize("values", [["mylaw.py:build", "lqr"], {"values": ["mylaw.py:build", "lqr"]}])
+def test_laws_of_files_are_beside_the_study(tmp_path: Path, values: Any) -> None:
+    """The file of a law in the changes that are tuned, or among a parameter's values, is one of the study's folder."""
+    tune = {"gains": {"control.kp": {"low": 1, "high": 2}}, "objectives": ["x"]}
+    document = {
+        "scene": SCENE,
+        "parameters": {MASS: [5.0]},
+        "tune": tune | {"changes": {"control.law": "mylaw.py:build"}},
+    }
+    file, law = tmp_path / "study.yaml", f"{tmp_path / 'mylaw.py'}:build"
+    file.write_text(json.dumps(document))
+    tuned = load_study(file).tune
+    assert tuned is not None and tuned.changes == {"control.law": law}
+    file.write_text(json.dumps({"scene": SCENE, "parameters": {"control.law": values}}))
+    assert load_study(file).parameters["control.law"].values == (law, "lqr")
 
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
