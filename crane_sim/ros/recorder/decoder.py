@@ -142,6 +142,8 @@ class MessageDecoder:
         add = self._recorder.add_timeline_state
         add(states.CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
         add(states.STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
+        if stamp < self._last_diagnostics_stamp:  # the plant was reset, and counts anew
+            self._refused, self._last_diagnostics_stamp = 0, 0
         counts = [count for key, count in values.items() if key.startswith("refused: ")]
         refused = sum(int(count) for count in counts if count.isdecimal())
         add(
