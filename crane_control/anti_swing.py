@@ -120,15 +120,15 @@ class SwingGeometry(NamedTuple):
     # each passive joint
 
 
-def swing_geometry(scene: Scene) -> SwingGeometry:
-    """Return the geometry of a scene's swing at its initial posture, the load hanging, by differences."""
+def swing_geometry(scene: Scene, t: float = 0.0) -> SwingGeometry:
+    """Return the geometry of a scene's swing at its initial posture, the load hanging, at t [s], by differences."""
     n, nu = len(scene.joint_names), len(scene.actuated)
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     hanging = np.array(scene.initial_q)
     angles = [i for i in range(n) if i not in actuated and scene.joint_units[i] == "rad"]
     hanging[angles] = 0.0
     q = np.concatenate([hanging + STEP * np.eye(n), hanging - STEP * np.eye(n), [hanging]])
-    derived = derive(scene, np.zeros(2 * n + 1), q, np.zeros_like(q), np.zeros((2 * n + 1, nu)))
+    derived = derive(scene, np.full(2 * n + 1, t), q, np.zeros_like(q), np.zeros((2 * n + 1, nu)))
     offset = derived.payload - derived.tip
     moved = (offset[:n] - offset[n : 2 * n])[:, :2] / (2.0 * STEP)
     directions = (derived.tip[:n] - derived.tip[n : 2 * n])[actuated, :2] / (2.0 * STEP)

@@ -41,7 +41,7 @@ class Assistance:
         self._scene, self._gravity = scene, gravity(scene)
         self._past: deque[tuple[float, tuple[float, ...]]] = deque()  # (s from which it is held, operator's speeds)
         self._newest, self._next_update, self.delay = 0.0, 0.0, 0.0
-        self._update_gains(scene.initial_q)
+        self._update_gains(0.0, scene.initial_q)
         if not np.any(self._feedback):
             raise SceneError("assistance: no actuated joint moves a point below which the load swings")
 
@@ -64,15 +64,15 @@ class Assistance:
         """Return the velocity command (nu,) at joint positions q (nq,), from the commands recorded up to t [s]."""
         if t >= self._next_update:
             self._next_update = t + _UPDATE_PERIOD
-            self._update_gains(q)
+            self._update_gains(t, q)
         shaped = sum(
             weight * np.array(self._at(t - delay)) for weight, delay in zip(self._weights, self._delays, strict=True)
         )
-        return tuple((shaped + self._feedback @ self._offset(q)).tolist())
+        return tuple((shaped + self._feedback @ self._offset(t, q)).tolist())
 
-    def _offset(self, q: Sequence[float]) -> np.ndarray:
+    def _offset(self, t: float, q: Sequence[float]) -> np.ndarray:
         """Return the horizontal offset (2,) [m] of the payload from the plumb line through its suspension point."""
-        derived = derive_instant(self._scene, 0.0, q, (0.0,) * len(q))
+        derived = derive_instant(self._scene, t, q, (0.0,) * len(q))
         return (derived.payload - derived.tip)[0, :2]
 
     def _at(self, t: float) -> tuple[float, ...]:
@@ -82,9 +82,9 @@ class Assistance:
                 return speeds
         return (0.0,) * len(self._scene.actuated)
 
-    def _update_gains(self, q: Sequence[float]) -> None:
-        """Update the shaper and the gains of the feedback for the rope's length at joint positions q (nq,)."""
-        length, ahead, _ = swing_geometry(replace(self._scene, initial_q=tuple(q)))
+    def _update_gains(self, t: float, q: Sequence[float]) -> None:
+        """Update the shaper and the gains of the feedback for the posture at t [s] and joint positions q (nq,)."""
+        length, ahead, _ = swing_geometry(replace(self._scene, initial_q=tuple(q)), t)
         frequency = sqrt(self._gravity / length)
         self._weights, self._delays = impulses("zv", frequency, DAMPING)
         self.delay = self._delays[-1]

@@ -38,27 +38,35 @@ PARAMETERS = {
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
 _PANEL_PERIOD = 0.1  # s between two reports to the terminal
-_RETRY_TIMEOUT = 1.0  # s without an answer of the brakes until they are requested again
+_RETRY_TIMEOUT = 1.0  # s after a request of the brakes, refused or without an answer, until the next one
 
 
 class Brakes:
-    """The plant's brakes, requested by its service until it has answered."""
+    """The plant's brakes, requested by its service until it has done so.
+
+    Attributes:
+        refusal: one line on why the plant does not, empty where it has not refused.
+    """
 
     def __init__(self, host: NodeHost) -> None:
         """Find the service in the node's namespace."""
         self._client = host.node.create_client(SetBool, "plant/set_brakes")
-        self._applied, self._requested, self._next_request = False, False, 0.0
+        self._applied, self._requested, self._next_request, self.refusal = False, False, 0.0, ""
         self._answer: Future | None = None  # of the newest request
 
     def request(self, on: bool, now: float) -> bool:
         """Apply or release them; return whether that has just been done."""
         answer = self._answer
         if answer is not None and answer.done():
-            result, self._answer, self._next_request = answer.result(), None, now
+            result, self._answer = answer.result(), None
             if result is not None and result.success:
-                self._applied = self._requested
+                self._applied, self._next_request, self.refusal = self._requested, now, ""
                 return True
-        if on != self._applied and now >= self._next_request:
+            wish = "apply" if self._requested else "release"
+            self.refusal = f"the plant does not {wish} the brakes: {result.message if result else 'no answer'}"
+        if on == self._applied:
+            self.refusal = ""
+        elif now >= self._next_request:
             self._next_request, self._requested = now + _RETRY_TIMEOUT, on
             self._answer = self._client.call_async(SetBool.Request(data=on))
         return False
@@ -68,7 +76,7 @@ class OperatorNode:
     """The operator's desk on the ROS graph.
 
     Attributes:
-        fault: one line on why it cannot go on, empty while it can.
+        fault: of `Responder`; always empty: without a device or an answer of the plant the node goes on.
     """
 
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
@@ -130,7 +138,7 @@ class OperatorNode:
         for sign in (1.0, -1.0):
             self._limits.take([sign * 1e-9] * len(zeros), start, zeros)
         self._limits.reset()
-        _swing(scene, scene.initial_q)
+        _swing(scene, 0.0, scene.initial_q)
 
     def _on_state(self, data: bytes) -> None:
         state, last = self._reader.read(data), self._last
@@ -143,9 +151,16 @@ class OperatorNode:
         q, v = ([values[i] for i in self._driven] for values in (state.q, state.v))
         self._speeds = self._limits.take(self._assisted_speeds(state, operator), q, v)
         self._commands.publish(self._codec.encode(state.stamp, self._speeds))
+        self._request_brakes(now)
+        self._count(before)
+
+    def _request_brakes(self, now: float) -> None:
+        """Request what the desk wants of the brakes, and warn once where the plant refuses it."""
+        before = self._brakes.refusal
         if self._brakes.request(self._desk.braked, now):
             self._limits.reset()
-        self._count(before)
+        if self._brakes.refusal not in ("", before):
+            self._host.node.get_logger().warning(self._brakes.refusal)
 
     def _demand(self, now: float) -> Demand:
         """Return the device's demand; keys of the terminal that act once count with every device."""
@@ -188,7 +203,8 @@ class OperatorNode:
             "at_soft_limit": self._limits.held,
             "dragged": [] if desk.braked else self._limits.dragged([state.v[i] for i in self._driven]),
             "braked": desk.braked,
-            "swing_deg": _swing(self._scene, state.q),
+            "brakes_refused": self._brakes.refusal,
+            "swing_deg": _swing(self._scene, state.t, state.q),
         }
 
 
@@ -200,9 +216,9 @@ def _assistance(scene: Scene) -> tuple[Assistance | None, str]:
         return None, str(error).partition(": ")[2]
 
 
-def _swing(scene: Scene, q: tuple[float, ...]) -> float:
-    """Return the angle [°] from the vertical of the line from the suspension point to the payload."""
-    return degrees(derive_instant(scene, 0.0, q, (0.0,) * len(q)).swing[0])
+def _swing(scene: Scene, t: float, q: tuple[float, ...]) -> float:
+    """Return the angle [°] from the vertical of the line from the suspension point to the payload, at t [s]."""
+    return degrees(derive_instant(scene, t, q, (0.0,) * len(q)).swing[0])
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:

@@ -139,8 +139,10 @@ def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, An
     head = Text.assemble(f"{title}  {state['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow")))
     assistance = state["assistance_unavailable"] or ("on" if state["assisted"] else "off")
     if state["braked"]:
-        head.append("   brakes on")
+        head.append("   brakes refused" if state["brakes_refused"] else "   brakes on")
     outer.add_row(head)
+    if state["brakes_refused"]:
+        outer.add_row(Text(state["brakes_refused"], style="bold red"))
     for i, joint in enumerate(joints):
         table.add_row(*_format_joint(joint, i, state))
     outer.add_row(table)

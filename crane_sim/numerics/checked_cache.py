@@ -34,20 +34,30 @@ class CheckedCache(FunctionCache):
             return None
         if loaded := super().load_overload(sig, target_context):
             return loaded
+        self._release(sig)  # of a compilation that raised, after which nothing is saved
         self._locks[sig] = FileLock(self._lock_file(sig), _LOCK_TIMEOUT)
         if loaded := super().load_overload(sig, target_context):
-            self._locks.pop(sig).release()
+            self._release(sig)
         return loaded
 
     def save_overload(self, sig, data):
         """Save the machine code for a signature, and let processes that wait for it go on."""
-        if _is_cacheable(sig) and all(map(_is_digested_file, linked_sources(data.library))):
-            # numba reads and writes the index of a function's signatures without a lock
-            index = FileLock(self._lock_file("index"), _LOCK_TIMEOUT)
-            try:
-                super().save_overload(sig, data)
-            finally:
-                index.release()
+        try:
+            if _is_cacheable(sig) and all(map(_is_digested_file, linked_sources(data.library))):
+                self._save(sig, data)
+        finally:
+            self._release(sig)
+
+    def _save(self, sig: Any, data: Any) -> None:
+        # numba reads and writes the index of a function's signatures without a lock
+        index = FileLock(self._lock_file("index"), _LOCK_TIMEOUT)
+        try:
+            super().save_overload(sig, data)
+        finally:
+            index.release()
+
+    def _release(self, sig: Any) -> None:
+        """Let processes that wait for the function of a signature go on, where this one has its lock."""
         if lock := self._locks.pop(sig, None):
             lock.release()
 

@@ -159,6 +159,7 @@ def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
     except ValidationError as error:
         raise SceneError(f"study: {one_line(error, Study)}") from None
     _check_design(study)
+    _check_duration(study)
     return study
 
 
@@ -179,11 +180,26 @@ def _resolve_functions(document: dict[str, Any], folder: Path) -> None:
     for key in ("metrics", "figures"):  # the latter: the deprecated name
         if isinstance(document.get(key), str):
             document[key] = function_from(document[key], folder)
-    variants = document.get("variants")
-    groups = [document.get("changes"), *(variants.values() if isinstance(variants, dict) else ())]
-    for changes in groups:
-        if isinstance(changes, dict) and isinstance(changes.get("control.law"), str):
-            changes["control.law"] = function_from(changes["control.law"], folder)
+    variants, tune, parameters = (_group(document, key) for key in ("variants", "tune", "parameters"))
+    for changes in (document.get("changes"), tune.get("changes"), *variants.values()):
+        if isinstance(changes, dict) and "control.law" in changes:
+            changes["control.law"] = _law_from(changes["control.law"], folder)
+    laws = parameters.get("control.law")
+    if isinstance(laws, list):
+        parameters["control.law"] = [_law_from(law, folder) for law in laws]
+    elif isinstance(laws, dict) and isinstance(laws.get("values"), list):
+        laws["values"] = [_law_from(law, folder) for law in laws["values"]]
+
+
+def _group(document: dict[str, Any], key: str) -> dict[str, Any]:
+    """Return a group of a file, an empty one where there is none: what is wrong with it, is said later."""
+    group = document.get(key)
+    return group if isinstance(group, dict) else {}
+
+
+def _law_from(law: Any, folder: Path) -> Any:
+    """Return a law, its file made absolute where it has one."""
+    return function_from(law, folder) if isinstance(law, str) else law
 
 
 def _check_design(study: Study) -> None:
@@ -208,14 +224,37 @@ def _check_design(study: Study) -> None:
 
 
 def _check_changes(study: Study, key: str) -> None:
-    """Raise SceneError where changes of the scene have a parameter's key, unless the parameter varies what they set."""
+    """Raise SceneError where changes of the scene set what a parameter sets, unless it varies what they set.
+
+    A run takes its parameters last: what changes set at or below a parameter's key would be ignored. A change of a
+    whole group or list may be above it: the parameter varies one number of that.
+    """
     parameter = study.parameters[key]
     own = isinstance(parameter, Values) or not (parameter.relative or None in parameter)  # needs no value of the scene
     groups = {"changes": study.changes} if own else {}
     groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
+    groups |= {} if study.tune is None else {"tune.changes": study.tune.changes}
     for where, changes in groups.items():
-        if key in changes:
-            raise SceneError(f"study: {where}.{key} = {shorten(changes[key])}: is among the parameters, too")
+        for changed, value in changes.items():
+            if changed == key:
+                raise SceneError(f"study: {where}.{key} = {shorten(value)}: is among the parameters, too")
+            if changed.startswith(f"{key}."):
+                why = f"sets what the parameter {key} sets, too"
+                raise SceneError(f"study: {where}.{changed} = {shorten(value)}: {why}")
+    for other in study.parameters:
+        if other.startswith(f"{key}."):
+            raise SceneError(f"study: parameters.{other}: sets what the parameter {key} sets, too")
+
+
+def _check_duration(study: Study) -> None:
+    """Raise SceneError where the duration of the runs is given twice."""
+    if study.duration is None:
+        return
+    groups = {"parameters": study.parameters, "changes": study.changes}
+    groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
+    for where, keys in groups.items():
+        if "duration" in keys:
+            raise SceneError(f"study: duration = {study.duration:g}: is in {where}, too; give one of them")
 
 
 def varied_document(study: Study) -> dict[str, Any]:

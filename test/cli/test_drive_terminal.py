@@ -97,10 +97,10 @@ def test_levers_are_listed_without_a_terminal(capfd: pytest.CaptureFixture[str])
 
 
 def test_the_panel() -> None:
-    """The panel says the desk's mode, velocities and positions, what a soft limit holds, why there is no assistance."""
+    """The panel says the desk's mode, velocities and positions, what a soft limit holds, why something is refused."""
     state = {"t": 12.3, "mode": "emergency stop", "assisted": False, "assistance_unavailable": "", "device": "keyboard"}
     state |= {"speed_scale": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
-    state |= {"at_soft_limit": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51}
+    state |= {"at_soft_limit": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51, "brakes_refused": ""}
     text = printed(make_panel("tower_gust", (SLEW, ROPE), state, True))
     for part in (
         "12.3 s",
@@ -115,6 +115,8 @@ def test_the_panel() -> None:
         "q end",
     ):
         assert part in text, part
+    refused = printed(make_panel("x", (SLEW, ROPE), state | {"brakes_refused": "only in real time"}, False))
+    assert "only in real time" in refused and "brakes on" not in refused
     assert "nothing hangs" in printed(
         make_panel("x", (SLEW, ROPE), state | {"assistance_unavailable": "nothing hangs"}, False)
     )

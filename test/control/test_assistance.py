@@ -4,12 +4,14 @@ from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 
 from crane_control.assistance import DAMPING, Assistance
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.operator.drives import with_operator_drives
 from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.metrics import derive_instant
 
 GRAVITY = 9.81
 PERIOD = 0.01
@@ -93,6 +95,26 @@ def test_a_reset_forgets() -> None:
     assistance.record_command(50.0, (0.4, 0.4, 0.1))
     assistance.record_command(0.0, (0.0, 0.0, 0.0))
     assert assistance.compute_velocity_command(0.0, scene.initial_q) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+
+
+def test_the_vertical_is_the_present_one() -> None:
+    """On a base that moves a load that hangs plumb at the state's own time gets no feedback."""
+    scene = with_operator_drives(load_scene("knuckle_sea"))
+    swing, t = [scene.joint_names.index(name) for name in scene.joint_names if name not in scene.actuated], 7.0
+
+    def posture(angles: np.ndarray) -> list[float]:
+        q = list(scene.initial_q)
+        for i, angle in zip(swing, angles, strict=True):
+            q[i] = float(angle)
+        return q
+
+    def offset(angles: np.ndarray) -> np.ndarray:
+        derived = derive_instant(scene, t, posture(angles), (0.0,) * len(scene.initial_q))
+        return (derived.payload - derived.tip)[0, :2]
+
+    plumb = root(offset, np.zeros(len(swing))).x
+    assert np.abs(plumb).max() > 0.002, "the base has to be inclined"
+    np.testing.assert_allclose(Assistance(scene).compute_velocity_command(t, posture(plumb)), 0.0, atol=1e-9)
 
 
 def test_nothing_to_assist() -> None:

@@ -9,6 +9,7 @@ from mcap_samples import TOPICS
 from mcap_samples import feed as feed_bag
 from recorder_helpers import SCENE, fail_full_disk, feed
 
+from crane_sim import read_recording
 from crane_sim.recording.files import before_reset
 from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.mcap.file import McapFile
@@ -58,6 +59,18 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
         "No space left on device; it has 0 of 20 steps since the last reset, and 30 from before it"
     )
     assert summary["mcap"] == str(tmp_path / "run.mcap.part") and bag.resets == 1
+
+
+def test_the_file_after_a_reset_has_the_simulation_s_state(tmp_path: Path) -> None:
+    """A run that plays on after a reset is playing in its file from the first step on, until it is paused."""
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    for name in ("playing", "playing", "paused"):
+        recorder.add_simulation_state(name)
+        if name == "playing":
+            feed(recorder, 10)
+    file = recorder.finish({"scene": SCENE.name, "steps": 10})["recording"]
+    states = read_recording(file).states["simulation"]
+    assert (recorder.resets, [state for _, state in states]) == (1, ["playing", "paused"])
 
 
 def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

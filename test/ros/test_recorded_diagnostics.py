@@ -45,3 +45,12 @@ def test_states_are_those_of_the_own_plant() -> None:
         ("emergency stop", 3, "pressed"),
         ("commands", 1, "refused"),
     ]
+
+
+def test_refusals_after_a_reset_are_counted_anew() -> None:
+    """The first refusals of a run after a reset are a state, although the run before it had more of them."""
+    recorder: Any = States()
+    take = MessageDecoder(SCENE, recorder, "crane/plant").callbacks()["/diagnostics"]
+    take(diagnostics(7, "crane/plant", refused_names=5))
+    take(diagnostics(1, "crane/plant", refused_names=2))
+    assert recorder.taken == [("commands", 0, "refused")] * 2

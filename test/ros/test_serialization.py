@@ -1,7 +1,10 @@
 """The codec of joint states, compared with the generated message class."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
+import pytest
 from builtin_interfaces.msg import Time
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,8 +12,13 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from crane_sim import load_scene
 from crane_sim.ros.common.messages import nanoseconds
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
+from crane_sim.ros.controller.states import StateReader
+from crane_sim.ros.recorder.decoder import MessageDecoder
+
+SCENE = load_scene("knuckle_setpoint")
 
 NAMES = st.lists(st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=20), min_size=1, max_size=7)
 STAMPS = st.integers(0, 2**31 * 10**9 - 1)
@@ -52,6 +60,45 @@ def test_messages_of_any_layout_are_read(
     decoded = JointStateCodec(expected_names, EFFORT if effort else STATE).decode(serialize_message(message))
     assert (decoded.stamp, decoded.names) == (7_000_000_008, names)
     assert [list(field) for field in decoded[2:]] == [q, v, u]
+
+
+class Received:
+    """A node, whose warnings it keeps, and a recorder of the states and efforts of a decoder."""
+
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+        self.taken: list[tuple[Any, ...]] = []
+        self.add_state = self.add_true_state = self.add_effort = lambda *content: self.taken.append(content)
+
+    def get_logger(self) -> Any:
+        """Return what logs warnings."""
+        return SimpleNamespace(warning=lambda line, **_: self.warnings.append(line))
+
+
+@pytest.mark.parametrize(("positions", "velocities"), [(6, 0), (1, 6), (6, 7), (0, 0)])
+@pytest.mark.parametrize("order", [1, -1])
+def test_states_that_lack_numbers_are_ignored(positions: int, velocities: int, order: int) -> None:
+    """A state whose fields have not one number per joint reaches neither a law nor a recording; a law's node warns."""
+    received: Any = Received()
+    names = list(SCENE.joint_names)[::order]
+    message = JointState(name=names, position=[0.1] * positions, velocity=[0.2] * velocities)
+    assert StateReader(received, SCENE).read(serialize_message(message)) is None
+    assert f"{positions} positions and {velocities} velocities" in received.warnings[0]
+    callbacks = MessageDecoder(SCENE, received).callbacks()
+    for topic in ("joint_states", "true_states", "applied_effort"):
+        callbacks[topic](serialize_message(message))
+    assert not received.taken
+
+
+def test_recorded_states_are_in_the_order_of_the_scene() -> None:
+    """A recorder sorts states and efforts of joints in another order, as laws get them."""
+    received: Any = Received()
+    numbers = [float(i) for i in range(6)]
+    message = JointState(name=list(SCENE.joint_names)[::-1], position=numbers, velocity=numbers)
+    callbacks = MessageDecoder(SCENE, received).callbacks()
+    callbacks["joint_states"](serialize_message(message))
+    callbacks["applied_effort"](serialize_message(JointState(name=SCENE.actuated[::-1], effort=numbers[:4])))
+    assert received.taken == [(0, tuple(numbers[::-1]), tuple(numbers[::-1])), (0, tuple(numbers[3::-1]))]
 
 
 def test_not_a_number_survives() -> None:

@@ -39,6 +39,10 @@ OVERHEAD = {
             {"wind.profile": {"law": "power", "exponent": 0.2}, "wind.origin_height": 0.9},
             "wind.origin_height = 0.9: the payload starts 1 m below the origin, in the ground, where wind.profile",
         ),
+        (
+            {"wind.profile": {"law": "power", "exponent": 0.2, "lowest": 20.0}, "wind.origin_height": 9.0},
+            "wind.height = 10: must not be less than wind.profile.lowest = 20",
+        ),
         ({"wind.gusts": {"spectrum": "dryden"}}, "wind.gusts: take either intensity or deviations"),
         ({"wind.gusts": GUSTS | {"deviations": [1, 1, 1]}}, "wind.gusts: take either intensity or deviations"),
         (

@@ -1,5 +1,6 @@
 """Files of studies: what they make of parameters and variants, and how a wrong one is refused."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,23 @@ def test_a_key_that_stands_twice_is_refused(tmp_path: Path) -> None:
         load_study(tmp_path / "nowhere.yaml")
 
 
+@pytest.mark.parametrize("values", [["mylaw.py:build", "lqr"], {"values": ["mylaw.py:build", "lqr"]}])
+def test_laws_of_files_are_beside_the_study(tmp_path: Path, values: Any) -> None:
+    """The file of a law in the changes that are tuned, or among a parameter's values, is one of the study's folder."""
+    tune = {"gains": {"control.kp": {"low": 1, "high": 2}}, "objectives": ["x"]}
+    document = {
+        "scene": SCENE,
+        "parameters": {MASS: [5.0]},
+        "tune": tune | {"changes": {"control.law": "mylaw.py:build"}},
+    }
+    file, law = tmp_path / "study.yaml", f"{tmp_path / 'mylaw.py'}:build"
+    file.write_text(json.dumps(document))
+    tuned = load_study(file).tune
+    assert tuned is not None and tuned.changes == {"control.law": law}
+    file.write_text(json.dumps({"scene": SCENE, "parameters": {"control.law": values}}))
+    assert load_study(file).parameters["control.law"].values == (law, "lqr")
+
+
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "unknown key": ({"sample": 4}, "did you mean 'samples'"),
     "no parameters": ({"parameters": {}}, "parameters"),
@@ -110,6 +128,27 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "Sobol": ({"design": "sobol", "samples": 100}, "samples = 100: a Sobol sequence is balanced at powers of two"),
     "in a variant, too": ({"variants": {"a": {MASS: 1.0}}}, f"variants.a.{MASS} = 1.0: is among the parameters, too"),
     "in the changes, too": ({"changes": {MASS: 1.0}}, f"changes.{MASS} = 1.0: is among the parameters, too"),
+    "below a parameter, in a variant": (
+        {"parameters": {"cable": [{"lengths": [1.0]}]}, "variants": {"a": {MASS: 1.0}}},
+        f"variants.a.{MASS} = 1.0: sets what the parameter cable sets, too",
+    ),
+    "below a parameter, in what is tuned": (
+        {
+            "parameters": {"cable": [{"lengths": [1.0]}]},
+            "tune": {"gains": {"control.kp": {"low": 1, "high": 2}}, "objectives": ["x"], "changes": {MASS: 1.0}},
+        },
+        f"tune.changes.{MASS} = 1.0: sets what the parameter cable sets, too",
+    ),
+    "below a parameter, in another one": (
+        {"parameters": {MASS: [1.0], "cable": [{"lengths": [1.0]}]}},
+        f"parameters.{MASS}: sets what the parameter cable sets, too",
+    ),
+    "two durations": ({"duration": 1.0, "parameters": {"duration": [1.0]}}, "duration = 1: is in parameters, too"),
+    "a duration in the changes": ({"duration": 1.0, "changes": {"duration": 2.0}}, "duration = 1: is in changes, too"),
+    "a duration in a variant": (
+        {"duration": 1.0, "variants": {"a": {"duration": 2.0}}},
+        "duration = 1: is in variants.a, too; give one of them",
+    ),
     "a change without a place": ({"changes": {"cable.node_masses.3": 1.0}}, "'3' is no index of a list of 1"),
     "unknown metric of the worst runs": (
         {"duration": 0.1, "recordings": {"worst": {"metric": "peak_swing_dge"}}},

@@ -224,6 +224,10 @@ class Recorder:
         self.on_reset()
         session = self._attempt(lambda: Session(self._scene, self._path, self._live, self._pass_id))
         self._session = session or self._session
+        # the plant publishes its state before the first step, and has not changed it where the run was playing before
+        state, self._simulation_state = self._simulation_state, ""
+        if state:
+            self.add_simulation_state(state)
 
 
 def _new_assembler(scene: Scene, after: int = 0) -> StepAssembler:

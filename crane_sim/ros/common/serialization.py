@@ -84,13 +84,25 @@ EFFORT = ("effort",)
 
 
 class DecodedJointState(NamedTuple):
-    """A joint state in plain Python: stamp in ns; each of the three fields has one number per name, or is empty."""
+    """A joint state in plain Python: stamp in ns; the three fields have as many numbers as the message has."""
 
     stamp: int
     names: list[str]
     position: tuple[float, ...]
     velocity: tuple[float, ...]
     effort: tuple[float, ...]
+
+    def sort_by_joint(self, names: list[str], *fields: tuple[float, ...]) -> tuple[tuple[float, ...], ...] | None:
+        """Return `fields` of this state in the order of `names`, None where they have other joints or lengths."""
+        for field in fields:  # no comprehension: it costs lockstep half a microsecond at every state
+            if len(field) != len(names):
+                return None
+        if self.names == names:
+            return fields
+        if sorted(self.names) != sorted(names):
+            return None
+        order = [self.names.index(name) for name in names]
+        return tuple(tuple(field[i] for i in order) for field in fields)
 
 
 class JointStateCodec:

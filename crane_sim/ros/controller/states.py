@@ -35,25 +35,24 @@ class StateReader:
         self._codec = JointStateCodec(scene.joint_names, STATE)
 
     def read(self, data: bytes) -> State | None:
-        """Return a decoded state, None where joints are missing or it is no such message."""
+        """Return a decoded state, None where joints or numbers are missing or it is no such message."""
         try:
             decoded = self._codec.decode(data)
         except ValueError as error:
             self._node.get_logger().warning(f"joint state that cannot be read: {error}", throttle_duration_sec=1.0)
             return None
-        vectors = (decoded.position, decoded.velocity) if decoded.names == self._names else self._sort_by_joint(decoded)
+        vectors = decoded.sort_by_joint(self._names, decoded.position, decoded.velocity)
         if vectors is None:
+            self._warn_of(decoded)
             return None
-        return State(decoded.stamp, (decoded.stamp / self._scene.period_ns - 1.0) * self._scene.period, *vectors)
+        q, v = vectors
+        return State(decoded.stamp, (decoded.stamp / self._scene.period_ns - 1.0) * self._scene.period, q, v)
 
-    def _sort_by_joint(self, decoded: DecodedJointState) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-        same = sorted(decoded.names) == sorted(self._names)
-        if not same or not len(decoded.position) == len(decoded.velocity) == len(self._names):
-            line = f"joint state of {decoded.names}, expected position and velocity of {self._names}: ignored"
-            self._node.get_logger().warning(line, throttle_duration_sec=1.0)
-            return None
-        order = [decoded.names.index(name) for name in self._names]
-        return tuple(decoded.position[i] for i in order), tuple(decoded.velocity[i] for i in order)
+    def _warn_of(self, decoded: DecodedJointState) -> None:
+        numbers = f"{len(decoded.position)} positions and {len(decoded.velocity)} velocities"
+        expected = f"expected position and velocity of {self._names}"
+        line = f"joint state of {decoded.names} with {numbers}, {expected}: ignored"
+        self._node.get_logger().warning(line, throttle_duration_sec=1.0)
 
 
 class ExecutionTime:

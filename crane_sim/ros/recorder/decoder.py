@@ -41,6 +41,7 @@ class MessageDecoder:
         self._source = source
         self._refused, self._last_diagnostics_stamp = 0, 0  # commands refused up to the newest diagnostics [ns]
         self._recorder, self._scene, self._quitting, self._has_held_commands = recorder, scene, False, False
+        self._joints, self._actuated = list(scene.joint_names), list(scene.actuated)
         self._state_codec = JointStateCodec(scene.joint_names, STATE)
         self._effort_codec, self._command_codec = JointStateCodec(scene.actuated, EFFORT), CommandCodec(scene)
         self._validator = CommandValidator(
@@ -62,21 +63,25 @@ class MessageDecoder:
         }
 
     def _on_state(self, data: bytes) -> None:
-        state = _decode(self._state_codec, data)
-        if state is not None:
-            self._recorder.add_state(state.stamp, state.position, state.velocity)
+        self._add_motion(self._recorder.add_state, data)
 
     def _on_true_state(self, data: bytes) -> None:
+        self._add_motion(self._recorder.add_true_state, data)
+
+    def _add_motion(self, add: Callable[[int, Sequence[float], Sequence[float]], None], data: bytes) -> None:
+        """Add the state in a message, unless it lacks joints or numbers, as one of another publisher may."""
         state = _decode(self._state_codec, data)
-        if state is not None:
-            self._recorder.add_true_state(state.stamp, state.position, state.velocity)
+        vectors = state and state.sort_by_joint(self._joints, state.position, state.velocity)
+        if state and vectors:
+            add(state.stamp, *vectors)
 
     def _on_effort(self, data: bytes) -> None:
         if self._quitting:
             return  # the zero effort after the last step belongs to no step
         applied = _decode(self._effort_codec, data)
-        if applied is not None:
-            self._recorder.add_effort(applied.stamp, applied.effort)
+        vectors = applied and applied.sort_by_joint(self._actuated, applied.effort)
+        if applied and vectors:
+            self._recorder.add_effort(applied.stamp, *vectors)
 
     def _on_command(self, data: bytes) -> None:
         stamp, command = self._read_command(data)
@@ -137,6 +142,8 @@ class MessageDecoder:
         add = self._recorder.add_timeline_state
         add(states.CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
         add(states.STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
+        if stamp < self._last_diagnostics_stamp:  # the plant was reset, and counts anew
+            self._refused, self._last_diagnostics_stamp = 0, 0
         counts = [count for key, count in values.items() if key.startswith("refused: ")]
         refused = sum(int(count) for count in counts if count.isdecimal())
         add(

@@ -152,6 +152,9 @@ class WindGroup(Group):
         law = self.profile
         if isinstance(law, LogarithmicLaw) and not log(self.height / law.roughness) > 0.0:
             raise SceneError(f"wind.profile.roughness = {law.roughness:g}: must be less than height = {self.height:g}")
+        if law is not None and self.height < law.lowest:
+            lowest = f"wind.profile.lowest = {law.lowest:g}, below which the mean is the same"
+            raise SceneError(f"wind.height = {self.height:g}: must not be less than {lowest}")
         gusts = (None, None, None)
         if self.gusts is not None:
             gusts = self.gusts.draw(self.speed, self.height, seed, duration)
