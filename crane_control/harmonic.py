@@ -44,8 +44,6 @@ from crane_sim.scenes.scene import Scene
 WITHOUT_CAMERA = TrackingDefaults(stiffness=1.25, damping=0.65, ramp=1.6, velocity_feedforward=True)
 WITH_CAMERA = TrackingDefaults(stiffness=2.0, damping=0.65, ramp=0.6, velocity_feedforward=True)
 """The shorter ramp of the gains accelerates the tip no more than the noise of the camera does."""
-
-
 FREQUENCY_BOUNDS = (0.1, 3.0)  # of the disturbance, in the natural frequency of the pendulum
 
 
@@ -154,7 +152,7 @@ def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> H
             "control.feedforward.base: must be left out, the harmonic law estimates the base's effect as a disturbance"
         )
     omega_sq = tracker.pendulum.gravity / tracker.pendulum.length
-    theta, bounds = _initial_theta(settings.frequency, omega_sq), tuple(a * a * omega_sq for a in FREQUENCY_BOUNDS)
+    theta, (low, high) = _initial_theta(settings.frequency, omega_sq), FREQUENCY_BOUNDS
     position_std = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.noise_std)
     process_noise = np.array(
         [1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0]
@@ -165,7 +163,7 @@ def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> H
         theta,
         initial_variance,
         process_noise,
-        bounds=bounds,
+        bounds=(low * low * omega_sq, high * high * omega_sq),
         state=initial_filter_state(),
     )
     return HarmonicObserver(
