@@ -62,10 +62,10 @@ class Brakes:
             if result is not None and result.success:
                 self._applied, self._next_request, self.refusal = self._requested, now, ""
                 return True
-            wish = "apply" if self._requested else "release"
-            self.refusal = f"the plant does not {wish} the brakes: {result.message if result else 'no answer'}"
+            action = "apply" if self._requested else "release"
+            self.refusal = f"the plant does not {action} the brakes: {result.message if result else 'no answer'}"
         if on == self._applied:
-            self.refusal = ""
+            self.refusal, self._next_request = "", now
         elif now >= self._next_request:
             self._next_request, self._requested = now + _RETRY_TIMEOUT, on
             self._answer = self._client.call_async(SetBool.Request(data=on))

@@ -54,3 +54,7 @@ class FiniteRange(click.FloatRange):
         if not isfinite(number):
             self.fail(f"{value!r}: must be a finite number", param, ctx)
         return number
+
+    def _describe_range(self) -> str:
+        """Return the range as the help shows it, nothing without bounds."""
+        return "" if self.min is self.max is None else super()._describe_range()

@@ -70,11 +70,12 @@ def with_seed(scene: Scene, seed: int) -> Scene:
     if seed == scene.seed:
         return scene
     if any(scene.document.get(group) for group in SEEDED):
-        drawn = load_scene(scene, {"seed": seed}).with_external_commands()
-        if drawn.joint_names != scene.joint_names:
-            joints = f"{len(drawn.joint_names)} joints, with another seed {len(scene.joint_names)}"
-            raise SceneError(f"seed = {seed}: draws a crane of {joints}; give the scene one model (cable.model)")
-        return drawn
+        other = load_scene(scene, {"seed": seed}).with_external_commands()
+        if other.joint_names != scene.joint_names:
+            joints = f"{len(other.joint_names)} joints ({shorten(', '.join(other.joint_names))})"
+            line = f"seed = {seed}: draws a crane of {joints}, that of the environment has {len(scene.joint_names)}"
+            raise SceneError(f"{line}; give the scene one model, such as cable.model")
+        return other
     return replace(scene, seed=seed, document={**scene.document, "seed": seed})
 
 

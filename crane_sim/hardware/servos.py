@@ -179,9 +179,9 @@ def latch_integral(loop, drive, t):
     x = reference_at(loop, t)[0]
     offset = loop.offset + loop.correction * (t - loop.begin)
     integral = loop.stiffness * (x + offset - drive.position)
-    demanded, grows = loop_effort(loop, drive, t), integral - loop.integral
-    lacking = demanded * drive.effort_fraction - drive.effort if drive.effort_fraction > 0.0 else demanded
-    if loop.stiffness > 0.0 and lacking * grows > 0.0:
+    demand, increment = loop_effort(loop, drive, t), integral - loop.integral
+    shortfall = demand * drive.effort_fraction - drive.effort if drive.effort_fraction > 0.0 else demand
+    if loop.stiffness > 0.0 and shortfall * increment > 0.0:
         offset = drive.position + loop.integral / loop.stiffness - x
     else:
         loop.integral = integral

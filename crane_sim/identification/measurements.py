@@ -192,23 +192,23 @@ def _sampling(t: Array, values: Array, sensor: Any, period: float) -> tuple[Arra
     if sensor.every == 1:
         instants = np.round(t - sensor.delay * period, NANOSECOND)
         return instants, instants >= 0.0  # before, the first sample was published
-    published = t / period - sensor.delay
-    first = _first_sample(np.round(published), values, sensor.every)
-    number = np.floor((published - first) / sensor.every + EARLY)  # of the sample
-    instants = np.round((number * sensor.every + first) * period, NANOSECOND)
+    periods = t / period - sensor.delay
+    phase = _first_sample(np.round(periods), values, sensor.every)
+    number = np.floor((periods - phase) / sensor.every + EARLY)  # of the sample
+    instants = np.round((number * sensor.every + phase) * period, NANOSECOND)
     return instants, (np.diff(number, prepend=-1.0) > 0.0) & (number >= 0.0)
 
 
-def _first_sample(published: Array, values: Array, every: int) -> float:
+def _first_sample(periods: Array, values: Array, every: int) -> float:
     """Return the period, 0 to every - 1, of a slow sensor's first sample: a bag may begin between two of them.
 
     Args:
-        published: (K,), periods less the delay.
+        periods: (K,), at which values were published, less the delay.
         values: (K,), which change where a new sample is published; where none does, or all do, it is the first one.
         every: periods from sample to sample.
     """
-    changes = (np.diff(published) == 1.0) & (np.abs(np.diff(values)) > 0.0)
-    phases = np.unique(published[1:][changes] % every)
+    changes = (np.diff(periods) == 1.0) & (np.abs(np.diff(values)) > 0.0)
+    phases = np.unique(periods[1:][changes] % every)
     return float(phases[0]) if len(phases) == 1 else 0.0
 
 

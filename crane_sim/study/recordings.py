@@ -10,6 +10,7 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.installation import how_to_install
+from crane_sim.recording.files import unfinished_name
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import is_better_larger, worst_joint
 from crane_sim.study.runs import OK, rows_of, simulate_case
@@ -36,7 +37,7 @@ def selected_cases(result: StudyResult) -> list[int]:
     if wanted.every is not None:
         chosen |= set(number[number % wanted.every == 0].tolist())
     if wanted.worst is not None:
-        values = _badness(result, wanted.worst.metric)
+        values = _larger_is_worse(result, wanted.worst.metric)
         values[np.isnan(values) & (status == OK)] = np.inf  # as a run that never settles
         order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
@@ -67,7 +68,7 @@ def check_worst_metric(listed: CaseList) -> None:
         _to_numbers(worst.metric, columns)
 
 
-def _badness(result: StudyResult, metric: str) -> Any:
+def _larger_is_worse(result: StudyResult, metric: str) -> Any:
     """Return the column of `worst.metric` as numbers that are larger where runs are worse, NaN where they have none."""
     columns = {name: result.column(name) if name == metric else () for name in result.types}
     values = worst_joint(metric, [_to_numbers(metric, columns)])
@@ -94,6 +95,7 @@ def record_selected(result: StudyResult) -> None:
         file = folder / f"{number:06d}.rrd"
         if file.exists():
             continue
+        unfinished_name(file).unlink(missing_ok=True)  # of a process that was killed: the same run is recorded anew
         run, _, _ = simulate_case(listed[number], document)
         if run is not None and len(run.t):  # a scene that was refused has no run
             run.record(file)

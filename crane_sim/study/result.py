@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import ValidationError
 
-from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.errors import SceneError, one_line, unknown_key
 from crane_sim.study import deprecated_names
 from crane_sim.study.columns import worst_joint
 from crane_sim.study.runs import OK
-from crane_sim.study.schema import Study, load_study
+from crane_sim.study.schema import Study
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
 from crane_sim.study.store import OWN_METRIC, SEARCH, load_pyarrow, read_identity
 
@@ -32,8 +33,11 @@ def read_result(folder: Path) -> "StudyResult":
     if not (folder / "table.parquet").is_file():
         raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
     load_pyarrow()
-    known = read_identity(folder / "study.json").get("study", {})
-    return StudyResult(load_study(deprecated_names.rename_keys(known)), folder)
+    known = deprecated_names.rename_keys(read_identity(folder / "study.json").get("study", {}))
+    try:  # not `load_study`, whose checks of a new study may be newer than the folder
+        return StudyResult(Study.model_validate(known), folder)
+    except ValidationError as error:
+        raise SceneError(f"folder {folder}: study: {one_line(error, Study)}") from None
 
 
 def _tuned_folder(folder: Path) -> str:

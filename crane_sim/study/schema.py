@@ -250,7 +250,8 @@ def _check_duration(study: Study) -> None:
     """Raise SceneError where the duration of the runs is given twice."""
     if study.duration is None:
         return
-    groups = {"parameters": study.parameters, "changes": study.changes}
+    groups: dict[str, Any] = {"parameters": study.parameters, "changes": study.changes}
+    groups |= {} if study.tune is None else {"tune.changes": study.tune.changes}
     groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
     for where, keys in groups.items():
         if "duration" in keys:

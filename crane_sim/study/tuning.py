@@ -28,6 +28,7 @@ from crane_sim.files.installation import how_to_install
 from crane_sim.study.cases import cases
 from crane_sim.study.columns import worst_joint
 from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
+from crane_sim.study.recordings import check_recorder, check_worst_metric
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
 from crane_sim.study.statistics import CONFIDENCE, PairedDifference
@@ -106,6 +107,7 @@ def tune(
     settings, training = checked.tune, checked.model_copy(update={"tune": None})
     if settings is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
+    check_recorder(training)
     check_design(training, settings)
     listed, place = check_cases(training), Path(folder)
     check_gains(training, settings)
@@ -113,6 +115,7 @@ def tune(
     with start_workers(workers, None) as pool:
         if not (place / SEARCH).exists():
             check_metrics(listed)
+            check_worst_metric(listed)
             check_objectives(loaded, settings, pool)
         with _locked(place, checked):
             search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
@@ -121,6 +124,7 @@ def tune(
             trials = _count_finished(search)  # more than the study's, where the folder has more
             held_out = _held_out(training, settings, chosen)
             judged = run(held_out, place / f"held_out_{trials}_keep_{settings.keep}", workers, pool=pool)
+            judged.folder.touch()  # the newest is that of the gains below, one that was there before, too
             _write_gains(place / GAINS, {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen})
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
     return TuningResult(front, chosen, trials, infeasible, judged, settings.objectives, settings.changes)
@@ -184,8 +188,8 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     """
     with held_folder(folder, "search"):
         _check_or_write_identity(folder, study)
-        written = (partial_files(folder / name) for name in (SEARCH, JOURNAL, GAINS))
-        for file in (*folder.glob(f"{JOURNAL}.lock*"), *chain(*written)):  # of a process that ended while it wrote
+        leftovers = (partial_files(folder / name) for name in (SEARCH, JOURNAL, GAINS))
+        for file in (*folder.glob(f"{JOURNAL}.lock*"), *chain(*leftovers)):  # of a process that ended while it wrote
             file.unlink()
         yield
 

@@ -54,12 +54,11 @@ def trial_document(study: Study, settings: Tune) -> dict[str, Any]:
 def check_gains(study: Study, settings: Tune) -> None:
     """Raise SceneError where a gain is no number of the scene, or its limits are not possible."""
     base = base_changes(study, settings)
-    for key in settings.changes:
-        if key in study.parameters:
-            raise SceneError(f"study: tune.changes.{key}: is among the parameters, too")
     for key, gain in settings.gains.items():
         if key in study.parameters:
             raise SceneError(f"study: tune.gains.{key}: is among the parameters, too")
+        if above := [each for each in study.parameters if key.startswith(f"{each}.")]:
+            raise SceneError(f"study: tune.gains.{key}: sets what the parameter {above[0]} sets, too")
         for value in (gain.low, gain.high):
             error = _error_with(study, base | {key: value})
             if error is None:

@@ -92,6 +92,12 @@ def test_help_of_run_has_possible_values_and_time_limits() -> None:
     assert "(default 120; 0: no limit)" in text and "at least 120 s to connect" in text
 
 
+def test_help_of_a_number_without_bounds_has_no_range() -> None:
+    """Only options with bounds show a range."""
+    text = CliRunner().invoke(app, ["clip", "--help"], prog_name="crane").output
+    assert "1.0<=x<=60.0" in text and "None" not in text
+
+
 def test_help_of_the_benchmark_lists_its_suites() -> None:
     """`crane bench -h` names every suite."""
     text = CliRunner().invoke(app, ["bench", "-h"], prog_name="crane").stdout

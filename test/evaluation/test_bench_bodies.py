@@ -174,7 +174,7 @@ def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "not there: Exudyn" in lines and "1 x ours" in lines and "closest" in lines
     scene["trusted"] = 1e-9
     lines = "\n".join(bodies.format_lines(results))
-    assert "not asked, the reference is too coarse: 1e-09 m" in lines and "1e-09 m  " not in lines
+    assert "not compared, below 20 times the reference's error: 1e-09 m" in lines and "1e-09 m  " not in lines
     assert "closest: within the reference's error" in lines
 
 

@@ -53,7 +53,7 @@ def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> tu
     """Return the graph of a scene for an operator, and the active node on it."""
     scene = with_operator_drives(load_scene(request.param))
     graph: Any = Graph(scene)
-    monkeypatch.setattr("crane_control.nodes.operator_node.time.monotonic", lambda: graph.now)
+    monkeypatch.setattr("crane_control.nodes.operator_node.time", SimpleNamespace(monotonic=lambda: graph.now))
     names = {"mapping": "", "assistance": False, "device_timeout": 0.5, "device": "keyboard", "expected_recorders": 0}
     node = OperatorNode(graph, SimpleNamespace(scene=scene.to_dict(), **names))
     node.set_active(True)

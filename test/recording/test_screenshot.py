@@ -166,7 +166,7 @@ def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: 
     write_clip(recording, file, Cut(0.0, 4.0, rate, 4.0 * rate / 60.0, 32), Shown())
     with Image.open(file) as clip:
         durations = [frame.info["duration"] for frame in ImageSequence.Iterator(clip)]
-    assert (len(durations), sum(durations)) == (60, duration)
+    assert sum(durations) == duration and len(durations) <= 60  # equal pictures in a row are one
 
 
 def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

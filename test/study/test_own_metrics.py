@@ -21,6 +21,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.study import store
 from crane_sim.study.store import hash_of, identity_of
 from crane_sim.study.summary import shown_metrics
+from crane_sim.study.tuning import tune
 
 pytestmark = pytest.mark.interpreted
 MASS = "cable.node_masses.0"
@@ -187,11 +188,14 @@ def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> 
 def test_recordings_without_a_recorder_are_refused(
     wanted: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A study that asks for recordings is refused in one line before anything runs where rerun-sdk is missing."""
+    """A study, or a search, with recordings is refused in one line before anything runs where rerun-sdk is missing."""
     monkeypatch.setattr("crane_sim.study.recordings.find_spec", lambda _: None)
     monkeypatch.setattr("crane_sim.study.execution.check_cases", pytest.fail)
-    with pytest.raises(SceneError, match=r"^study: recordings: need the Python package rerun-sdk [^\n]*$"):
-        studies.run(STUDY | {"recordings": wanted}, tmp_path / "refused", 1)
+    monkeypatch.setattr("crane_sim.study.tuning.check_cases", pytest.fail)
+    tuned = STUDY | {"tune": {"gains": {"control.kp.0": {"low": 1.0, "high": 2.0}}, "objectives": ["peak_swing_deg"]}}
+    for start, study in ((studies.run, STUDY), (tune, tuned)):
+        with pytest.raises(SceneError, match=r"^study: recordings: need the Python package rerun-sdk [^\n]*$"):
+            start(study | {"recordings": wanted}, tmp_path / "refused", 1)
     assert not (tmp_path / "refused").exists()
 
 

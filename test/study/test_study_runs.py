@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +24,8 @@ import crane_sim
 from crane_sim import study as studies
 from crane_sim.evaluation.report.study_page import save_study_page
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.files import unfinished_name
+from crane_sim.study.recordings import record_selected
 from crane_sim.study.workers import Workers
 
 MASS = "cable.node_masses.0"
@@ -145,6 +148,16 @@ def test_failures_are_recorded(failing: studies.StudyResult) -> None:
     (file,) = (failing.folder / "recordings").iterdir()
     assert file.name == "000001.rrd"
     assert crane_sim.read_recording(file).summary["state_sha256"] == failing.table["state_sha256"][1].as_py()
+
+
+@pytest.mark.interpreted
+def test_a_recording_that_a_killed_study_left_is_made_anew(failing: studies.StudyResult, tmp_path: Path) -> None:
+    """The half of a recording is removed, not recovered beside the whole one, which has the same bits."""
+    folder = Path(shutil.copytree(failing.folder, tmp_path / "study"))
+    (file,) = (folder / "recordings").iterdir()
+    file.rename(unfinished_name(file))
+    record_selected(studies.read_result(folder))
+    assert [each.name for each in (folder / "recordings").iterdir()] == ["000001.rrd"]
 
 
 PROGRAM = """

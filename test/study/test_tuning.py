@@ -124,6 +124,7 @@ def test_a_metric_that_is_no_finite_number_is_none(value: str, tmp_path: Path) -
         ({"gains": {KP: {"low": 0.0, "high": 2.0, "log": True}}}, "log needs a number greater than 0"),
         ({"gains": {KP: {"low": -2.0, "high": 2.0}}}, "-2"),
         ({"gains": {"reference.q.0": {"low": 1.0, "high": 2.0}}}, "is among the parameters, too"),
+        ({"gains": {"reference.q.0.x": {"low": 1.0, "high": 2.0}}}, "sets what the parameter reference.q.0 sets, too"),
         ({"objectives": ["residual_swing"]}, "did you mean 'residual_swing_deg'"),
         ({"objectives": ["settling_time"], "gains": {KP: {"low": 1e-3, "high": 2e-3}}}, "widen or move the ranges"),
         ({"gains": {"control.kq.0": {"low": 1.0, "high": 2.0}}}, "tune.gains.control.kq.0 = 1: scene"),

@@ -11,7 +11,7 @@ from typing import Any
 
 from crane_sim.evaluation.bench import crane_sim_engine
 from crane_sim.evaluation.bench.body_cases import CASES, STEPS, BodyCase, body_scene, make_reference
-from crane_sim.evaluation.bench.cases import ERROR_LEVELS, ReferenceSolution, is_asked
+from crane_sim.evaluation.bench.cases import ERROR_LEVELS, MIN_TRUST, ReferenceSolution, is_asked
 from crane_sim.evaluation.bench.engine import EngineUnavailable
 from crane_sim.evaluation.bench.measurement import machine
 from crane_sim.evaluation.bench.peers import exudyn_bodies, mujoco_bodies
@@ -73,7 +73,8 @@ def format_lines(results: dict[str, Any]) -> list[str]:
         trusted = f"reference within {scene['trusted']:.0e} m, {scene['attitude_trusted']:.0e} rad"
         lines.append(f"{case}: {scene['title']} ({scene['scene']}), {scene['duration']:g} s; {trusted}")
         coarse = [f"{level:.0e} m" for level in BODY_ERROR_LEVELS if not is_asked(level, scene["trusted"])]
-        lines += [f"  not asked, the reference is too coarse: {', '.join(coarse)}"] * bool(coarse)
+        reason = f"below {MIN_TRUST:g} times the reference's error"
+        lines += [f"  not compared, {reason}: {', '.join(coarse)}"] * bool(coarse)
         lines += _describe_engines(scene)
     return [*lines, *CANNOT]
 
@@ -92,11 +93,11 @@ def _describe_engines(scene: dict[str, Any]) -> list[str]:
 
 
 def _describe_levels(
-    asked: Sequence[int], cheapest: Sequence[WorkPrecisionPoint | None], ours: Sequence[WorkPrecisionPoint | None]
+    compared: Sequence[int], cheapest: Sequence[WorkPrecisionPoint | None], ours: Sequence[WorkPrecisionPoint | None]
 ) -> list[str]:
     """Return a line for each run that is the cheapest at some error, with the largest and smallest of these."""
     rows = dict[WorkPrecisionPoint | None, list[int]]()
-    for i in asked:
+    for i in compared:
         rows.setdefault(cheapest[i], []).append(i)
     lines = list[str]()
     for point, levels in rows.items():
@@ -110,9 +111,9 @@ def _describe(point: WorkPrecisionPoint | None, ours: Sequence[WorkPrecisionPoin
         return "is not reached"
     times = [own.us_per_s for own in ours if own is not None]
     ratios = " to ".join(f"{ratio:.3g}" for ratio in sorted({point.us_per_s / time for time in times}))
-    beside = f"{ratios} x ours" if ratios else "ours does not reach it"
+    ratio_text = f"{ratios} x ours" if ratios else "ours does not reach it"
     run = f"{_errors(point)}, {point.method} {point.setting:.2g}"
-    return f"{point.us_per_s:8.1f} µs per simulated second, {beside}; {run}"
+    return f"{point.us_per_s:8.1f} µs per simulated second, {ratio_text}; {run}"
 
 
 def _errors(point: WorkPrecisionPoint) -> str:

@@ -56,9 +56,13 @@ def _replace(folder: Path, site: Path) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as beside:
         copy = Path(shutil.copytree(site, Path(beside, "new")))
-        if folder.exists():
-            folder.rename(Path(beside, "former"))
-        copy.rename(folder)
+        former = folder.rename(Path(beside, "former")) if folder.exists() else None
+        try:
+            copy.rename(folder)
+        except BaseException:
+            if former is not None:
+                former.rename(folder)
+            raise
 
 
 def _faults(text: str) -> str:

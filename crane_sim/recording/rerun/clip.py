@@ -55,9 +55,9 @@ def write_clip(
     _check_output(output, cut.frames_per_second)
     with camera(recording, shown) as viewer:
         instants = _instants(cut, viewer.end)
-        encoded = output.suffix == ".mp4"  # video encoders want even sizes
-        frames = _frames(viewer, instants, cut.width - cut.width % 2 if encoded else cut.width, on_progress)
-        write = _write_mp4 if encoded else _write_gif
+        is_video = output.suffix == ".mp4"  # video encoders want even sizes
+        frames = _frames(viewer, instants, cut.width - cut.width % 2 if is_video else cut.width, on_progress)
+        write = _write_mp4 if is_video else _write_gif
         write(output, frames, cut.frames_per_second)
         return len(instants)
 
@@ -113,5 +113,5 @@ def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: f
         _, errors = program.communicate(data)
     if program.returncode:
         lines = errors.decode(errors="replace").split("\n")
-        said = next((line.strip() for line in reversed(lines) if line.strip()), "no message")
-        raise PictureError(f"{output}: ffmpeg failed: {said}")
+        last_line = next((line.strip() for line in reversed(lines) if line.strip()), "no message")
+        raise PictureError(f"{output}: ffmpeg failed: {last_line}")

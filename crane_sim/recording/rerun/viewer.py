@@ -75,7 +75,7 @@ class HeadlessViewer:
     """A viewer that runs without a window."""
 
     def __init__(self, process: subprocess.Popen[bytes], port: int, log: Path) -> None:
-        """Expect it at a port of the loopback interface, and what it says in a file."""
+        """Expect it at a port of the loopback interface, and its output in a file."""
         self._process, self._url, self._log = process, live_address(port), log
         self._client: ViewerClient | None = None
 
@@ -124,9 +124,9 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:  # a viewer that is ended leaves one of its own
         env, log = os.environ | ENVIRONMENT | {"TMPDIR": folder}, Path(folder, "viewer.log")
         try:
-            with log.open("wb") as said:
+            with log.open("wb") as output:
                 process = subprocess.Popen(
-                    command, env=env, stdout=said, stderr=said, preexec_fn=set_parent_death_signal()
+                    command, env=env, stdout=output, stderr=output, preexec_fn=set_parent_death_signal()
                 )
         except OSError as error:
             raise PictureError(f"no viewer: {error}") from error
@@ -136,10 +136,10 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
             _end(process)
 
 
-def _describe_end(said: str) -> str:
-    """Return one line on why a viewer has ended, from what it said."""
-    lines = [line.strip() for line in _COLOUR.sub("", said).splitlines() if line.strip()]
-    return f"the viewer ended: {lines[-1]}" if lines and _PANIC not in said else NO_DRAWING
+def _describe_end(output: str) -> str:
+    """Return one line on why a viewer has ended, from its output."""
+    lines = [line.strip() for line in _COLOUR.sub("", output).splitlines() if line.strip()]
+    return f"the viewer ended: {lines[-1]}" if lines and _PANIC not in output else NO_DRAWING
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
