@@ -25,7 +25,7 @@ import yaml
 from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
-from crane_sim.study.cases import cases
+from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import worst_joint
 from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
 from crane_sim.study.recordings import check_recorder, check_worst_metric
@@ -107,10 +107,7 @@ def tune(
     settings, training = checked.tune, checked.model_copy(update={"tune": None})
     if settings is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
-    check_recorder(training)
-    check_design(training, settings)
-    listed, place = check_cases(training), Path(folder)
-    check_gains(training, settings)
+    listed, place = _check_search(training, settings), Path(folder)
     loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:
         if not (place / SEARCH).exists():
@@ -128,6 +125,15 @@ def tune(
             _write_gains(place / GAINS, {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen})
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
     return TuningResult(front, chosen, trials, infeasible, judged, settings.objectives, settings.changes)
+
+
+def _check_search(training: Study, settings: Tune) -> CaseList:
+    """Return the cases of a search that is possible; raises SceneError where it is not."""
+    check_recorder(training)
+    check_design(training, settings)
+    listed = check_cases(training)
+    check_gains(training, settings)
+    return listed
 
 
 def _front_of(search: Any) -> list[Candidate]:
