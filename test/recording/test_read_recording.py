@@ -92,6 +92,15 @@ def test_bad_files_are_refused_in_one_line(file: Path, tmp_path: Path) -> None:
         assert str(error.value).startswith(f"{tmp_path / name}: ") and "\n" not in str(error.value), name
 
 
+def test_a_file_is_cut_off_wherever_that_is(file: Path, tmp_path: Path) -> None:
+    """A file that ends within a message, within the head of one or between two is said to be cut off."""
+    whole = file.read_bytes()
+    for size in range(60, 1560, 4):  # heads have 16 bytes
+        (tmp_path / "cut.rrd").write_bytes(whole[:size])
+        with pytest.raises(UnreadableRecording, match="it is cut off"):
+            crane_sim.read_recording(tmp_path / "cut.rrd")
+
+
 def test_columns_have_units(run: RecordedRun) -> None:
     """Every quantity has a column of its own, one value a step, with its unit."""
     columns = run.columns()

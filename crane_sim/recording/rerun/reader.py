@@ -42,6 +42,14 @@ def read_curves(path: Path, entity: str) -> Curves:
     return curves
 
 
+def _explain(reason: str) -> str:
+    """Return what a reason of Rerun's means, before it."""
+    if "exceeds file size" in reason:
+        return "it is cut off: "
+    # cut between two messages, or within the head of one
+    return "it is cut off, or holds no recording: " if "No recording store" in reason else ""
+
+
 def read_run(path: Path) -> RecordedRun:
     """Return the run in a recording.
 
@@ -52,8 +60,7 @@ def read_run(path: Path) -> RecordedRun:
         batches = _batches(path)
     except (OSError, ValueError, RuntimeError) as error:
         reason = str(error).partition("\n")[0].removeprefix(f"Failed to read RRD file at {path}: ")
-        cut = "it is cut off: " if "exceeds file size" in reason else ""
-        raise UnreadableRecording(f"{path}: cannot be read: {cut}{reason}") from None
+        raise UnreadableRecording(f"{path}: cannot be read: {_explain(reason)}{reason}") from None
     run, document = _properties(batches, _RUN), _properties(batches, _SUMMARY).get("json")
     if "compared" in run:
         raise UnreadableRecording(f"{path}: holds a comparison of runs, no run; read the recordings of the runs")
