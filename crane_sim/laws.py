@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 from pydantic import ValidationError
 
-from crane_sim.files.errors import SceneError, foreign_path, no_group, one_line, shorten, unknown_key
+from crane_sim.files.errors import SceneError, foreign_path, join_lines, no_group, one_line, shorten, unknown_key
 from crane_sim.files.functions import load_function
 from crane_sim.files.types import type_adapter
 from crane_sim.numerics.column import NotVectorisable
@@ -147,14 +147,10 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
     except SceneError:
         raise
     except ValueError as error:
-        raise SceneError(f"control: {_join_lines(error)}") from None
+        raise SceneError(f"control: {join_lines(error)}") from None
     except Exception as error:  # of an external package: whatever it is, the user gets a one-line error
-        what = f"{type(error).__name__}: {_join_lines(error)}"
+        what = f"{type(error).__name__}: {join_lines(error)}"
         raise SceneError(f"control.law = {name!r}: cannot be built: {what}") from error
-
-
-def _join_lines(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:

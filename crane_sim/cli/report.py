@@ -149,7 +149,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     console = Console()
     law = summary.get("law") or ("external" if summary.get("commands") else "none")
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
-    hidden = () if summary["mode"] == "realtime" else ("deadline_misses",)
+    hidden, path_unit = () if summary["mode"] == "realtime" else ("deadline_misses",), path_unit_of_scene(scene)
     table = Table(title=title, show_header=False, title_justify="left")
     seconds = f"{_format_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
     table.add_row("simulated", f"{seconds}{summary.get('steps')} steps")
@@ -157,7 +157,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
         table.add_section()
         for key in keys:
             if key in summary and key not in hidden:
-                unit = plain_unit(key, path_unit_of_scene(scene)) or _FURTHER_UNITS.get(key, "")
+                unit = plain_unit(key, path_unit) or _FURTHER_UNITS.get(key, "")
                 value = escape(f"{_format_number(summary[key])} {unit}")
                 table.add_row(key.removesuffix("_deg").replace("_", " "), value)
     _add_commands(table, summary)

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from crane_sim.files.catalogue import scene_files
-from crane_sim.files.errors import SceneError, did_you_mean, one_word, shorten
+from crane_sim.files.errors import SceneError, did_you_mean, join_lines, one_word, shorten
 
 REAL = (
     *("control", "brake", "sensors", "imu", "camera", "actuators", "faults"),
@@ -76,8 +76,8 @@ def _cause(error: Exception) -> str:
         return error.strerror or str(error)
     if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
         mark = error.problem_mark
-        return f"line {mark.line + 1}, column {mark.column + 1}: {' '.join(str(error.problem).split())}"
-    return " ".join(str(error).split())
+        return f"line {mark.line + 1}, column {mark.column + 1}: {join_lines(error.problem)}"
+    return join_lines(error)
 
 
 def _unknown_scene(source: str) -> str:

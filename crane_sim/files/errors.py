@@ -155,6 +155,11 @@ def one_word(name: Any) -> str:
     return name if isinstance(name, str) and name.isprintable() and len(name) <= 60 else shorten(name)
 
 
+def join_lines(error: object) -> str:
+    """Return the text of an error of another package as one line."""
+    return " ".join(str(error).split())
+
+
 def shorten(value: Any) -> str:
     """Return a value as a short text for a message, without the line breaks that arrays have."""
     try:

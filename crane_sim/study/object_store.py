@@ -4,7 +4,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, join_lines
 from crane_sim.files.installation import how_to_install
 
 
@@ -27,7 +27,7 @@ def copy_study(folder: Path, url: str) -> None:
             store.makedirs(target.rpartition("/")[0], exist_ok=True)
             store.put_file(str(file), target)
     except Exception as error:  # stores raise what their packages raise
-        raise SceneError(f"--copy-to {url}: {' '.join(str(error).split()) or type(error).__name__}") from None
+        raise SceneError(f"--copy-to {url}: {join_lines(error) or type(error).__name__}") from None
 
 
 def _file_system(url: str) -> tuple[Any, str]:
@@ -39,5 +39,5 @@ def _file_system(url: str) -> tuple[Any, str]:
     try:
         store, place = fsspec.core.url_to_fs(url)
     except (ImportError, ValueError) as error:
-        raise SceneError(f"--copy-to {url}: {' '.join(str(error).split())}") from None
+        raise SceneError(f"--copy-to {url}: {join_lines(error)}") from None
     return store, place.rstrip("/")

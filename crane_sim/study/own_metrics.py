@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from crane_sim.files.errors import SceneError, shorten
+from crane_sim.files.errors import SceneError, join_lines, shorten
 from crane_sim.files.functions import hash_source, load_function
 from crane_sim.simulation.batch_metrics import Measure, MetricError
 from crane_sim.simulation.flat_summary import flatten
@@ -52,7 +52,7 @@ def _load(name: str, _: str | None) -> Measure:
 
 
 def _cause(error: BaseException) -> str:
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return f"{type(error).__name__}: {join_lines(error)}"
 
 
 def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:

@@ -17,6 +17,7 @@ from pydantic import BeforeValidator, Field
 
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.csv_table import Row, read_table
+from crane_sim.files.errors import join_lines
 from crane_sim.files.types import NonNegative, Real
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, PiecewisePolynomial, with_rest_at_ends
 
@@ -115,7 +116,7 @@ def read_trajectory(name: str) -> dict[str, Any]:
             return _from_rows(*read_table(path))
         message = next(iter(yaml.safe_load_all(path.read_text())), None)  # an echo of messages puts a line after each
     except (OSError, UnicodeDecodeError, yaml.YAMLError, ValueError) as error:
-        raise ValueError(f"file {path}: is no trajectory: {' '.join(str(error).split())}") from None
+        raise ValueError(f"file {path}: is no trajectory: {join_lines(error)}") from None
     for key in ("joint_names", "points"):
         if not isinstance(message, Mapping) or key not in message:
             raise ValueError(f"file {path}: is no trajectory: has no key {key}")

@@ -112,6 +112,5 @@ def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: f
         data = b"".join(frame.tobytes() for frame in (first, *frames))
         _, errors = program.communicate(data)
     if program.returncode:
-        lines = errors.decode(errors="replace").split("\n")
-        last_line = next((line.strip() for line in reversed(lines) if line.strip()), "no message")
-        raise PictureError(f"{output}: ffmpeg failed: {last_line}")
+        last_line = errors.decode(errors="replace").strip().rpartition("\n")[2].strip()
+        raise PictureError(f"{output}: ffmpeg failed: {last_line or 'no message'}")

@@ -138,8 +138,8 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
 
 def _describe_end(output: str) -> str:
     """Return one line on why a viewer has ended, from its output."""
-    lines = [line.strip() for line in _COLOUR.sub("", output).splitlines() if line.strip()]
-    return f"the viewer ended: {lines[-1]}" if lines and _PANIC not in output else NO_DRAWING
+    text = _COLOUR.sub("", output).strip()
+    return f"the viewer ended: {text.splitlines()[-1].strip()}" if text and _PANIC not in output else NO_DRAWING
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
