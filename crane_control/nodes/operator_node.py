@@ -200,7 +200,7 @@ class OperatorNode:
             "speeds": self._speeds,
             "positions": [state.q[i] for i in self._driven],
             "velocities": [state.v[i] for i in self._driven],
-            "at_soft_limit": self._limits.held,
+            "at_soft_limit": self._limits.limited,
             "dragged": [] if desk.braked else self._limits.dragged([state.v[i] for i in self._driven]),
             "braked": desk.braked,
             "brakes_refused": self._brakes.refusal,

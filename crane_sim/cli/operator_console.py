@@ -123,8 +123,8 @@ def format_lever_note(assignment: Assignment, device: str) -> str:
     if device == "keyboard":
         return "speeds last while a key is held; space: emergency stop, enter: release, tab: assistance, q: end"
     names = button_names(assignment.buttons)
-    held = f"hold {names['enable']} to move; emergency stop: {names['stop']}, release: {names['release']}"
-    return f"{held}, assistance: {names['assistance']}; in this terminal space, enter, tab, q do the same"
+    switches = f"hold {names['enable']} to move; emergency stop: {names['stop']}, release: {names['release']}"
+    return f"{switches}, assistance: {names['assistance']}; in this terminal space, enter, tab, q do the same"
 
 
 def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, Any], keys: bool) -> Table:

@@ -253,9 +253,9 @@ def _add_swaying_tower(robot: ElementTree.Element, tower: SwayingTower, size: fl
 
 def _add_bent_jib(robot: ElementTree.Element, bends: FlexibleSupport, size: float, unit: float) -> str:
     """Add counter-jib, jib and trolley; return the link where the rope begins, whose axes are level."""
-    held, rod, trolley = bends.inner.base_section, bends.outer.base_section, bends.outer.telescope.mass
+    section, rod, trolley = bends.inner.base_section, bends.outer.base_section, bends.outer.telescope.mass
     shapes = [_truss(-COUNTER_JIB * size, 0.0, unit), *_tower_head(size, unit)]
-    add_link(robot, "slew_link", shapes, Body(held.mass, (held.centre, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    add_link(robot, "slew_link", shapes, Body(section.mass, (section.centre, 0.0, 0.0), (0.0, 0.0, 0.0)))
     thin = (0.0, rod.inertia, rod.inertia)
     add_link(robot, "jib_link", [_truss(0.0, size, unit)], Body(rod.mass, (rod.centre, 0.0, 0.0), thin))
     add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(trolley))

@@ -236,8 +236,8 @@ def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
     times = times[np.concatenate([[True], np.diff(times) > SAME_INSTANT])]
     commands = np.empty((len(times), len(delays)))
     for j, instants in enumerate(changes):
-        held = np.searchsorted(instants, times + SAME_INSTANT, side="right") - 1
-        commands[:, j] = data.commands[np.maximum(held, 0), j]
+        latest = np.searchsorted(instants, times + SAME_INSTANT, side="right") - 1
+        commands[:, j] = data.commands[np.maximum(latest, 0), j]
     return times, commands
 
 

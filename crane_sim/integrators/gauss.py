@@ -26,7 +26,7 @@ MAX_SWEEPS, SETTLED = 60, 1e-26
 """Sweeps over the stages; the squared relative change below which they end as soon as it no longer shrinks."""
 
 
-class Gauss3(NamedTuple):
+class Gauss(NamedTuple):
     """Gauss collocation of order 6 with a fixed step, for long horizons: its energy error does not grow."""
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
@@ -66,17 +66,17 @@ def solve_collocation(p, t, x, u, h):
     return scale(nan, x), MAX_SWEEPS
 
 
-@step.register(Gauss3)
+@step.register(Gauss)
 def _(method, p, t, x, u, h, scratch):
     return project(p, solve_collocation(p, t, x, u, h)[0])
 
 
-@stages.register(Gauss3)
+@stages.register(Gauss)
 def _(method):
     return 3
 
 
-@advance.register(Gauss3)
+@advance.register(Gauss)
 def _(method, p, u, integration, end):
     h, t = equal_step(method.step, integration.t, end)
     x, sweeps = solve_collocation(p, integration.t, integration.x, u, h)

@@ -75,10 +75,10 @@ class Desk:
         """Return the operator's speeds (nu,), exactly the levers' fractions of the largest; zero where interlocked."""
         self._switch_assistance(demand.assistance)
         at_rest = not any(demand.axes)
-        self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.held))
+        self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.enabled))
         lost = now - self._last_heartbeat > self._timeout
         self._interlocked = self.stopped or lost or (self._interlocked and not at_rest)
-        self.mode = self._mode(lost, demand.held)
+        self.mode = self._mode(lost, demand.enabled)
         self.braked = self.stopped or (self.braked and (at_rest or self.mode != Mode.MOVING))
         if self.mode != Mode.MOVING:
             return (0.0,) * len(self._joints)
@@ -88,26 +88,26 @@ class Desk:
         self.assisted ^= pressed and not self._switched
         self._switched = pressed
 
-    def _mode(self, lost: bool, held: bool) -> Mode:
+    def _mode(self, lost: bool, enabled: bool) -> Mode:
         if self.stopped:
             return Mode.STOPPED
         if lost:
             return Mode.DEVICE_LOST
         if self._interlocked:
             return Mode.INTERLOCKED
-        return Mode.MOVING if held else Mode.OPEN
+        return Mode.MOVING if enabled else Mode.OPEN
 
 
 class SoftLimits:
     """Speeds from which the crane can stop within its travel, with the references that its drives follow.
 
     Attributes:
-        held: names of the joints whose last speed was reduced.
+        limited: names of the joints whose last speed was reduced.
     """
 
     def __init__(self, joints: Sequence[DrivenJoint], period: float) -> None:
         """Begin at rest; `period` [s] of commands."""
-        self._joints, self._period, self.held = tuple(joints), period, list[str]()
+        self._joints, self._period, self.limited = tuple(joints), period, list[str]()
         self.reset()
 
     def reset(self) -> None:
@@ -121,7 +121,7 @@ class SoftLimits:
             for joint, reference, speed, *state in zip(self._joints, self._references, speeds, q, v, strict=True)
         )
         joints = zip(self._joints, allowed, speeds, strict=True)
-        self.held = [joint.name for joint, least, speed in joints if least != speed]
+        self.limited = [joint.name for joint, least, speed in joints if least != speed]
         self._references = [
             follow(reference, speed, joint.bounds, self._period)
             for joint, reference, speed in zip(self._joints, self._references, allowed, strict=True)

@@ -28,7 +28,7 @@ class Demand(NamedTuple):
     """The operator's demand at an instant."""
 
     axes: tuple[float, ...]  # (nu,) of the joints, -1 .. 1
-    held: bool  # the dead man's switch
+    enabled: bool  # the dead man's switch
     stop: bool = False  # emergency stop is pressed
     release: bool = False  # so is its release
     assistance: bool = False  # so is what switches the assistance
@@ -93,5 +93,5 @@ class Keyboard:
                 i, sign = self._bindings[key]
                 axes[i] = sign * LEVELS[self.level]
         pressed, self._pressed = self._pressed, set()
-        held = any(now < until + tail for until in self._until.values())
-        return Demand(tuple(axes), held, *(key in pressed for key in (STOP, RELEASE, ASSISTANCE)))
+        enabled = any(now < until + tail for until in self._until.values())
+        return Demand(tuple(axes), enabled, *(key in pressed for key in (STOP, RELEASE, ASSISTANCE)))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 Vector = Sequence[float]
-MAX_ROWS_HELD = 200  # steps that a row is held for its command
+MAX_ROWS_PENDING = 200  # steps that a row is held for its command
 _MAX_COMMANDS = 8  # different commands of one stamp that are kept
 
 
@@ -103,7 +103,7 @@ class StepAssembler:
 
     def _expects(self, stamp: int) -> bool:
         """Whether a command of this stamp may answer a state whose row is still to come."""
-        return self._done < stamp <= max(self._done, self._newest_state) + MAX_ROWS_HELD * self._period_ns
+        return self._done < stamp <= max(self._done, self._newest_state) + MAX_ROWS_PENDING * self._period_ns
 
     def add_reference(self, stamp: int, reference: Vector) -> None:
         """Take the reference that holds from `stamp` on."""
@@ -125,7 +125,7 @@ class StepAssembler:
         complete = self._efforts.keys() & self._states.keys()
         stamps = sorted(complete & self._true_states.keys() if self._sensed else complete)
         if stamps and self._commanded and not final:
-            limit = max(self._newest_command, stamps[-1] - MAX_ROWS_HELD * self._period_ns)
+            limit = max(self._newest_command, stamps[-1] - MAX_ROWS_PENDING * self._period_ns)
             stamps = [stamp for stamp in stamps if stamp <= limit]
         rows = [self._row(stamp) for stamp in stamps]
         if rows:

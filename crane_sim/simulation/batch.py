@@ -30,7 +30,7 @@ from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene, SceneSource
 from crane_sim.simulation.batch_metrics import run_all
-from crane_sim.simulation.columns import extract_drive, group_indices, kind_of, stack_columns
+from crane_sim.simulation.columns import group_indices, kind_of, make_driven, stack_columns
 from crane_sim.simulation.flat_summary import metric_columns
 from crane_sim.simulation.rollout import checked_times
 from crane_sim.simulation.status import SimulationError, check_status
@@ -199,7 +199,7 @@ def add_metrics(batch: Batch, scenes: Sequence[Scene]) -> Batch:
 
 def run_groups(scenes: Sequence[Scene], times: Array, threads: int) -> Batch:
     """Run scenes that may differ in kind, those of one kind together; arguments of `run_cranes`."""
-    groups = group_indices((kind_of(extract_drive(scene)), scene.actuated) for scene in scenes)
+    groups = group_indices((kind_of(make_driven(scene)), scene.actuated) for scene in scenes)
     parts = []
     for numbers in groups:
         own = [scenes[i] for i in numbers]
@@ -229,7 +229,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     start, n = time.perf_counter(), len(scenes)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
-    cranes = stack_columns([extract_drive(scene) for scene in scenes])  # first: it rejects scenes that differ
+    cranes = stack_columns([make_driven(scene) for scene in scenes])  # first: it rejects scenes that differ
     arrays = allocate_arrays(scenes, len(times))
     batch = cranes, grid, arrays
     alone: Share = partial(simulate_range, *batch)
@@ -244,7 +244,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
         if wide:  # those that failed once more, to know when and why
             failed = np.flatnonzero(arrays.counts[:n, 0] != Status.OK).tolist()
             again = (
-                stack_columns([extract_drive(scene) for scene in scenes]) if failed else None
+                stack_columns([make_driven(scene) for scene in scenes]) if failed else None
             )  # laws with their initial state
             list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
     return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - start, time.perf_counter() - ready))

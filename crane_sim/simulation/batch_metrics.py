@@ -16,7 +16,7 @@ from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns
-from crane_sim.simulation.columns import extract_drive, group_indices, kind_of, stack_columns
+from crane_sim.simulation.columns import group_indices, kind_of, make_driven, stack_columns
 from crane_sim.simulation.energy_balance import empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins
 from crane_sim.simulation.flat_summary import flatten, leaves
@@ -115,7 +115,7 @@ def kind_of_run(scene: Scene) -> Any:
     """Return what scenes share that can run in one call."""
     limited = tuple(limit.joint for limit in scene.limits)
     joints = scene.joint_names, scene.actuated, limited, scene.reference is None
-    return kind_of(extract_drive(scene)), scene.period, scene.steps, joints
+    return kind_of(make_driven(scene)), scene.period, scene.steps, joints
 
 
 class RunStarts(NamedTuple):
@@ -143,7 +143,7 @@ def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
     Raises:
         SceneError: they are not of one kind.
     """
-    cranes, first = stack_columns([extract_drive(scene) for scene in scenes]), scenes[0]
+    cranes, first = stack_columns([make_driven(scene) for scene in scenes]), scenes[0]
     q, v = (np.array([getattr(scene, name) for scene in scenes]) for name in ("initial_q", "initial_v"))
     target = None if first.reference is None else np.array([scene.reference for scene in scenes])
     ends = [np.array([(limit.low, limit.high) for limit in scene.limits]) for scene in scenes]
@@ -161,7 +161,7 @@ def run_columns(scenes: SceneColumns) -> EndColumns | None:
     scene, numbers = scenes.scene, np.flatnonzero(scenes.covered)
     if not len(numbers) or not has_compiled_metrics(first := scenes.at(int(numbers[0]))):
         return None
-    cranes = scenes.arrays(extract_drive(scene))
+    cranes = scenes.arrays(make_driven(scene))
     q, v = (np.stack(scenes.arrays(part), axis=1) for part in (scene.initial_q, scene.initial_v))
     target = None if scene.reference is None else np.stack(scenes.arrays(scene.reference), axis=1)
     limits = {limit.joint: scenes.arrays((limit.low, limit.high)) for limit in scene.limits}

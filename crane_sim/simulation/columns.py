@@ -13,7 +13,7 @@ from crane_sim.stepping.batch import Driven, Sampled
 ONE_KIND = "a batch takes one kind of model, method and law"
 
 
-def extract_drive(scene: Scene) -> Driven:
+def make_driven(scene: Scene) -> Driven:
     """Return method, model and source of a scene, its law with its initial state."""
     return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
 

@@ -19,7 +19,7 @@ class Balance(NamedTuple):
 
     start: Any  # (2,) J: the energy at the start, and what was supplied without being measured
     work: Any  # (2,) J of held efforts: the sum and its rounding error (Neumaier)
-    held: Any  # (2, nu), positions and efforts of the last instant
+    last: Any  # (2, nu), positions and efforts of the last instant
     extremes: Any  # (4,) J: largest error and kinetic energy, lowest and highest potential
     count: Any  # (1,) instants
 
@@ -33,11 +33,11 @@ def empty_balance(nu: int, *runs: int) -> Balance:
 
 
 @lean_kernel
-def work_up_to(work, held, q):
+def work_up_to(work, last, q):
     """Return (sum, rounding error) [J] of the work of held efforts up to positions q (nu,)."""
     done = 0.0
     for j in range(len(q)):
-        done += held[1, j] * (q[j] - held[0, j])
+        done += last[1, j] * (q[j] - last[0, j])
     return add_compensated(work[0], work[1], done)
 
 
@@ -53,9 +53,9 @@ def add_compensated(total, lost, term):
 def work_instant(balance, metered, q, u, supplied):
     """Take the work of one instant into the sums; return what was supplied up to it [J]."""
     if not metered and balance.count[0] > 0:
-        balance.work[0], balance.work[1] = work_up_to(balance.work, balance.held, q)
+        balance.work[0], balance.work[1] = work_up_to(balance.work, balance.last, q)
     for j in range(len(q)):
-        balance.held[0, j], balance.held[1, j] = q[j], u[j]
+        balance.last[0, j], balance.last[1, j] = q[j], u[j]
     balance.count[0] += 1
     return supplied if metered else balance.work[0] + balance.work[1]
 
@@ -92,7 +92,7 @@ def supplied_up_to(balance, metered, q, supplied):
     """Return the energy [J] supplied up to positions q (nu,), where the meter reads `supplied` [J]."""
     if metered or balance.count[0] == 0:
         return balance.start[1] + supplied
-    total, lost = work_up_to(balance.work, balance.held, q)
+    total, lost = work_up_to(balance.work, balance.last, q)
     return balance.start[1] + (total + lost)
 
 

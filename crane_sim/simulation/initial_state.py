@@ -71,7 +71,7 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
     start = replace(scene, initial_q=positions, initial_v=velocities)
     integration, *shown = begin(scene.model, np.array(positions), np.array(velocities))
     for what, wanted, actual in zip(("positions", "velocities"), (positions, velocities), shown, strict=True):
-        _check_held(scene, what, wanted, as_tuple(actual))
+        _check_possible(scene, what, wanted, as_tuple(actual))
     integration = switch_at_start(_without_slack_guard(scene.model), integration, np.zeros(len(scene.actuated)))
     if integration.status == Status.TERMINATED:
         raise SceneError(f"positions: {system.describe_event(scene.model, integration.terminal_guard)[0]} there")
@@ -97,10 +97,10 @@ def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, 
     return numbers
 
 
-def _check_held(scene: Scene, what: str, wanted: tuple[float, ...], actual: tuple[float, ...]) -> None:
+def _check_possible(scene: Scene, what: str, wanted: tuple[float, ...], actual: tuple[float, ...]) -> None:
     """Raise SceneError for a joint that the crane holds elsewhere, such as a locked rope's length."""
-    for name, unit, expected, held in zip(scene.joint_names, scene.joint_units, wanted, actual, strict=True):
+    for name, unit, expected, possible in zip(scene.joint_names, scene.joint_units, wanted, actual, strict=True):
         turn = unit == "rad" and what == "positions"
-        gap = remainder(expected - held, 2.0 * pi) if turn else expected - held
+        gap = remainder(expected - possible, 2.0 * pi) if turn else expected - possible
         if not abs(gap) <= _TOLERANCE * max(1.0, abs(expected)):
-            raise SceneError(f"{what}: {name} = {expected:g}: is not possible, this crane would have {held:g}")
+            raise SceneError(f"{what}: {name} = {expected:g}: is not possible, this crane would have {possible:g}")

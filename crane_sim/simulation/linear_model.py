@@ -60,7 +60,7 @@ def linearise(scene: SceneSource, at: Sequence[float] | None = None) -> LinearMo
     loaded = load_scene(scene)
     if not loaded.actuated:
         raise SceneError("linearise: the scene has no actuated joint")
-    smooth = replace(without_dry_friction(loaded), reference=_held_positions(loaded, at))
+    smooth = replace(without_dry_friction(loaded), reference=_equilibrium_positions(loaded, at))
     q, u = equilibrium(smooth)
     a, b = state_matrices(smooth, q, u)
     basis = tangent_basis(smooth, q)
@@ -74,16 +74,16 @@ def linearise(scene: SceneSource, at: Sequence[float] | None = None) -> LinearMo
     )
 
 
-def _held_positions(scene: Scene, at: Sequence[float] | None) -> tuple[float, ...]:
+def _equilibrium_positions(scene: Scene, at: Sequence[float] | None) -> tuple[float, ...]:
     """Return the positions (nu,) at which the actuated joints are held."""
     if at is None:
         own = dict(zip(scene.joint_names, scene.initial_q, strict=True))
         return scene.reference or tuple(own[name] for name in scene.actuated)
-    held = tuple(map(float, at))
-    if len(held) != len(scene.actuated) or not np.all(np.isfinite(held)):
+    positions = tuple(map(float, at))
+    if len(positions) != len(scene.actuated) or not np.all(np.isfinite(positions)):
         names = ", ".join(scene.actuated)
         raise SceneError(f"at = {list(at)}: must be a finite position for each actuated joint: {names}")
-    return held
+    return positions
 
 
 def _coordinates(scene: Scene, basis: Array) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -103,14 +103,14 @@ def add_work(balance, metered, scratch):
 
     Efforts held before the first instant are zero, and so is their work.
     """
-    joints, driven, held = scratch.lanes.joints, scratch.driven, balance.held
+    joints, driven, last = scratch.lanes.joints, scratch.driven, balance.last
     total, lost, efforts = balance.work[0], balance.work[1], len(joints) - len(driven)
     for j in range(0 if metered else LANES):
         done = 0.0
         for c in range(len(driven)):
             q = joints[driven[c], j]
-            done += held[1, c] * (q - held[0, c])
-            held[0, c], held[1, c] = q, joints[efforts + c, j]
+            done += last[1, c] * (q - last[0, c])
+            last[0, c], last[1, c] = q, joints[efforts + c, j]
         total, lost = add_compensated(total, lost, done)
         scratch.lanes.supplied[0, j] = total + lost
     balance.work[0], balance.work[1] = total, lost

@@ -10,7 +10,7 @@ SETTLED = 0.02
 """A joint has settled when its error stays below this part of its initial error,"""
 RESOLUTION = 1e-3
 """or below this [rad or m] where that is more: a joint that begins at its target settles, too,"""
-HELD = 0.1
+STAY = 0.1
 """and has stayed there for at least this last part of the run."""
 
 
@@ -54,8 +54,8 @@ def settling_times(target: Array, near: Array, outside: Array, t: Array, q: Arra
         period: between instants [s].
     """
     inside, since = np.abs(target - q) <= near, np.maximum(outside + period, 0.0)
-    held = (since <= (1.0 - HELD) * t) | (outside < 0.0)
-    return np.where(inside & held, since, np.nan)
+    lasting = (since <= (1.0 - STAY) * t) | (outside < 0.0)
+    return np.where(inside & lasting, since, np.nan)
 
 
 class Settling:

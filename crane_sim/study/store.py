@@ -102,7 +102,7 @@ def read_identity(file: Path) -> dict[str, Any]:
 
 
 @contextmanager
-def held_folder(folder: Path, what: str) -> Iterator[None]:
+def locked_folder(folder: Path, what: str) -> Iterator[None]:
     """Make a folder where there is none, and hold it for this process; it is freed with the process, however it ends.
 
     The lock is the folder's own: a file in it that is written anew is another file, which another process can lock.
@@ -177,7 +177,7 @@ class Store:
         Raises:
             SceneError: another process runs the study of this folder, it holds another study, or cannot be written.
         """
-        with held_folder(self.folder, "study"):
+        with locked_folder(self.folder, "study"):
             try:
                 self._check_or_write_identity()
                 if not self.table_file.exists():

@@ -36,9 +36,9 @@ from crane_sim.study.store import (
     SEARCH,
     block_needs,
     hash_of,
-    held_folder,
     identity_of,
     load_pyarrow,
+    locked_folder,
     partial_files,
     read_identity,
     write_whole,
@@ -192,7 +192,7 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     Raises:
         SceneError: another process has the folder, or it holds another search; of the same one trials may be more.
     """
-    with held_folder(folder, "search"):
+    with locked_folder(folder, "search"):
         _check_or_write_identity(folder, study)
         leftovers = (partial_files(folder / name) for name in (SEARCH, JOURNAL, GAINS))
         for file in (*folder.glob(f"{JOURNAL}.lock*"), *chain(*leftovers)):  # of a process that ended while it wrote

@@ -72,11 +72,11 @@ class Arc(NamedTuple):
         angle = parameter * turn
         angle[:, 0] += self.begin
         cosine, sine = cos_sin_series(angle)
-        held = np.zeros((len(parameter), len(self.centre), DEGREE + 1))
-        held[:, :, 0] = self.centre
-        held[:, 0] += self.radius * cosine
-        held[:, 1] += self.radius * sine
-        return with_rest_at_ends(times, held)
+        derivatives = np.zeros((len(parameter), len(self.centre), DEGREE + 1))
+        derivatives[:, :, 0] = self.centre
+        derivatives[:, 0] += self.radius * cosine
+        derivatives[:, 1] += self.radius * sine
+        return with_rest_at_ends(times, derivatives)
 
 
 def describe_size_mismatch(positions: Mapping[str, Any]) -> str:

@@ -68,7 +68,7 @@ def test_no_lever_leads_beyond() -> None:
         (speed,) = limits.take([command], [motion.position], [motion.velocity])
         motion = follow(motion, speed, joint.bounds, PERIOD)
         assert -3.0 - ROUNDING <= motion.position <= 3.0 + ROUNDING
-        assert speed == command or limits.held == ["trolley"]
+        assert speed == command or limits.limited == ["trolley"]
         free += speed == command
         if abs(motion.position) < 1.0:
             assert speed == command  # 1.7 m are more than the way to rest from 0.9 m/s, with the time ahead
@@ -99,4 +99,4 @@ def test_joints_without_travel_are_free() -> None:
     """A joint without ends keeps every speed up to its largest."""
     limits = SoftLimits([DrivenJoint("slew", "rad", Bounds(0.1, 0.05, 0.2))], PERIOD)
     assert limits.take([0.07], [1e3], [0.1]) == (0.07,) and limits.take([0.2], [0.0], [0.0]) == (0.1,)
-    assert limits.held == ["slew"]
+    assert limits.limited == ["slew"]

@@ -10,7 +10,7 @@ from crane_sim import system
 from crane_sim.integrators import Status, dense_output, dop853, dopri5, gauss, integrate_to, rk4, scratch, start, step
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
-from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.gauss import Gauss
 from crane_sim.integrators.gauss16 import Gauss16
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.jit import entry_point
@@ -108,7 +108,7 @@ def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("method", "order", "sizes"),
-    [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss3, 6, (0.25, 0.125))],
+    [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss, 6, (0.25, 0.125))],
     ids=["rk4", "rk8", "gauss"],
 )
 def test_measured_order(method: Any, order: int, sizes: tuple[float, float]) -> None:
@@ -194,7 +194,7 @@ def test_a_state_that_is_not_finite_is_reported() -> None:
 @pytest.mark.interpreted
 @pytest.mark.parametrize(
     "method",
-    [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss3(0.1), Gauss16()],
+    [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss(0.1), Gauss16()],
     ids=lambda m: type(m).__name__,
 )
 def test_rest_stays_rest(method: Any) -> None:

@@ -69,9 +69,9 @@ def test_sticks_and_buttons(pad: gamepad.Gamepad) -> None:
         device.events.append(SimpleNamespace(type=kind, code=CODES[name], value=value))
     device.events.append(SimpleNamespace(type=4, code=4, value=9))  # a scan code
     demand = demand_of(pad.read(), make_lever_assignment(JOINTS))
-    assert demand.axes == (1.0, -1.0, 0.5) and demand.held and demand.stop
+    assert demand.axes == (1.0, -1.0, 0.5) and demand.enabled and demand.stop
     device.events.append(SimpleNamespace(type=1, code=CODES["BTN_TL"], value=0))
-    assert not demand_of(pad.read(), make_lever_assignment(JOINTS)).held
+    assert not demand_of(pad.read(), make_lever_assignment(JOINTS)).enabled
 
 
 def test_a_gamepad_that_is_gone(pad: gamepad.Gamepad) -> None:

@@ -81,7 +81,7 @@ def test_a_key_holds_and_ends() -> None:
         keyboard.press("w", 20.0 + 0.1 * k)
         assert keyboard.demand(20.0 + 0.1 * k).axes == (0.0, 1.0, 0.0)
     last = 20.0 + 0.1 * 19
-    assert keyboard.demand(last + REPEAT_HOLD - 0.01).held and not keyboard.demand(last + REPEAT_HOLD + 0.01).held
+    assert keyboard.demand(last + REPEAT_HOLD - 0.01).enabled and not keyboard.demand(last + REPEAT_HOLD + 0.01).enabled
 
 
 def test_the_opposite_key_takes_over() -> None:
@@ -116,4 +116,4 @@ def test_the_switch_stays_closed_for_a_tail() -> None:
     keyboard = Keyboard(make_lever_assignment(JOINTS))
     keyboard.press("w", 0.0)
     assert keyboard.demand(FIRST_HOLD + 1.0, tail=1.5)[:2] == ((0.0, 0.0, 0.0), True)
-    assert not keyboard.demand(FIRST_HOLD + 2.0, tail=1.5).held
+    assert not keyboard.demand(FIRST_HOLD + 2.0, tail=1.5).enabled

@@ -26,7 +26,7 @@ from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.repair import EarlierFiles, repair
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import free_ports, rerun_executable
-from crane_sim.recording.step_assembler import MAX_ROWS_HELD, StepAssembler
+from crane_sim.recording.step_assembler import MAX_ROWS_PENDING, StepAssembler
 from crane_sim.simulation.plant import Plant
 
 TARGET = (0.0, 0.0, 0.0, 2.0)
@@ -86,13 +86,13 @@ def test_a_repeated_state_is_one_step() -> None:
 def test_a_step_waits_for_its_command() -> None:
     """A step whose command is in transit is held back, but not forever, and not at the end of the run."""
     assembler = StepAssembler(PERIOD, TARGET)
-    for k in range(1, MAX_ROWS_HELD + 4):
+    for k in range(1, MAX_ROWS_PENDING + 4):
         assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
         assembler.add_effort(k * PERIOD, number(k, 4))
     assembler.add_command(1 * PERIOD, number(1, 4))
     held = assembler.pop_rows()
     assert [(row.step, row.demanded) for row in held] == [(1, number(1, 4)), (2, None), (3, None)]
-    assert len(assembler.pop_rows(final=True)) == MAX_ROWS_HELD
+    assert len(assembler.pop_rows(final=True)) == MAX_ROWS_PENDING
 
 
 def test_a_reference_holds_from_its_stamp_on() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 import crane_sim
 from crane_sim.integrators.dop853 import DOP853
-from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.gauss import Gauss
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.scenes.schema.integrator import Auto, MethodRequirements, choose_method
 
@@ -129,5 +129,5 @@ def test_a_stiff_cable_under_a_continuous_law_is_not_given_a_method_that_cannot_
 def test_a_long_run_that_may_switch_is_not_given_a_symmetric_method(groups: dict[str, Any]) -> None:
     """Method auto takes the Gauss method for a long horizon only where nothing can switch or end the run."""
     long = {"duration": 10_000.0, "integrator": {"method": "auto"}}
-    assert isinstance(scene_of(long).method, Gauss3)
+    assert isinstance(scene_of(long).method, Gauss)
     assert isinstance(scene_of(long | groups).method, DOP853)

@@ -7,7 +7,7 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
-from crane_sim.simulation.settling import HELD, RESOLUTION, Settling
+from crane_sim.simulation.settling import RESOLUTION, STAY, Settling
 from crane_sim.simulation.status import list_kinds
 
 PERIOD = 0.01
@@ -32,7 +32,7 @@ def test_a_joint_that_begins_at_its_target_settles() -> None:
 
 def test_a_joint_must_stay_at_its_target() -> None:
     """A joint that comes within 2 % in the last tenth of the run has not settled, one that comes before has."""
-    late, early = (np.where(T < at, 0.021, 0.019) for at in (9.96, 10.0 * (1.0 - HELD)))
+    late, early = (np.where(T < at, 0.021, 0.019) for at in (9.96, 10.0 * (1.0 - STAY)))
     assert settling_time(late, 1.0) is None
     assert settling_time(early, 1.0) == pytest.approx(9.0)
     assert settling_time(np.full(1000, 0.021), 1.0) is None

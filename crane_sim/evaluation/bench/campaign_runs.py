@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from crane_sim.evaluation.bench.campaign_laws import DISTANCE, DURATION, PERIOD, DampedLaw, make_campaign_law
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.columns import extract_drive, stack_columns
+from crane_sim.simulation.columns import make_driven, stack_columns
 from crane_sim.stepping.batch import BatchArrays, Sampled, TimeGrid, simulate_range
 from crane_sim.stepping.rows import row_width, split
 from crane_sim.trajectories.wind import Gust
@@ -116,7 +116,7 @@ def trajectories(scenes: Sequence[Scene]) -> tuple[Array, Array, Array, Array]:
     q, v = (np.array([getattr(scene, name) for scene in scenes]) for name in ("initial_q", "initial_v"))
     counts = np.empty((n, 6), np.int64)
     arrays = BatchArrays(q, v, rows, np.empty((n, len(times) + 1, 3)), np.empty(n), counts)
-    simulate_range(stack_columns([extract_drive(scene) for scene in scenes]), grid, arrays, 0, n)
+    simulate_range(stack_columns([make_driven(scene) for scene in scenes]), grid, arrays, 0, n)
     if np.any(counts[:, 1] != first.steps):
         raise RuntimeError(f"{first.law_name}: run {int(np.argmax(counts[:, 1] != first.steps))} ended early")
     parts = [split(run[:-1], nq, len(first.actuated)) for run in rows]

@@ -19,7 +19,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
-from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.gauss import Gauss
 from crane_sim.integrators.gauss16 import Gauss16
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rk4 import RK4
@@ -34,7 +34,7 @@ from crane_sim.trajectories.breakpoints import unwrap, with_breakpoints
 NAME, VERSION = "crane_sim", version("crane_sim")
 STEPS = sweep_values(1.0, 1e-5, 8)  # s
 TOLERANCES = sweep_values(1e-1, 1e-13, 8)  # relative; the absolute one is a hundredth of it
-FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss3, "leapfrog": Leapfrog}
+FIXED: dict[str, Any] = {"rk4": RK4, "rk8": RK8, "gauss": Gauss, "leapfrog": Leapfrog}
 ADAPTIVE: dict[str, Any] = {"dopri5": DOPRI5, "dop853": DOP853, "gauss16": Gauss16, "rodas": Rodas}
 METHODS = (*FIXED, *ADAPTIVE)
 

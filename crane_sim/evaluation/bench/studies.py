@@ -27,7 +27,7 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns, load_columns
 from crane_sim.simulation.batch import allocate_arrays
 from crane_sim.simulation.batch_metrics import run_columns
-from crane_sim.simulation.columns import extract_drive, stack_columns
+from crane_sim.simulation.columns import make_driven, stack_columns
 from crane_sim.stepping.batch import TimeGrid, simulate_range
 from crane_sim.study import cases, execution
 from crane_sim.study.cases import CaseList
@@ -70,7 +70,7 @@ def _load_columns(listed: CaseList, document: dict[str, Any]) -> SceneColumns:
 
 def _kernel_time(scenes: Sequence[Scene]) -> float:
     """Return the time of a processor [s] that the compiled loop alone takes for each crane."""
-    cranes, arrays = stack_columns([extract_drive(scene) for scene in scenes]), allocate_arrays(scenes, 0)
+    cranes, arrays = stack_columns([make_driven(scene) for scene in scenes]), allocate_arrays(scenes, 0)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, np.empty(0))
     simulate_range(cranes, grid, arrays, 0, 0)  # compiles
     start = time.process_time()

@@ -76,9 +76,9 @@ def _(contact, load, t, x, first, state, free):
         return ContactResult(free[0], free[1], OPEN)
     moved = displacement_at(contact.surface.motion, t)
     if is_closed(x, first, len(contact.points)):
-        held = holding_forces(contact, load, x, first, (moved, state), free)
+        forces = holding_forces(contact, load, x, first, (moved, state), free)
         centre, alpha = holding_accelerations(contact, x, first, (moved, state))
-        return ContactResult(centre, rotate_to_base(state.rows, alpha), held)
+        return ContactResult(centre, rotate_to_base(state.rows, alpha), forces)
     normal_forces = slipping_forces(contact, load, x, first, (moved, state), free)
     return compute_contact_result(load, state, free, normal_forces)
 

@@ -159,9 +159,9 @@ def slip_guard(contact, p, t, x, scene, free):
             fastest = max(fastest, slip_speed(contact_point(contact, i, scene[0], scene[1])))
     if fastest >= surface.slip_velocity:
         return fastest / surface.slip_velocity - 1.0
-    held = holding_forces(contact, body_of(p, x), x, first, scene, free)
-    needed = required_friction(contact, x, first, scene, held) / surface.friction - GRIP
-    needed = max(needed, -least_normal_force(contact, x, first, scene, held))
+    forces = holding_forces(contact, body_of(p, x), x, first, scene, free)
+    needed = required_friction(contact, x, first, scene, forces) / surface.friction - GRIP
+    needed = max(needed, -least_normal_force(contact, x, first, scene, forces))
     return max(needed, fastest / surface.slip_velocity - 1.0)
 
 

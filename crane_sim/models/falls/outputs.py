@@ -59,7 +59,7 @@ from crane_sim.models.supports.backlash import (
 )
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.friction import step_control_of
-from crane_sim.models.supports.friction_modes import any_joint_held, held_guard
+from crane_sim.models.supports.friction_modes import any_joint_sticks, sticking_guard
 from crane_sim.models.supports.hoist import (
     MotionHoist,
     PrescribedHoist,
@@ -256,19 +256,19 @@ def _(p):
 @system.guard.register(FallsCrane)
 def _(p, t, x, u, work):
     best = exchange_guard(p.exchange, falls_guard(p, x), t, x, exchange_index(p))
-    best, n = held_joints_guard(p, t, x, u, best)
+    best, n = sticking_joints_guard(p, t, x, u, best)
     best = falls_winch_guard(p.hoist, best, p, t, x, u)
     value, number, more = contact_guard(p.contact, p, t, x, best)
     return value, number, n + more
 
 
 @lean_routine
-def held_joints_guard(p, t, x, u, best):
+def sticking_joints_guard(p, t, x, u, best):
     """Return (guard, evaluations): the smallest one of `best` and of the guards of joints that friction holds."""
-    if not any_joint_held(p.support, support_state(p.support, x, falls_layout(p)[0])):
+    if not any_joint_sticks(p.support, support_state(p.support, x, falls_layout(p)[0])):
         return best, 0
     solved = solve_dynamics(p, t, x, system.effort(u, p, t, x))
-    return held_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force), 1
+    return sticking_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force), 1
 
 
 @lean_routine

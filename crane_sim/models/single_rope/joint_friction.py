@@ -18,7 +18,7 @@ from crane_sim.models.supports.friction import (
     friction_guard,
     friction_state_rate,
     initial_friction_state,
-    is_held,
+    joint_sticks,
 )
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.jit import lean_generic, lean_kernel
@@ -45,8 +45,12 @@ def hold_joints(friction, pose, x):
 @hold_joints.register(JointFriction)
 def _(friction, pose, x):
     slew, boom, jib, rope = x[-1]
-    free = not is_held(friction.slew, slew), not is_held(friction.boom, boom), not is_held(friction.jib, jib)
-    return replace_field(pose, "free", (*free, not is_held(friction.rope, rope)))
+    free = (
+        not joint_sticks(friction.slew, slew),
+        not joint_sticks(friction.boom, boom),
+        not joint_sticks(friction.jib, jib),
+    )
+    return replace_field(pose, "free", (*free, not joint_sticks(friction.rope, rope)))
 
 
 @lean_generic
@@ -96,16 +100,16 @@ def constraint_efforts(p, motion):
 
 
 @lean_generic
-def any_held(friction, x):
+def any_joint_sticks(friction, x):
     """Return whether friction holds a joint in state x."""
     return False
 
 
-@any_held.register(JointFriction)
+@any_joint_sticks.register(JointFriction)
 def _(friction, x):
     slew, boom, jib, rope = x[-1]
-    turning = is_held(friction.slew, slew) or is_held(friction.boom, boom) or is_held(friction.jib, jib)
-    return turning or is_held(friction.rope, rope)
+    turning = joint_sticks(friction.slew, slew) or joint_sticks(friction.boom, boom) or joint_sticks(friction.jib, jib)
+    return turning or joint_sticks(friction.rope, rope)
 
 
 @lean_generic
@@ -202,6 +206,6 @@ def keep_friction_states(friction, x, projected, rope_state):
 
 @keep_friction_states.register(JointFriction)
 def _(friction, x, projected, rope_state):
-    held = is_held(friction.rope, x[-1][WINCH])
-    xc = without_rate(rope_state, projected[1]) if held else projected[1]
+    sticks = joint_sticks(friction.rope, x[-1][WINCH])
+    xc = without_rate(rope_state, projected[1]) if sticks else projected[1]
     return (projected[0], xc, *x[2:])

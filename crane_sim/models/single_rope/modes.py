@@ -7,7 +7,7 @@ from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.single_rope.joint_friction import (
     JointFriction,
     after_guard,
-    any_held,
+    any_joint_sticks,
     constraint_efforts,
     friction_guards,
     stop_joint,
@@ -51,7 +51,7 @@ def _(p, t, x, u, work):
 def smallest_guard(p, t, x, u):
     """Return (the smallest guard, its number, evaluations)."""
     stops, taut = p.stops, p.stops.taut > 0.0
-    forces = taut or any_held(p.friction, x)
+    forces = taut or any_joint_sticks(p.friction, x)
     rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
     best = support_guard(p.support, length_guard(stops, rope_state.length, rope_state.rate), x[0])
     tension, efforts = tension_and_constraint_efforts(p.friction, p, t, x, u) if forces else (0.0, NO_EFFORTS)

@@ -55,10 +55,10 @@ from crane_sim.models.supports.friction_list import (
     add_friction_efforts,
     list_length,
     read_friction_states,
-    without_held,
+    without_sticking,
 )
 from crane_sim.models.supports.knuckle_boom import Knuckle
-from crane_sim.models.supports.swaying_tower import SwayingTower, with_held_joints
+from crane_sim.models.supports.swaying_tower import SwayingTower, with_sticking_joints
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.numerics.states import replace_entry, replace_field
 
@@ -174,19 +174,19 @@ def _(support, motors, pose):
 
 
 @generic
-def held_posture(support, pose, ratio):
+def sticking_posture(support, pose, ratio):
     """Return the support's posture, from which joints whose ratio is 0 are left out if its mass matrix couples them."""
     return pose
 
 
-@held_posture.register(Knuckle)
+@sticking_posture.register(Knuckle)
 def _(support, pose, ratio):
     return replace_field(pose, "free", (ratio[0] > 0.0, ratio[1] > 0.0, ratio[2] > 0.0))
 
 
-@held_posture.register(SwayingTower)
+@sticking_posture.register(SwayingTower)
 def _(support, pose, ratio):
-    return with_held_joints(support, pose, (ratio[0] > 0.0, ratio[1] > 0.0))
+    return with_sticking_joints(support, pose, (ratio[0] > 0.0, ratio[1] > 0.0))
 
 
 @lean_generic
@@ -232,8 +232,10 @@ def _(support, qdd, ratio):
 @forward_kinematics.register(ActuatedSupport)
 def _(support, xs):
     pose = forward_kinematics(support.support, xs.inner)
-    ratio = without_held(support.frictions, free_ratios(support.support, support.motors, pose), xs.friction_states, 0)
-    pose, rates = held_posture(support.support, pose, ratio), joint_rates(support.support, xs.inner, ratio)
+    ratio = without_sticking(
+        support.frictions, free_ratios(support.support, support.motors, pose), xs.friction_states, 0
+    )
+    pose, rates = sticking_posture(support.support, pose, ratio), joint_rates(support.support, xs.inner, ratio)
     return ActuatedPosture(pose.tip, pose.tip_velocity, pose.yaw_rate, pose, ratio, rates, xs.friction_states)
 
 

@@ -65,12 +65,12 @@ def _(part):
 
 
 @lean_generic
-def is_held(friction, friction_state):
+def joint_sticks(friction, friction_state):
     """Return whether friction holds the joint, whose velocity is then 0; `friction_state`: its mode or bristles."""
     return False
 
 
-@is_held.register(Friction)
+@joint_sticks.register(Friction)
 def _(friction, friction_state):
     return friction_state == 0.0
 

@@ -14,7 +14,7 @@ from crane_sim.models.supports.friction import (
     friction_guard,
     friction_state_rate,
     initial_friction_state,
-    is_held,
+    joint_sticks,
     step_control_of,
 )
 from crane_sim.models.supports.lugre import LuGre
@@ -53,16 +53,16 @@ def _(frictions, x, i):
 
 
 @lean_generic
-def without_held(frictions, ratio, states, k):
+def without_sticking(frictions, ratio, states, k):
     """Return the ratios (n,) with 0 for joints that friction holds; states: of friction, the list's from k on."""
     return ratio
 
 
-@without_held.register(FrictionList)
+@without_sticking.register(FrictionList)
 def _(frictions, ratio, states, k):
-    if is_held(frictions.friction, states[k]):
+    if joint_sticks(frictions.friction, states[k]):
         ratio = replace_entry(ratio, frictions.joint, 0.0)
-    return without_held(frictions.rest, ratio, states, k + 1)
+    return without_sticking(frictions.rest, ratio, states, k + 1)
 
 
 @lean_generic
@@ -124,38 +124,38 @@ def _(frictions, rates, x):
 
 
 @lean_generic
-def any_in_list_held(frictions, states, k):
+def any_in_list_sticks(frictions, states, k):
     """Return whether friction holds a joint."""
     return False
 
 
-@any_in_list_held.register(FrictionList)
+@any_in_list_sticks.register(FrictionList)
 def _(frictions, states, k):
-    return is_held(frictions.friction, states[k]) or any_in_list_held(frictions.rest, states, k + 1)
+    return joint_sticks(frictions.friction, states[k]) or any_in_list_sticks(frictions.rest, states, k + 1)
 
 
 @lean_generic
-def smallest_friction_guard(frictions, best, rates, efforts, states, held, k):
-    """Return the smallest one of `best` and of the guards of joints that slip (held False) or stick (held True).
+def smallest_friction_guard(frictions, best, rates, efforts, states, sticking, k):
+    """Return the smallest one of `best` and of the guards of joints that slip, or of those that stick.
 
     Args:
         frictions: the list.
         best: the smallest of the other guards.
         rates, efforts: of the joints (n,); the constraint efforts of those that stick.
         states: of friction, the list's from k on.
-        held: whether the guards are those of joints that stick.
+        sticking: whether the guards are those of joints that stick.
         k: see there.
     """
     return best
 
 
 @smallest_friction_guard.register(FrictionList)
-def _(frictions, best, rates, efforts, states, held, k):
+def _(frictions, best, rates, efforts, states, sticking, k):
     i = frictions.joint
-    if is_held(frictions.friction, states[k]) == held:
+    if joint_sticks(frictions.friction, states[k]) == sticking:
         value = friction_guard(frictions.friction, rates[i], states[k], efforts[i])
         best = smaller_guard(best, value, encode(Guard.FRICTION, i))
-    return smallest_friction_guard(frictions.rest, best, rates, efforts, states, held, k + 1)
+    return smallest_friction_guard(frictions.rest, best, rates, efforts, states, sticking, k + 1)
 
 
 @lean_generic

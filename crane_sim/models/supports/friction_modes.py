@@ -16,7 +16,7 @@ from crane_sim.models.supports.backlash import GearedSupport, initialize_support
 from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.friction_list import (
     FrictionList,
-    any_in_list_held,
+    any_in_list_sticks,
     initialize_friction_states,
     list_length,
     mode_of_stopped_joint,
@@ -71,19 +71,19 @@ def _(support, x, xs):
 
 
 @generic
-def any_joint_held(support, xs):
+def any_joint_sticks(support, xs):
     """Return whether friction holds a joint."""
     return False
 
 
-@any_joint_held.register(ActuatedSupport)
+@any_joint_sticks.register(ActuatedSupport)
 def _(support, xs):
-    return any_in_list_held(support.frictions, xs.friction_states, 0)
+    return any_in_list_sticks(support.frictions, xs.friction_states, 0)
 
 
-@any_joint_held.register(GearedSupport)
+@any_joint_sticks.register(GearedSupport)
 def _(support, xs):
-    return any_joint_held(support.support, xs.inner)
+    return any_joint_sticks(support.support, xs.inner)
 
 
 @kernel
@@ -111,20 +111,20 @@ def _(support, pose, gravity, tau, force):
 
 
 @generic
-def held_guard(support, best, pose, gravity, tau, force):
+def sticking_guard(support, best, pose, gravity, tau, force):
     """Return the smallest one of `best` and of the guards of joints that friction holds, see `support_acceleration`."""
     return best
 
 
-@held_guard.register(ActuatedSupport)
+@sticking_guard.register(ActuatedSupport)
 def _(support, best, pose, gravity, tau, force):
     efforts = constraint_efforts(support, pose, gravity, tau, force)
     return smallest_friction_guard(support.frictions, best, pose.rates, efforts, pose.friction_states, True, 0)
 
 
-@held_guard.register(GearedSupport)
+@sticking_guard.register(GearedSupport)
 def _(support, best, pose, gravity, tau, force):
-    return held_guard(support.support, best, pose.inner, gravity, tau, force)
+    return sticking_guard(support.support, best, pose.inner, gravity, tau, force)
 
 
 @support_guard.register(ActuatedSupport)
@@ -178,26 +178,26 @@ def _(support, joint):
 
 
 @generic
-def mode_after_guard(support, joint, mode_before, held, gravity, force):
+def mode_after_guard(support, joint, mode_before, sticking, gravity, force):
     """Return the mode of a joint at rest after its guard has failed.
 
     Args:
         support: the support.
         joint: index of its coordinate.
         mode_before: mode in which the guard has failed.
-        held: (posture, efforts) of the same state with the joint sticking.
+        sticking: (posture, efforts) of the same state with the joint sticking.
         gravity, force: arguments of `support_acceleration`.
     """
     return mode_before
 
 
 @mode_after_guard.register(ActuatedSupport)
-def _(support, joint, mode_before, held, gravity, force):
-    pose, tau = held
+def _(support, joint, mode_before, sticking, gravity, force):
+    pose, tau = sticking
     effort = constraint_efforts(support, pose, gravity, tau, force)[joint]
     return mode_of_stopped_joint(support.frictions, joint, mode_before, effort)
 
 
 @mode_after_guard.register(GearedSupport)
-def _(support, joint, mode_before, held, gravity, force):
-    return mode_after_guard(support.support, joint, mode_before, (held[0].inner, held[1]), gravity, force)
+def _(support, joint, mode_before, sticking, gravity, force):
+    return mode_after_guard(support.support, joint, mode_before, (sticking[0].inner, sticking[1]), gravity, force)

@@ -182,24 +182,24 @@ def _(support, xs):
 
 
 @lean_generic
-def drop_held_moments(free, moments):
+def free_moments(free, moments):
     """Return the moments (slew, boom, jib) with those on joints that friction holds left out."""
     return moments
 
 
-@drop_held_moments.register(tuple)
+@free_moments.register(tuple)
 def _(free, moments):
     slew, boom, jib = moments
     return slew if free[0] else 0.0, boom if free[1] else 0.0, jib if free[2] else 0.0
 
 
 @lean_generic
-def drop_held_coupling(free, coupling):
+def free_coupling(free, coupling):
     """Return the inertia coupling of boom and jib: none where friction holds one of them."""
     return coupling
 
 
-@drop_held_coupling.register(tuple)
+@free_coupling.register(tuple)
 def _(free, coupling):
     return coupling if free[1] and free[2] else 0.0
 
@@ -207,7 +207,7 @@ def _(free, coupling):
 @lean_kernel
 def _solve_luff(pose, b2, b3):
     """Return the accelerations of boom and jib for the right-hand sides [N m] of their equations."""
-    c = drop_held_coupling(pose.free, pose.c)
+    c = free_coupling(pose.free, pose.c)
     inverse = 1.0 / (pose.boom_inertia * pose.jib_inertia - c * c)
     return (pose.jib_inertia * b2 - c * b3) * inverse, (pose.boom_inertia * b3 - c * b2) * inverse
 
@@ -230,7 +230,7 @@ def _moments(support, pose, gravity, tau, force):
 
 @support_acceleration.register(Knuckle)
 def _(support, pose, gravity, tau, force):
-    slew, b2, b3 = drop_held_moments(pose.free, _moments(support, pose, gravity, tau, force))
+    slew, b2, b3 = free_moments(pose.free, _moments(support, pose, gravity, tau, force))
     boom_acc, jib_acc = _solve_luff(pose, b2, b3)
     return slew / pose.slew_inertia, boom_acc, jib_acc
 
@@ -254,7 +254,7 @@ def _(support, pose, qdd):
 def _(support, pose, n):
     boom = support.boom.length * (pose.cb * n[2] - pose.sb * n[0])
     jib = support.jib.length * (pose.cg * n[2] - pose.sg * n[0])
-    slew, boom, jib = drop_held_moments(pose.free, (pose.tip[0] * n[1], boom, jib))
+    slew, boom, jib = free_moments(pose.free, (pose.tip[0] * n[1], boom, jib))
     boom_acc, jib_acc = _solve_luff(pose, boom, jib)
     return slew * slew / pose.slew_inertia + boom * boom_acc + jib * jib_acc
 

@@ -160,10 +160,10 @@ def slip_excess(hoist, tau, pull, length, gravity):
     """Return the forces [N] on the lead line that would (pay out, haul in) beyond what friction holds, at rest."""
     reeving = hoist.reeving
     force = lead_force(hoist.torque, reeving, tau[len(tau) - 1], length)
-    held = static_friction(hoist.friction) / reeving.falls
+    static = static_friction(hoist.friction) / reeving.falls
     low = lead_at_rest(reeving, sheave_factor(reeving.loss, 1.0), pull, length, gravity)
     high = lead_at_rest(reeving, sheave_factor(reeving.loss, -1.0), pull, length, gravity)
-    return force + low - held, -force - high - held
+    return force + low - static, -force - high - static
 
 
 @lean_generic

@@ -203,7 +203,7 @@ def inverse_without_slew(matrix):
 
 
 @lean_kernel
-def with_held_joints(support, pose, free):
+def with_sticking_joints(support, pose, free):
     """Return the posture whose joints friction holds where `free` of (slew, trolley) is False."""
     trolley = support.support.trolley.mass if free[1] else 0.0
     matrix = matrix_of_turns(support, pose.turns, pose.moments, trolley)

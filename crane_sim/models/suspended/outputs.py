@@ -31,10 +31,10 @@ from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import Point, driven_components
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction_modes import (
-    any_joint_held,
+    any_joint_sticks,
     friction_state_offset,
-    held_guard,
     mode_after_guard,
+    sticking_guard,
 )
 from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
@@ -337,11 +337,11 @@ def suspended_guard(p, t, x, u, work):
     xs, tau = support_state(p.support, x, nq), system.effort(u, p, t, x)
     best = support_guard(p.support, best, xs)
     best = twist_guard(p.torsion, best, p, x, work.links)
-    forces = stops.taut > 0.0 or winch_sticks(p, x) or any_joint_held(p.support, xs)
+    forces = stops.taut > 0.0 or winch_sticks(p, x) or any_joint_sticks(p.support, xs)
     if forces:
         solved = solve_dynamics(p, t, x, tau, work)
         acceleration = solved.length
-        best = held_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force)
+        best = sticking_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force)
     if stops.taut > 0.0:
         for k in range(len(work.tension)):
             best = smaller_guard(best, work.tension[k], encode(Guard.LINK, k))

@@ -39,7 +39,7 @@ class Setpoints:
         self._ahead_of_reset = False  # the newest is of a run whose states have not come yet
         self._waiting: State | None = None
         self._now = 0  # ns, of the newest state
-        self._received = self._late = self._held = self._longest = 0
+        self._received = self._late = self._age = self._longest = 0
         self._subscription = node.create_subscription(
             JointTrajectory, "tip_demand", self._on_message, messages.STREAM_QOS
         )
@@ -61,14 +61,14 @@ class Setpoints:
         if stamp > state.stamp or (self._lockstep and stamp < state.stamp and outer.due(state.t)):
             self._waiting = state
             return False
-        self._held = state.stamp - stamp
-        self._longest = max(self._longest, self._held)
+        self._age = state.stamp - stamp
+        self._longest = max(self._longest, self._age)
         outer.take(values)
         return True
 
     def warning(self, outer: OuterLoop) -> str:
         """Return one line where setpoints fail to come, empty while they do."""
-        holding_time = self._held / messages.NS_PER_S
+        holding_time = self._age / messages.NS_PER_S
         return (
             f"no setpoint for {holding_time:.3g} s: the last one holds"
             if holding_time > _WARNING_INTERVALS * outer.interval

@@ -93,9 +93,9 @@ def outer_inertias(outer: TelescopicBoom, elevation: float, length: float) -> tu
 
 def inner_inertias(support: FlexibleSupport, place: Any) -> tuple[float, float]:
     """Return the inertia [kg m²] of what turns with the drives about the slewing axis, and about the root's axis."""
-    held = outer_inertias(support.inner, *place)
-    across = inf if isinstance(support.support, TowerCrane) else held[1]
-    return held[0] + support.inner.superstructure.inertia, across
+    inertias = outer_inertias(support.inner, *place)
+    across = inf if isinstance(support.support, TowerCrane) else inertias[1]
+    return inertias[0] + support.inner.superstructure.inertia, across
 
 
 def structure_frequency(support: Any, place: Any) -> float:

@@ -8,7 +8,7 @@ from crane_sim.files.errors import about_keys, missing_key, no_group, one_line, 
 from crane_sim.files.types import Real, type_adapter
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
-from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.gauss import Gauss
 from crane_sim.integrators.gauss16 import Gauss16
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rk4 import RK4
@@ -93,7 +93,7 @@ def tagged_union_validator(key: str, choices: dict[str, Any], optional: bool = F
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
 Friction = Annotated[Any, tagged_union_validator("model", _FRICTION, optional=True)]
-_METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss3}
+_METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss}
 _METHODS |= {"gauss16": Gauss16, "rodas": Rodas, "leapfrog": Leapfrog}
 Method = Annotated[Any, tagged_union_validator("method", _METHODS)]
 Channel = Annotated[

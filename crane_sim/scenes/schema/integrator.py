@@ -6,7 +6,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Positive
 from crane_sim.integrators.dop853 import DOP853
-from crane_sim.integrators.gauss import Gauss3
+from crane_sim.integrators.gauss import Gauss
 from crane_sim.integrators.gauss16 import Gauss16
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rodas import Rodas
@@ -110,5 +110,5 @@ def _choice(requirements: MethodRequirements, rtol: float | None, long_state: bo
         return DOP853(*tolerances), "dop853: the default where a tolerance is given"
     if frequency and requirements.smooth and requirements.swing_angle > LONG_HORIZON and not requirements.elastic:
         step = GAUSS_STEP_FACTOR / frequency
-        return Gauss3(step), f"gauss with a step of {step:.3g} s: a long horizon ({requirements.duration:g} s)"
+        return Gauss(step), f"gauss with a step of {step:.3g} s: a long horizon ({requirements.duration:g} s)"
     return DOP853(), "dop853: nothing stiff, no long horizon"

@@ -174,10 +174,10 @@ class ReevingGroup(Group):
                 f"{group}.reeving.length = {length:g}: too short, {self.falls} falls of {longest:g} m take "
                 f"{self.falls * longest:g} m"
             )
-        held = inf if drum is None else float(sum(drum.capacities()))
-        if length - self.falls * shortest > held:
+        capacity = inf if drum is None else float(sum(drum.capacities()))
+        if length - self.falls * shortest > capacity:
             raise SceneError(
-                f"{group}.reeving.drum: its layers hold {held:g} m of rope, and falls of {shortest:g} m leave "
+                f"{group}.reeving.drum: its layers hold {capacity:g} m of rope, and falls of {shortest:g} m leave "
                 f"{length - self.falls * shortest:g} m to it"
             )
 
