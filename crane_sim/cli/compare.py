@@ -30,14 +30,16 @@ if TYPE_CHECKING:
 @as_json_option
 def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json: bool) -> None:
     """Compare runs of one crane with the first of them: recordings, or the laws of --laws on one scene."""
+    from crane_sim.laws import LawError
     from crane_sim.recording.comparison import compare
 
     if output is not None:
         check_output(output, Path(runs[0]), ".html", ".rrd")
         _check_output_is_new(output, runs)
+    failed: list[str] = []
     if laws:
-        names = _law_names(laws, runs)
-        comparison = compare(*_simulate(runs[0], names, quiet=as_json), names=names)
+        rollouts, failed = _simulate(runs[0], _law_names(laws, runs), quiet=as_json)
+        comparison = compare(*rollouts.values(), names=list(rollouts))
     else:
         comparison = compare(*(find_recording(Path(run)) for run in runs))
     if output is not None:
@@ -48,6 +50,8 @@ def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json:
         _print(comparison)
         if output is not None:
             print(output)
+    if failed:
+        raise LawError("; ".join(failed))
 
 
 def _check_output_is_new(output: Path, runs: Sequence[str]) -> None:
@@ -76,31 +80,34 @@ def _law_names(laws: str, runs: Sequence[str]) -> list[str]:
     return names
 
 
-def _simulate(source: str, laws: Sequence[str], quiet: bool) -> list[Rollout]:
-    """Return the runs of a scene with each law, all of which are validated first.
+def _simulate(source: str, laws: Sequence[str], quiet: bool) -> tuple[dict[str, Rollout], list[str]]:
+    """Return the runs of a scene by law, all of which are validated first, and a line for each law that failed.
 
     A run whose integration failed ends at the failure; of one whose law failed nothing is left.
 
     Raises:
-        LawError: a law failed; the message names it.
+        LawError: laws failed, and fewer than two runs are left to compare; the message names them.
     """
     from crane_sim.laws import LawError
     from crane_sim.simulation.plant import SimulationError
     from crane_sim.simulation.rollout import simulate
 
-    scenes = [load_scene_with_options(source, law=law) for law in laws]
-    rollouts = []
-    for law, scene in zip(laws, scenes, strict=True):
+    scenes = {law: load_scene_with_options(source, law=law) for law in laws}
+    rollouts: dict[str, Rollout] = {}
+    failed: list[str] = []
+    for law, scene in scenes.items():
         with report.compiling(quiet=quiet, evaluated=scene):
             try:
-                rollouts.append(simulate(scene))
+                rollouts[law] = simulate(scene)
             except SimulationError as error:
                 if error.run is None:
                     raise
-                rollouts.append(error.run)
+                rollouts[law] = error.run
             except LawError as error:
-                raise LawError(f"law {law!r}: {error}") from error
-    return rollouts
+                failed.append(f"law {law!r}: {error}")
+    if len(rollouts) < 2:
+        raise LawError("; ".join(failed))
+    return rollouts, failed
 
 
 def _print(comparison: Comparison) -> None:

@@ -143,13 +143,18 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
     assert file.stat().st_size < 2_000_000
 
 
-def test_a_law_that_fails_is_named(tmp_path: Path) -> None:
-    """Of several laws on a scene, the one that raises an error is named in the line."""
+def test_a_law_that_fails_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of several laws on a scene, the one that raises an error is named, and the runs of the others are compared."""
     law = f"{tmp_path / 'mine.py'}:law"
     (tmp_path / "mine.py").write_text("def law(t, q, v):\n    raise ValueError('no plan')\n")
     crane_sim.load_scene("overhead_energy", {"duration": 0.1}).dump(tmp_path / "short.yaml")
-    with pytest.raises(LawError, match=f"^law '{law}': the law failed at t = 0 s: ValueError: no plan$"):
+    line = f"^law '{law}': the law failed at t = 0 s: ValueError: no plan$"
+    with pytest.raises(LawError, match=line):
         app(["compare", str(tmp_path / "short.yaml"), "--laws", f"energy,{law}"], standalone_mode=False)
+    assert not capsys.readouterr().out  # one run is left, which is no comparison
+    with pytest.raises(LawError, match=line):
+        app(["compare", str(tmp_path / "short.yaml"), "--laws", f"energy,{law},lqr"], standalone_mode=False)
+    assert "lqr − energy" in capsys.readouterr().out
 
 
 def test_names_in_brackets_are_shown(

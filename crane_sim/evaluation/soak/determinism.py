@@ -23,6 +23,7 @@ KILTED = os.environ.get("CRANE_SIM_KILTED_PYTHON", "")
 """A Python with rclpy of ROS 2 Kilted, this package and what it needs; empty: there is none."""
 SCENE, DURATION = "knuckle_setpoint", 6.0  # s of simulated time, 600 steps
 _TIMEOUT = 120.0  # s, only so that a failure ends: another interpreter may have everything to compile
+_END_TIMEOUT = 10.0  # s after SIGTERM; a recorder closes its file
 _OF_THIS_ONE = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "AMENT_PREFIX_PATH")
 
 
@@ -97,8 +98,16 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
             return _plant_sha256(plant, clean_environment(setup.plant, domain, folder))
         finally:
             for helper in helpers:
-                helper.terminate()
-                helper.wait()
+                _end(helper)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    try:
+        process.wait(_END_TIMEOUT)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
