@@ -53,7 +53,7 @@ class Weights(NamedTuple):
     weights: Any  # (2 d, 2), α of both axes
     values: Any  # (2 d,), ψ
     inputs: Any  # (9,): y, y', e, e', t
-    last_time: Any  # (1,) s, of the last update
+    last_time: Any  # (1,) s, of the last update; negative before the first
 
 
 class Learner(NamedTuple):
@@ -73,7 +73,7 @@ class Learner(NamedTuple):
 
 def initial_weights(d: int) -> Weights:
     """Return zero weights for d frequencies."""
-    return Weights(np.zeros((2 * d, 2)), np.zeros(2 * d), np.zeros(9), np.zeros(1))
+    return Weights(np.zeros((2 * d, 2)), np.zeros(2 * d), np.zeros(9), np.full(1, -1.0))
 
 
 @generic
@@ -121,7 +121,7 @@ def _(learner, pendulum, sample, measurement):
             measurement.velocity[i] - sample.goal[1][i],
         )
     inputs[8] = sample.t
-    elapsed = sample.t - last_time[0]
+    elapsed = sample.t - last_time[0] if last_time[0] >= 0.0 else 0.0  # a law may begin in the middle of a run
     last_time[0] = sample.t
     return Estimate(
         measurement.position,

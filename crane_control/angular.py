@@ -3,8 +3,8 @@
 The paper does not print the damping law; this one was inferred from the gains that it prints. φx, φy are the swing
 angles about the base's x and y, L the cable's length, yd the reference of the payload:
 
-    x0'' = (-L kd φy' - y0'' sin φx sin φy) / cos φy + kpt (xd - x0) + kdt (xd' - x0')
-    y0'' = L kd φx' cos φy / cos φx + kpt (yd - y0) + kdt (yd' - y0')
+    x0'' = (-L kd φy' - a sin φx sin φy) / cos φy + kpt (xd - x0) + kdt (xd' - x0')
+    y0'' = a + kpt (yd - y0) + kdt (yd' - y0'),    a = L kd φx' cos φy / cos φx
 """
 
 from collections.abc import Mapping

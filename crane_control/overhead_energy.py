@@ -15,8 +15,9 @@ and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)
 2. So (energy of payload and drum + ½ μ x'²)' = f x' + F_hoist l'.
 3. The derivatives of V's two spring terms cancel the position terms of f and F_hoist, and m g l balances the payload's
    weight on the hoist: V' = -kd x'² - kd_h l'².
-   Friction R on the rail, on which the law does not act, takes R x' (μ/M + (1 - μ/M) k): the rope's tension is then not
-   the computed one. k = sin²α / (sin²α + M/m + M/J), J the reflected mass of the hoist; without a hoist M/J is 0.
+   Friction, on which the law does not act, takes μ/M R x' on the rail and R_h l' on the hoist, and makes the tension
+   another one than the computed T: by D = (R sin α / M + R_h / J) / (1/m + sin²α/M + 1/J), J the hoist's reflected mass
+   (without a hoist 1/J is 0), which takes (1 - μ/M) D x' sin α. A hoist that sticks bears R_h = F_hoist + tension.
 V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
 
 Default gains: linearised, trolley and swing have s⁴ + δ s³ + (1 + κ + m/μ) s² + δ s + κ in units of ω = √(g/l), with
@@ -25,7 +26,7 @@ The saturation r of the position error (setting `reach`) limits the speed to abo
 """
 
 from collections.abc import Mapping
-from math import cos, inf, sin, sqrt
+from math import copysign, cos, inf, sin, sqrt
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -37,7 +38,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.models.overhead.rod import RodCrane
-from crane_sim.models.supports.friction import Friction, friction_force
+from crane_sim.models.supports.friction import Friction, dry_friction, friction_force
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.rails import ForceAxis
 from crane_sim.numerics.jit import entry_point, generic, kernel
@@ -59,6 +60,7 @@ class HoistControl(NamedTuple):
     kd: float  # N s/m
     target: float  # m
     reflected_mass: float  # kg, of drum and drive, at the rope
+    friction: Friction | None = None  # which the law does not act on
 
 
 class OverheadEnergyLaw(NamedTuple):
@@ -111,17 +113,29 @@ def _(rope, q, v, weight):
 
 
 @kernel
+def trolley_force(law, q, v):
+    """Return f [N], the force on the apparent mass."""
+    error = law.target - q[0]
+    return law.kp * error / sqrt(1.0 + (error / law.error_saturation) ** 2) - law.kd * v[0]
+
+
+@kernel
+def computed_tension(law, q, v, force):
+    """Return (T [N] under the law without friction, sin α, the efforts of the hoist, its inverse mass [1/kg])."""
+    length, _, n = get_rope_state(law.rope, q, v)
+    swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
+    s, m, mu = sin(swing), law.payload_mass, law.apparent_mass
+    efforts, inverse_mass, hoist_acc, _ = hoist_control(law.rope, q, v, m * law.gravity)
+    relative_acc = length * swing_rate * swing_rate + law.gravity * cos(swing) - s * force / mu - hoist_acc
+    return relative_acc / (1.0 / m + s * s / mu + inverse_mass), s, efforts, inverse_mass
+
+
+@kernel
 def control_action(law, q, v):
     """Return the efforts (nu,) of the law."""
-    m, mu = law.payload_mass, law.apparent_mass
-    (length, _, n), error = get_rope_state(law.rope, q, v), law.target - q[0]
-    swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
-    s, c = sin(swing), cos(swing)
-    force = law.kp * error / sqrt(1.0 + (error / law.error_saturation) ** 2) - law.kd * v[0]
-    efforts, inverse_mass, hoist_acc, _ = hoist_control(law.rope, q, v, m * law.gravity)
-    relative_acc = length * swing_rate * swing_rate + law.gravity * c - s * force / mu - hoist_acc
-    tension = relative_acc / (1.0 / m + s * s / mu + inverse_mass)
-    ratio = law.trolley_mass / mu
+    force = trolley_force(law, q, v)
+    tension, s, efforts, _ = computed_tension(law, q, v, force)
+    ratio = law.trolley_mass / law.apparent_mass
     return (ratio * force + (ratio - 1.0) * tension * s, *efforts)
 
 
@@ -142,12 +156,41 @@ def compute_control_action(law, q, v):
     return control_action(law, q, v)
 
 
+@generic
+def hoist_friction(rope, length_rate, force):
+    """Return the friction [N] on the hoist, against `length_rate` or at rest against the force that sticking bears."""
+    return 0.0
+
+
+@hoist_friction.register(HoistControl)
+def _(rope, length_rate, force):
+    return friction_force(rope.friction, length_rate) if length_rate != 0.0 else friction_at_rest(rope.friction, force)
+
+
+@generic
+def friction_at_rest(friction, force):
+    """Return the friction [N] against a force on a joint at rest: as large where it sticks."""
+    return 0.0
+
+
+@friction_at_rest.register(Friction)
+def _(friction, force):
+    sliding = dry_friction(friction.stribeck, friction, 0.0)
+    return force if abs(force) <= friction.static else copysign(sliding, force)
+
+
 @kernel
-def compute_friction_loss(law, s, inverse_mass, v):
-    """Return the power [W] by which friction on the rail lowers V, at sine s, a hoist's inverse mass and velocity v."""
-    ratio, sine_sq = law.apparent_mass / law.trolley_mass, s * s
-    k = sine_sq / (sine_sq + law.trolley_mass / law.payload_mass + law.trolley_mass * inverse_mass)
-    return (ratio + (1.0 - ratio) * k) * friction_force(law.friction, v) * v
+def compute_friction_loss(law, q, v):
+    """Return the power [W] by which friction on rail and hoist lowers V at joint positions and velocities (nq,)."""
+    tension, s, efforts, inverse_mass = computed_tension(law, q, v, trolley_force(law, q, v))
+    ratio, (_, length_rate, _) = law.apparent_mass / law.trolley_mass, get_rope_state(law.rope, q, v)
+    on_rail = friction_force(law.friction, v[0])
+    total = 1.0 / law.payload_mass + s * s / law.trolley_mass + inverse_mass
+    change = s * on_rail / (law.trolley_mass * total)  # of the tension, by friction on the rail
+    share = inverse_mass / total
+    on_hoist = hoist_friction(law.rope, length_rate, (sum(efforts) + tension + change) / (1.0 - share))
+    change += share * on_hoist
+    return ratio * on_rail * v[0] + on_hoist * length_rate + (1.0 - ratio) * change * v[0] * s
 
 
 @entry_point
@@ -155,13 +198,13 @@ def compute_lyapunov(law, q, v):
     """Compiled `lyapunov`."""
     length, length_rate, n = get_rope_state(law.rope, q, v)
     swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
-    _, inverse_mass, _, (value, value_rate) = hoist_control(law.rope, q, v, 0.0)
+    _, _, _, (value, value_rate) = hoist_control(law.rope, q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
     across, up = v[0] + length_rate * s + length * c * swing_rate, -length_rate * c + length * s * swing_rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
     value = value + 0.5 * law.apparent_mass * v[0] * v[0]
     value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.error_saturation) ** 2))
-    return value, value_rate - law.kd * v[0] * v[0] - compute_friction_loss(law, s, inverse_mass, v[0])
+    return value, value_rate - law.kd * v[0] * v[0] - compute_friction_loss(law, q, v)
 
 
 class Settings(NamedTuple):
@@ -190,7 +233,10 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     hoisted_mass = m + model.hoist.reflected_mass if has_hoist else 0.0
     kp = _gains("kp", options.kp, (0.25 * m * omega**2, hoisted_mass * omega**2), len(target))
     kd = _gains("kd", options.kd, (m * omega, 2.0 * hoisted_mass * omega), len(target))
-    rope = HoistControl(kp[1], kd[1], length, model.hoist.reflected_mass) if has_hoist else FixedLength(length)
+    hoist = model.hoist
+    rope = (
+        HoistControl(kp[1], kd[1], length, hoist.reflected_mass, hoist.friction) if has_hoist else FixedLength(length)
+    )
     masses = options.apparent_mass or 0.25 * m, model.trolley.mass, m
     trolley_control = kp[0], kd[0], target[0], options.reach
     return OverheadEnergyLaw(*trolley_control, *masses, model.gravity, rope, model.trolley.friction)

@@ -169,9 +169,11 @@ def clamp_to_workspace(radius_range, setpoint):
     """Return the TipSetpoint where its position is in the workspace, else rest at the nearest position that is."""
     x, y = setpoint.x
     radius = sqrt(x * x + y * y)
-    scale = min(max(radius, radius_range[0]), radius_range[1]) / max(radius, 1e-9 * radius_range[1])
     if radius_range[0] <= radius <= radius_range[1]:
         return setpoint
+    if radius == 0.0:  # on the axis, from which all directions are alike
+        return TipSetpoint((radius_range[0], 0.0), (0.0, 0.0), (0.0, 0.0))
+    scale = min(max(radius, radius_range[0]), radius_range[1]) / radius
     return TipSetpoint((scale * x, scale * y), (0.0, 0.0), (0.0, 0.0))
 
 

@@ -63,6 +63,7 @@ def bench(
         raise SceneError(f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes")
     if suite != "groups" and cranes:
         raise SceneError(f"bench {suite}: --crane only applies to groups")
+    install_groups("plots")  # before anything is measured, which would be lost
     data = read_store(_make_folder(folder))
     if suite == "page" and not data:
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
@@ -96,7 +97,6 @@ def _make_folder(folder: str) -> Path:
 
 def _write(data: dict[str, Any], folder: Path) -> None:
     """Write data, figure and page."""
-    install_groups("plots")
     from crane_sim.evaluation.bench.figure import draw_benchmark
 
     written = ["performance.json", "performance.md"]

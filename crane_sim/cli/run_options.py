@@ -146,6 +146,8 @@ class RunOptions(NamedTuple):
             if self.mode == "lockstep" and value is not None:
                 raise SceneError(f"{option} = {value}: only with --mode realtime, lockstep does not follow the clock")
         self._check_clock()
+        if self.restart and self.no_controller and self.no_record and self.mcap is None:
+            raise SceneError("--restart: with --no-controller and --no-record there is nothing that it could replace")
         own_options = {"--wait": self.wait, "--command-stamps": self.command_stamps}
         for option, value in own_options.items():
             if value is not None and not self.no_controller:

@@ -158,5 +158,7 @@ def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], des
 
 
 def format_cell(value: float | None) -> str:
-    """Return a number as tables show it, empty where there is none."""
+    """Return a number as tables show it, a count with all its digits; empty where there is none."""
+    if isinstance(value, int):
+        return str(value)
     return "" if value is None or np.isnan(value) else f"{value:.4g}"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 IMU = "imu_link"
 """The frame of an inertial measurement unit on the base."""
 ABOUT = (
-    "masses, centres and inertias are those that are simulated; links without an inertial have none",
+    "masses, centres and inertias are those that are simulated; links without an inertial have none, nor have motors",
     "every visual is a drawing: its size, shape and position are not those of the simulated crane",
     f"lengths and limits are the scene's; {UNBOUNDED:g} stands for no limit, since a URDF takes no infinity",
 )

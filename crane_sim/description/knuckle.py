@@ -4,9 +4,10 @@
 a URDF joint is relative to its parent. The frames `boom_level_link` and `jib_level_link` cancel the rotation of boom
 and jib: each mimics the elevation with the multiplier -1, so that the zero of the next joint is horizontal.
 
-Masses and inertias are the simulated ones. Without `axial_inertia` the model has no slew inertia of a rod's own about
-its centre. No rigid body in a URDF is like that: the rod gets half of its luffing inertia about its two other axes and
-the tower that much less, so that the mass matrix is unchanged.
+Masses and inertias are the simulated ones, but for those of motors, which a URDF has no place for. Without
+`axial_inertia` the model has no slew inertia of a rod's own about its centre. No rigid body in a URDF is like that: the
+rod gets half of its luffing inertia about its two other axes and the tower that much less, so that the mass matrix is
+unchanged.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from crane_sim.files.catalogue import scene_files
@@ -119,8 +120,29 @@ def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[s
     return ignored
 
 
+def plain_copy(value: Any, copies: dict[int, Any] | None = None) -> Any:
+    """Return a copy of groups, lists and numbers as YAML has them: NumPy's and tuples become Python's and lists.
+
+    `copies`, by identity, are of what was met before: what is shared stays shared.
+    """
+    copies = {} if copies is None else copies
+    if id(value) in copies:
+        return copies[id(value)]
+    if isinstance(value, Mapping):
+        group = copies[id(value)] = dict[Any, Any]()
+        group.update((key, plain_copy(each, copies)) for key, each in value.items())
+        return group
+    if type(value) in (list, tuple):
+        values = copies[id(value)] = list[Any]()
+        values.extend(plain_copy(each, copies) for each in value)
+        return values
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else copy.deepcopy(value)
+
+
 def set_value(document: dict[str, Any], key: str, value: Any) -> None:
     """Set the value at a dotted key, such as "payload.mass" or "links.0.length"; null means absent.
+
+    The groups on its way are copied: those that share them, such as by an anchor of the file, keep their values.
 
     Raises:
         SceneError: a part of the key is not a group, or not an index of its list.
@@ -128,13 +150,13 @@ def set_value(document: dict[str, Any], key: str, value: Any) -> None:
     *groups, last = str(key).split(".")
     group: Any = document
     for name in groups:
-        group = group[_index(group, name, key)] if isinstance(group, list) else group.setdefault(name, {})
-        if not isinstance(group, dict | list):
+        place = _index(group, name, key) if isinstance(group, list) else name
+        inner = group[place] if isinstance(group, list) else group.get(name, {})
+        if not isinstance(inner, dict | list):
             raise SceneError(f"{key}: {name!r} is not a group of keys")
-    if isinstance(group, list):
-        group[_index(group, last, key)] = value
-    else:
-        group[last] = value
+        group[place] = inner = copy.copy(inner)
+        group = inner
+    group[_index(group, last, key) if isinstance(group, list) else last] = value
 
 
 def with_values(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -145,14 +167,7 @@ def with_values(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[st
     """
     changed = dict(document)
     for key, value in changes.items():
-        group: Any = changed
-        for name in str(key).split(".")[:-1]:
-            inner = group.get(name) if isinstance(group, dict) else group[_index(group, name, key)]
-            if not isinstance(inner, dict | list):
-                break
-            group[name if isinstance(group, dict) else int(name)] = inner = copy.copy(inner)
-            group = inner
-        set_value(changed, key, copy.deepcopy(value))
+        set_value(changed, key, plain_copy(value))
     return changed
 
 

@@ -1,6 +1,8 @@
 """Functions of one's own that files name: FILE.py:FUNCTION or MODULE:FUNCTION."""
 
 import hashlib
+import sys
+import time
 from collections.abc import Callable
 from importlib import import_module, reload
 from importlib.machinery import SourceFileLoader
@@ -13,6 +15,7 @@ from crane_sim.files.errors import SceneError
 
 _DIGEST = "__crane_sim_source__"
 """Attribute of a module: the hash of its source when it was loaded here."""
+_STARTED = time.time()  # s: a file that is older is what others have imported
 
 
 def load_function(key: str, name: str) -> Callable[..., Any]:
@@ -63,11 +66,13 @@ def _reload(module: ModuleType) -> None:
 
 
 def _import_module(name: str, place: str) -> ModuleType:
-    """Return a module, executed anew where its source has been edited since the last call."""
-    module, digest = import_module(place), hash_source(name)
-    if vars(module).setdefault(_DIGEST, digest) != digest:
+    """Return a module, executed anew where its source has been edited since it was executed."""
+    digest, source, imported = hash_source(name), source_of(name), place in sys.modules
+    module = import_module(place)
+    edited = imported and source is not None and source.stat().st_mtime > _STARTED
+    if getattr(module, _DIGEST, None if edited else digest) != digest:
         _reload(module)
-        setattr(module, _DIGEST, digest)
+    setattr(module, _DIGEST, digest)
     return module
 
 
@@ -82,9 +87,14 @@ class _SourceLoader(SourceFileLoader):
 
 def _execute_file(key: str, path: Path) -> ModuleType:
     """Return the module of a file, executed anew."""
-    spec = spec_from_file_location(path.stem, path, loader=_SourceLoader(path.stem, str(path)))
+    name = f"_{path.stem}_{hashlib.sha256(bytes(path.absolute())).hexdigest()[:16]}"  # no other module's
+    spec = spec_from_file_location(name, path, loader=_SourceLoader(name, str(path)))
     if spec is None or spec.loader is None or not path.is_file():
         raise SceneError(f"{key}: there is no file {path}")
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = sys.modules[name] = module_from_spec(spec)  # dataclasses and annotations look it up by its name
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
     return module

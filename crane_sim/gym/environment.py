@@ -87,6 +87,7 @@ class CraneEnv(gymnasium.Env[Array, Array]):
         for name in options or ():
             if name not in _OPTIONS:
                 raise SceneError(unknown_key(name, _OPTIONS, "option of reset"))
+        self._ended = True  # until the crane is in its state
         self.scene = with_seed(self.scene, int(self.np_random.integers(SEEDS)) if seed is None else seed)
         if self.scene.model is not self._drawn.model:
             self._drawn, self._goal = self.scene, goal_of(self.scene)

@@ -115,6 +115,12 @@ def cruise_speed(v, a, distance, bounds):
     low, high = 0.0, bounds.speed
     if sign * (motion_distance(v, a, sign * high, bounds) - distance) <= 0.0:
         return sign * high
+    faded = sign * (v + 0.5 * a * abs(a) / bounds.jerk)  # speed once the acceleration has faded
+    if 0.0 < faded < high:  # below it the distance bulges, and a slower way is as long
+        if sign * (motion_distance(v, a, sign * faded, bounds) - distance) <= 0.0:
+            low = faded
+        else:
+            high = faded
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         if sign * (motion_distance(v, a, sign * middle, bounds) - distance) <= 0.0:

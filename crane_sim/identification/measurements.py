@@ -47,8 +47,11 @@ def measurements_of(source: Source, scene: Scene) -> Measurements:
         return read_measurements(source, scene)
     if isinstance(source, RecordedRun):
         return from_recording(source, scene)
-    found = _checked(source, scene) if isinstance(source, Measurements) else from_rollout(source)
-    return select(found, scene.actuated, scene, "run")
+    if isinstance(source, Measurements):
+        return select(_checked(source, scene), scene.actuated, scene, "run")
+    found = select(from_rollout(source), source.scene.actuated, scene, "run")
+    _check_units(source.scene.actuated, source.scene.command_units, scene, "run")
+    return found
 
 
 def _checked(given: Measurements, scene: Scene) -> Measurements:
@@ -107,17 +110,18 @@ def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
     q = run.q if run.q_measured is None else run.q_measured
     commands = _held_commands(run.commands, run.u, str(run.path))
     measured = Measurements(run.t, run.crane.joint_names, q, run.t, commands)
-    _check_units(run, scene)
-    return undo_sensors(select(measured, run.crane.actuated, scene, str(run.path)), scene)
+    selected = select(measured, run.crane.actuated, scene, str(run.path))
+    _check_units(run.crane.actuated, run.crane.command_units, scene, str(run.path))
+    return undo_sensors(selected, scene)
 
 
-def _check_units(run: RecordedRun, scene: Scene) -> None:
-    """Raise SceneError where a joint was commanded in another unit than the scene's drives are."""
-    recorded = dict(zip(run.crane.actuated, run.crane.command_units, strict=True))
+def _check_units(actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene, source: str) -> None:
+    """Raise SceneError where a joint of a run was commanded in another unit than the scene's drives are."""
+    recorded = dict(zip(actuated, units, strict=True))
     for name, unit in zip(scene.actuated, scene.command_units, strict=True):
         if recorded.get(name, unit) != unit:
             what = f"commands of {name} are in {recorded[name]}, the scene's drive takes {unit}"
-            raise SceneError(f"{run.path}: {what}; give the scene the drives of the run (actuators)")
+            raise SceneError(f"{source}: {what}; give the scene the drives of the run (actuators)")
 
 
 def _held_commands(commands: Array, applied: Array, source: str) -> Array:

@@ -36,7 +36,7 @@ def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
     sha = hashlib.sha256(f"{sys.version} {_NUMBA}".encode())
     for folder in map(str, folders):
         for file in sorted(_sources(folder)):
-            with open(file, "rb") as source:
+            with suppress(FileNotFoundError), open(file, "rb") as source:
                 sha.update(file[len(folder) :].encode() + b"\0" + source.read())
     return sha.hexdigest()[:16]
 
@@ -67,9 +67,12 @@ class SourceState:
 
     def _read_stamps(self) -> dict[str, tuple[int, ...]]:
         """Return the file attributes that change on a write, by path."""
-        files = (file for folder in map(str, self._folders) for file in _sources(folder))
-        stats = ((file, os.stat(file)) for file in files)
-        return {file: (stat.st_ino, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns) for file, stat in stats}
+        stamps: dict[str, tuple[int, ...]] = {}
+        for file in (file for folder in map(str, self._folders) for file in _sources(folder)):
+            with suppress(FileNotFoundError):  # a file that is removed meanwhile
+                stat = os.stat(file)
+                stamps[file] = stat.st_ino, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns
+        return stamps
 
 
 def _sources(package: str) -> Iterator[str]:
@@ -82,7 +85,7 @@ def _sources_below(folder: str, undigested: set[str]) -> Iterator[str]:
         if entry.is_dir():
             if entry.path not in undigested:
                 yield from _sources_below(entry.path, undigested)
-        elif entry.name.endswith(".py"):
+        elif entry.name.endswith(".py") and entry.is_file():  # not an editor's lock, a link to nowhere
             yield entry.path
 
 
@@ -93,32 +96,41 @@ class FileLock:
         """Acquire it, or go on without it after `timeout` seconds or where the file cannot be written."""
         self._path, self._file = path, -1
         deadline = time.monotonic() + timeout
-        with suppress(OSError):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            self._open()
             while not self._acquire():
                 if time.monotonic() >= deadline:
-                    os.close(self._file)
-                    self._file = -1
+                    self._close()
                     return
                 time.sleep(_LOCK_POLL)
+        except OSError:
+            self._close()
 
     def release(self) -> None:
         """Release it, and remove the file, where it was acquired."""
         if self._file >= 0:
             self._path.unlink(missing_ok=True)
-            os.close(self._file)
-            self._file = -1
+            self._close()
+
+    def _open(self) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+
+    def _close(self) -> None:
+        if self._file >= 0:
+            file, self._file = self._file, -1
+            os.close(file)
 
     def _acquire(self) -> bool:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             return False
-        if self._path.exists() and os.path.samestat(os.fstat(self._file), self._path.stat()):
-            return True
-        os.close(self._file)  # the one before has removed it: another process may have locked a new one
-        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(self._file), self._path.stat()):
+                return True
+        self._close()  # the one before has removed it: another process may have locked a new one
+        self._open()
         return False
 
 

@@ -13,6 +13,7 @@ from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.actuated_support import bare_support
+from crane_sim.models.supports.flexible import rigid_support
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.rotations import rotations_about_z
@@ -146,7 +147,7 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
     a slew or a trolley a tenth of it.
     """
     radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
-    crane, support = scene.model, bare_support(scene.model.support)
+    crane, support = scene.model, rigid_support(bare_support(scene.model.support))
     load = hung_mass(crane)
     section = support.telescope.mass if isinstance(support, TelescopicBoom) else 0.0
     masses: dict[str, float] = dict.fromkeys(("slew", "trolley", "bridge"), 0.1 * load)

@@ -11,7 +11,7 @@ import yaml
 from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.files.document import SHARED, nominal, read, set_value, switch_law, without_nulls
+from crane_sim.files.document import SHARED, nominal, plain_copy, read, set_value, switch_law, without_nulls
 from crane_sim.files.errors import SceneError, foreign_path, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
@@ -132,7 +132,7 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
     """
     if overrides is not None and not isinstance(overrides, Mapping):
         raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
-    changes = copy.deepcopy(dict(overrides or {}))  # two keys may overlap: the caller's groups stay as they are
+    changes = plain_copy(overrides or {})  # two keys may overlap: the caller's groups stay as they are
     if isinstance(source, Scene):
         if not changes:
             return source
@@ -153,7 +153,7 @@ def document_of(source: SceneSource) -> dict[str, Any]:
     """Return a copy of the document that `load_scene` reads."""
     if isinstance(source, Scene):
         source = source.document
-    return copy.deepcopy(dict(source)) if isinstance(source, Mapping) else read(source)
+    return plain_copy(source) if isinstance(source, Mapping) else read(source)
 
 
 def with_scene_name(document: Mapping[str, Any], error: Exception) -> SceneError:
@@ -244,7 +244,9 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         law=law,
         sampled=sampled,
         source=with_breakpoints(source, model) if steps_freely else source,
-        notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane)),
+        notes=_join_notes(
+            notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane, duration)
+        ),
         document=document,
         file=file,
         **devices,
@@ -311,18 +313,18 @@ def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
     return joined
 
 
-def _load_notes(file: SceneFile, crane: Any) -> dict[str, Any]:
-    """Return notes on base motion, wind and changes of the payload."""
+def _load_notes(file: SceneFile, crane: Any, duration: float) -> dict[str, Any]:
+    """Return notes on base motion, wind and changes of the payload of a run of that duration [s]."""
     motion, wind = file.base_motion, getattr(crane, "wind", None)
     of_base = motion.notes(crane.base, file.duration) if motion is not None else {}
     of_wind = file.wind.notes(wind, file.seed) if file.wind is not None and wind is not None else {}
-    return _join_notes(of_base, of_wind, _late_events(file))
+    return _join_notes(of_base, of_wind, _late_events(file, duration))
 
 
-def _late_events(file: SceneFile) -> dict[str, Any]:
+def _late_events(file: SceneFile, duration: float) -> dict[str, Any]:
     """Return warnings of changes of the payload that the run does not reach."""
-    late = [(i, event.at) for i, event in enumerate(getattr(file, "events", ())) if event.at >= file.duration]
-    lines = [f"events[{i}].at = {at:g}: not reached, the run ends at {file.duration:g} s" for i, at in late]
+    late = [(i, event.at) for i, event in enumerate(getattr(file, "events", ())) if event.at >= duration]
+    lines = [f"events[{i}].at = {at:g}: not reached, the run ends at {duration:g} s" for i, at in late]
     return {"warnings": lines} if lines else {}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim import system
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, shorten
 from crane_sim.integrators import Status, apply_pending_events, dense_output, restart
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
@@ -88,7 +88,10 @@ def _without_slack_guard(model: Any) -> Any:
 
 
 def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:
-    numbers = tuple(map(float, values))
+    try:
+        numbers = tuple(map(float, values))
+    except (TypeError, ValueError):
+        raise SceneError(f"{what} = {shorten(values)}: must be a number for each of the joints") from None
     if len(numbers) != len(scene.joint_names):
         raise SceneError(f"{what}: has {len(numbers)} values, the joints are {', '.join(scene.joint_names)}")
     for name, value in zip(scene.joint_names, numbers, strict=True):

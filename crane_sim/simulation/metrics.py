@@ -95,6 +95,10 @@ class TrackingError:
         tip_accelerations(self._model, *rows, DIFFERENCE_STEP, accelerations)
         self._hardest = max(self._hardest, float(accelerations.max()))
 
+    def change(self, model: Any) -> None:
+        """Continue with another model of the crane."""
+        self._model = model
+
     def summary(self, t: Array, q: Array, payload: Array) -> dict[str, float]:
         """Return the metrics of the run that ends at one more instant; arguments of `extend`, K = 1.
 
@@ -269,6 +273,8 @@ class Metrics:
         """Continue from positions q with another model: with a meter, or a payload whose change supplied `energy`."""
         self._balance.change(self._of_driven(q), energy, model.energy_meter is not None)
         self._scene, self._model = scene, model
+        if self._tracking is not None:
+            self._tracking.change(scene.model)
 
     def summary(self, t: float, q: Vector, v: tuple[float, ...], integration: Any, saturated: int) -> dict[str, Any]:
         """Return the metrics of the run that ends at time t [s] with joint coordinates q, v.

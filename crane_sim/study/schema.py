@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from crane_sim.files.document import function_from, read, read_groups, switch_law, with_values
+from crane_sim.files.document import function_from, plain_copy, read, read_groups, switch_law, with_values
 from crane_sim.files.errors import SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
@@ -152,7 +152,7 @@ def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
     """
     if isinstance(source, Study):
         return source
-    document = dict(source) if isinstance(source, Mapping) else _read_file(Path(source))
+    document = plain_copy(source) if isinstance(source, Mapping) else _read_file(Path(source))
     warn_of_deprecated_keys(document)
     try:
         study = Study.model_validate(rename_keys(document))

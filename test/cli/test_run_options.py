@@ -61,6 +61,7 @@ OPTIONS = RunOptions(
         ({"rate": 2.0}, "--rate = 2.0: only with --mode realtime"),
         ({"on_silence": "zero"}, "--on-silence = zero: only with --mode realtime"),
         ({"fifo": 5}, "--fifo = 5: only with --mode realtime"),
+        ({"restart": True, "no_controller": True, "no_record": True}, "--restart: .* nothing that it could replace"),
         ({"wait": 5.0}, "--wait = 5.0: only with --no-controller"),
     ],
 )

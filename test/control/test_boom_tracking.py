@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_control.tracking.knuckle_boom import append_winch_effort
+from crane_control.tracking.knuckle_boom import append_winch_effort, clamp_to_workspace
+from crane_control.tracking.tracker import TipSetpoint
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.rope import MotionRope, RopeKinematics
 from crane_sim.scenes.scene import load_scene
@@ -145,6 +146,16 @@ def test_above_the_tower_the_slew_stays_bounded() -> None:
         q = np.array([0.3, beta, 2.4, LENGTH, 0.1, -0.05])
         commanded, _, qdd = commanded_and_actual_acceleration(scene, 2.0, q, np.zeros(6))
         assert abs(qdd[0]) < 1e-9 + np.linalg.norm(commanded[:2]) * radius / 0.1**2
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    ("x", "expected"), [((0.0, 0.0), (0.5, 0.0)), ((3e-9, -4e-9), (0.3, -0.4)), ((6.0, 8.0), (4.8, 6.4))]
+)
+def test_setpoints_are_moved_to_the_edge(x: tuple[float, float], expected: tuple[float, float]) -> None:
+    """Outside the workspace, on the tower's axis too, a setpoint is at rest at the nearest place within it."""
+    clamped = clamp_to_workspace((0.5, 8.0), TipSetpoint(x, (1.0, 0.0), (1.0, 0.0)))
+    assert clamped.x == pytest.approx(expected, rel=1e-14) and not any((*clamped.v, *clamped.a))
 
 
 @pytest.mark.slow

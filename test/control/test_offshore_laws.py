@@ -78,6 +78,16 @@ def test_the_dead_zone_is_piecewise_linear() -> None:
     assert learning_factor(None, 0.0) == 1.0
 
 
+@pytest.mark.interpreted
+def test_a_law_that_begins_mid_run_learns_from_one_period() -> None:
+    """A law that replaces another one at 50 s has weights of zero then, and has not learned for 50 s at once."""
+    law = law_of("offshore_resonant", {"control.adaptation": {"features": 20}})
+    law(50.0, Q, V)
+    assert not np.any(law.tracker.disturbance_estimator.state.weights)
+    law(50.004, Q, V)
+    assert np.any(law.tracker.disturbance_estimator.state.weights)
+
+
 def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> float:
     """Return V of equations 92 and 100 for the errors e, de (2,) and the error of the weights."""
     kc, c = KD - learner.c, learner.c

@@ -64,15 +64,20 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
 
 
 @pytest.mark.interpreted
-@pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
-def test_friction_lowers_v(groups: dict[str, Any]) -> None:
-    """On rails that rub V changes at the rate that the law gives, say differences along the crane's accelerations."""
-    rails = {"friction": {"trolley": {"coulomb": 4.0, "static": 5.0, "viscous": 3.0}}}
-    scene, rng, h = scene_of(**rails, **groups), np.random.default_rng(5), 1e-5
+@pytest.mark.parametrize("hoist", [None, 9.0, 900.0], ids=["rope", "hoist", "hoist that sticks"])
+def test_friction_lowers_v(hoist: float | None) -> None:
+    """Where joints rub V changes at the rate that the law gives, say differences along the crane's accelerations.
+
+    A hoist at rest slips off below the force that its static friction of 9 N leaves, and sticks with 900 N.
+    """
+    rubs: dict[str, Any] = {"trolley": {"coulomb": 4.0, "static": 5.0, "viscous": 3.0}}
+    rubs |= {"hoist": {"coulomb": 8.0, "static": hoist, "viscous": 2.0}} if hoist else {}
+    scene, rng, h = scene_of(friction=rubs, **(HOIST if hoist else {})), np.random.default_rng(5), 1e-5
     law: Any = scene.law
-    for _ in range(5):
+    for k in range(6):
         q, v = np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]), rng.normal(0, 1, 3)
         v = v[: len(q)]
+        v[1] *= k % 2 if hoist else 1.0  # every other time the hoist rests
         a = crane_sim.acceleration(scene, q, v, law(0.0, tuple(q), tuple(v)))
         ahead, behind = (law.lyapunov(0.0, tuple(q + s * v), tuple(v + s * a))[0] for s in (h, -h))
         _, rate = law.lyapunov(0.0, tuple(q), tuple(v))

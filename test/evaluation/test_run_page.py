@@ -139,6 +139,15 @@ def test_pages_name_what_made_them(runs: dict[str, RecordedRun]) -> None:
 
 
 @pytest.mark.interpreted
+def test_markup_of_a_scene_s_text_is_no_part_of_the_page(runs: dict[str, RecordedRun]) -> None:
+    """Whatever a description says, the page's script elements end where they did: no < of the data is left."""
+    (run, *_) = runs.values()
+    text = page(replace(run, properties=run.properties | {"scene_file": run.scene_text + "# <!-- <script>\n"}))
+    data = text.split('type="application/json"', 1)[1].split("</script>", 1)[0]
+    assert "<" not in data.split(">", 1)[1] and "u003c!-- " in data
+
+
+@pytest.mark.interpreted
 def test_a_long_run_stays_small(runs: dict[str, RecordedRun], tmp_path: Path) -> None:
     """A run of ten minutes at 100 Hz makes a page below 2 MB, in which the peaks of a curve are still there."""
     run = lengthen(runs["knuckle"], 60_000)

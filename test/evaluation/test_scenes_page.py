@@ -9,8 +9,10 @@ from urdf_kinematics import link_position
 from crane_sim import load_scene
 from crane_sim.description import urdf
 from crane_sim.evaluation.documentation.drawing import Robot
-from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES, format_metrics, save_page
+from crane_sim.evaluation.documentation.scenes_page import PORTS_AND_SITES, format_metrics, ropes, save_page
 from crane_sim.files.errors import SceneError
+from crane_sim.simulation.goals import express_in_base
+from crane_sim.simulation.rollout import simulate
 
 pytestmark = pytest.mark.interpreted
 
@@ -30,6 +32,21 @@ def test_links_are_where_the_urdf_puts_them(name: str) -> None:
             )
     corners = np.concatenate([face.corners for face in robot.polygons(joints)])
     assert np.isfinite(corners).all() and np.ptp(corners, axis=0).min() > 0.0
+
+
+@pytest.mark.parametrize("name", ["knuckle_ship_falls", "pendulum_lifeboat", "bridge_hook_and_sling"])
+def test_path_and_ropes_meet_the_crane_that_is_drawn(name: str) -> None:
+    """On a moving base the load's path, the ropes' ends and the links that are drawn are in the same axes."""
+    scene = load_scene(name, {"duration": 2.0})
+    run = simulate(scene)
+    robot, path, distances = Robot(urdf(scene)), express_in_base(scene.model, run.t, run.payload), []
+    for k in (0, -1):
+        joints = dict(zip(scene.joint_names, run.q[k].tolist(), strict=True))
+        load = robot.link_pose("payload_link", joints)[:3, 3]
+        assert path[k] == pytest.approx(load, abs=1e-9)
+        ends = np.array([rope[-1] for rope in ropes(scene, float(run.t[k]), run.q[k], run.v[k])])
+        distances.append(np.linalg.norm(ends - load, axis=1))
+    assert distances[0] == pytest.approx(distances[1], abs=1e-9)  # they are fixed to the load
 
 
 def test_metrics_that_a_run_lacks_are_left_out() -> None:

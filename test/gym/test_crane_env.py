@@ -160,6 +160,17 @@ def test_steps_before_an_episode_and_unknown_options_are_refused() -> None:
         env.reset(options={"x": 1})
 
 
+@pytest.mark.parametrize(("q", "line"), [([1.0], "has 1 values"), (0.5, "positions = 0.5: must be a number for each")])
+def test_a_reset_that_fails_begins_no_episode(q: Any, line: str) -> None:
+    """After a state that is impossible there is nothing to step, though an episode was under way."""
+    env = CraneEnv()
+    env.reset(seed=1)
+    with pytest.raises(SceneError, match=line):
+        env.reset(seed=2, options={"q": q})
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step([0.0])
+
+
 def test_a_crane_of_another_kind_has_no_place_in_the_spaces() -> None:
     """A seed that draws a crane with fewer joints, or for another method, is one line in both environments."""
     load = {"payload.mass": {"distribution": "uniform", "low": 50.0, "high": 150.0}}

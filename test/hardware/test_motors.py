@@ -108,6 +108,11 @@ def test_a_limit_switch_stops_its_joint() -> None:
 
 IMPOSSIBLE: dict[str, tuple[Any, dict[str, Any], str]] = {
     "half a curve": (KNUCKLE, {"actuators.slew.motor": {"ratio": 9, "torque": 1}}, "slew.motor.no_load_speed: is miss"),
+    "no curve": (
+        KNUCKLE,
+        {"actuators.slew.motor": {"ratio": 9, "base_speed": 5}},
+        "base_speed = 5: belongs to",
+    ),
     "rising": (KNUCKLE, {"actuators.slew.motor": MOTOR | {"base_speed": 120}}, "base_speed = 120: .* no_load_speed"),
     "winch": (KNUCKLE, {"actuators.rope.motor": MOTOR}, "rope.motor.inertia: .* rope.drive: force"),
     "imposed": (

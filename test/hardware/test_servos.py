@@ -130,6 +130,22 @@ def test_profiles_go_on_from_any_motion(jerk: float, acceleration: float) -> Non
 
 
 @pytest.mark.interpreted
+@pytest.mark.parametrize("speed", [0.8, 1.0, 1.5, 3.0])
+@pytest.mark.parametrize("distance", [0.05, 0.6, 3.0, -3.0])
+def test_a_way_that_is_planned_anew_takes_no_longer(speed: float, distance: float) -> None:
+    """Planned anew at any instant of the way, the rest of it takes the rest of the time: it is at its end then."""
+    bounds, phases, again = Bounds(speed, 0.5, 2.0), np.zeros((1, PHASES, 4)), np.zeros((1, PHASES, 4))
+    plan_position(phases, 0, 0.0, 0.0, distance, bounds)
+    duration = float(np.sum(phases[0, :-1, 0]))
+    for t in np.linspace(0.0, 0.97 * duration, 40):
+        ((x, v, a),) = motion(phases, [t])
+        plan_position(again, 0, v, a, distance - x, bounds)
+        ((end, speed_there, _),) = motion(again, [duration - t])
+        # rounding of the distance, 1e-16, makes a cruise of a size like that, in the ramp's last bit a speed of 1e-8
+        assert abs(end - (distance - x)) < 1e-12 and abs(speed_there) < 1e-6
+
+
+@pytest.mark.interpreted
 def test_a_way_from_rest_takes_the_least_time() -> None:
     """From rest to a position: d / V + V / A + A / J where all limits bind, and without a jerk limit 2 sqrt(d / A)."""
     phases = np.zeros((1, PHASES, 4))

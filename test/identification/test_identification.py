@@ -13,7 +13,7 @@ import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.identification import Measurements, estimation, from_rollout, read_measurements
 from crane_sim.identification.least_squares import Linear, linearise
-from crane_sim.identification.measurements import undo_sensors
+from crane_sim.identification.measurements import measurements_of, undo_sensors
 from crane_sim.identification.shooting import ORDER_2, ORDER_6, Shooting, Unknowns
 from crane_sim.integrators.dop853 import A, B
 
@@ -256,6 +256,14 @@ def test_commands_are_of_periods_whatever_the_samples_are() -> None:
     data = from_rollout(run)
     assert np.array_equal(data.t, run.t) and len(data.commands) == 50
     assert data.command_times == pytest.approx(PERIOD * np.arange(50), abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["knuckle_setpoint", "overhead_hoist"])
+def test_runs_of_another_crane_are_refused(kind: str) -> None:
+    """Commands of a run are taken by the names of its own joints: those of another crane are not put in their place."""
+    run = crane_sim.simulate(kind, duration=0.2)
+    with pytest.raises(SceneError, match="run: has no commands of"):
+        measurements_of(run, crane_sim.load_scene("tower_sway"))
 
 
 def test_commands_in_another_unit_are_refused(tmp_path: Path) -> None:

@@ -1,13 +1,15 @@
 """Locks among processes that share compiled code."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from shutil import rmtree
 
 import pytest
 from numba import types
 from numba.core.caching import FunctionCache
 
-from crane_sim.numerics import checked_cache
+from crane_sim.numerics import cache, checked_cache
 from crane_sim.numerics.cache import FileLock
 from crane_sim.numerics.checked_cache import CheckedCache
 from crane_sim.simulation.metrics import world_points
@@ -30,15 +32,38 @@ def test_one_at_a_time_holds_a_lock(tmp_path: Path) -> None:
     assert count.read_text() == "60" and not lock.exists()
 
 
+def test_a_lock_whose_folder_is_removed_closes_no_other_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the file of a lock cannot be opened anew, its number is not closed a second time: it may be another's."""
+    folder, opened = tmp_path / "cache", list[int]()
+
+    def remove(file: int, _: int) -> None:
+        rmtree(folder)
+        folder.write_text("no folder any more")
+
+    monkeypatch.setattr(cache.fcntl, "flock", remove)
+    lock = FileLock(folder / "lock", TIMEOUT)
+    opened.append(os.open(tmp_path, os.O_RDONLY))  # takes the number that is free
+    lock.release()
+    os.close(opened[0])  # raises where it is closed already
+
+
+def test_sources_that_are_no_files_are_left_out(tmp_path: Path) -> None:
+    """A link to nowhere, as an editor leaves beside a file that is being changed, is no source."""
+    (tmp_path / "a.py").write_text("A = 1\n")
+    before = cache.digest((tmp_path,))
+    (tmp_path / ".#a.py").symlink_to("somebody@host.123")
+    assert cache.digest((tmp_path,)) == before and cache.SourceState((tmp_path,)).is_current()
+
+
 def test_a_failed_compilation_leaves_no_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process whose compilation or saving raised does not wait for its own lock at the next attempt, nor keep it."""
     monkeypatch.setattr(FunctionCache, "load_overload", lambda *_: None)
     monkeypatch.setattr(checked_cache, "_LOCK_TIMEOUT", 0.0)
     lock, signature = tmp_path / "lock", (types.float64,)
-    cache = CheckedCache(world_points.py_func)
-    monkeypatch.setattr(cache, "_lock_file", lambda _: lock)
+    compiled = CheckedCache(world_points.py_func)
+    monkeypatch.setattr(compiled, "_lock_file", lambda _: lock)
     for _ in range(2):  # the first compilation raises: nothing is saved
-        assert cache.load_overload(signature, None) is None and lock.exists()
+        assert compiled.load_overload(signature, None) is None and lock.exists()
     with pytest.raises(AttributeError):
-        cache.save_overload(signature, None)
+        compiled.save_overload(signature, None)
     assert not lock.exists(), "a lock that was not acquired, or not released"

@@ -104,6 +104,19 @@ def test_shaping_takes_its_frequency_from_the_rope() -> None:
     assert scene.trajectory.starts[-1] == pytest.approx(end, abs=ROUNDING)
 
 
+@pytest.mark.parametrize("lengths", [2.0, 3.0])
+def test_shaping_takes_its_frequency_from_the_hoist_s_rope(lengths: float) -> None:
+    """`auto` is the frequency of the rope that the run begins with, whatever the length of the file's cable."""
+    way = {"kind": "point_to_point", "of": "joints", "from": [0, 3], "to": [2, 3], "velocity": 1, "acceleration": 1}
+    changes = {"cable.lengths": [lengths], "initial.length": 3.0, "control": {"law": "lqr"}, "reference": {"path": way}}
+    plain, shaped = (
+        load_scene("overhead_hoist_energy", changes | {"reference.path.shaping": shaping})
+        for shaping in (None, {"kind": "zv"})
+    )
+    half = pi / sqrt(plain.model.gravity / 3.0)
+    assert shaped.trajectory.starts[-1] - plain.trajectory.starts[-1] == pytest.approx(half, abs=ROUNDING)
+
+
 ARC = {"kind": "arc", "centre": [0, 0], "radius": 1.0, "from": 0, "to": "90 deg", "duration": 2.0}
 LINE = {"kind": "line", "from": [0, 0], "to": [1, 1], "duration": 1.0}
 WAY = {"kind": "minimum_jerk", "points": [[0, 0], [1, 1], [2, 1]]}

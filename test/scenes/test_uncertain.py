@@ -1,11 +1,13 @@
 """The group `uncertain`: quantiles, draws by seed and key; the plant has the drawn values, the law the nominal ones."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import scipy.stats
+import yaml
 
 import crane_sim
 from crane_sim.description import urdf
@@ -110,6 +112,33 @@ def test_a_batch_draws_for_every_seed() -> None:
     np.testing.assert_allclose(batch.q, single, rtol=1e-12, atol=1e-12)
 
 
+def test_groups_that_an_anchor_shares_are_drawn_apart(tmp_path: Path) -> None:
+    """A file's anchor is an abbreviation: what one of its groups draws, or is given, the others do not have."""
+    file = tmp_path / "anchor.yaml"
+    scene = load_scene("overhead_spatial").to_dict()
+    axis = {"drive": "force", "mass": 100.0}
+    file.write_text(yaml.safe_dump(scene | {"trolley": axis, "bridge": axis, "uncertain": {"trolley.mass": UNIFORM}}))
+    assert "*id001" in file.read_text()
+    drawn = load_scene(file)
+    assert drawn.model.trolley.mass == drawn.notes["drawn"]["trolley.mass"] < 26.0 < drawn.model.bridge.mass
+    given = load_scene(file, {"trolley.mass": 60.0, "uncertain": None})
+    assert given.model.trolley.mass == 60.0 and given.document["bridge"]["mass"] == 100.0
+
+
+def test_numpy_s_numbers_and_tuples_are_numbers_and_lists(tmp_path: Path) -> None:
+    """A scene whose values were NumPy's or tuples can be written, drawn from and read again."""
+    values = {
+        "trolley.mass": np.float64(21.0),
+        "cable.lengths": (np.float32(2.0),),
+        "cable.node_masses": np.array([9.0]),
+    }
+    scene = uncertain_scene({"cable.lengths.0": FACTOR}, **values)
+    scene.dump(tmp_path / "scene.yaml")
+    again = load_scene(tmp_path / "scene.yaml")
+    assert again.document == scene.document and again.notes["drawn"] == scene.notes["drawn"]
+    assert scene.document["trolley"]["mass"] == 21.0 and scene.document["cable"]["node_masses"] == [9.0]
+
+
 def test_angles_may_be_text() -> None:
     """Numbers of a distribution may be angles with a unit, as the parameters that they are of."""
     degrees = drawn_values({"initial.angles.0": {"distribution": "uniform", "low": "5 deg", "high": "10 deg"}})
@@ -152,6 +181,15 @@ def test_a_list_has_one_factor() -> None:
         ({"trolley": UNIFORM}, "uncertain.trolley: is {'drive': 'force', 'mass': 20.0} in the scene, not a number"),
         ({"cable.lengths": UNIFORM}, "uncertain.cable.lengths: has 1 values: relative: true scales them all"),
         ({"trolley.drive": UNIFORM}, "uncertain.trolley.drive: is 'force' in the scene, not a number"),
+        (
+            {"trolley.mass": {"distribution": "lognormal", "deviation": 0.1, "low": 1e6}},
+            "uncertain.trolley.mass: low .. high is out of reach of a median of 20 and a deviation of 0.1 of the log",
+        ),
+        (
+            {"cable.node_masses.0": FACTOR, "cable.node_masses": FACTOR},
+            "uncertain.cable.node_masses.0: is a part of uncertain.cable.node_masses; leave out one of the two",
+        ),
+        ({"cable.node_masses": FACTOR, "cable.node_masses.00": FACTOR}, "uncertain.cable.node_masses.00: is a part of"),
         ({"cable.lengths.1": UNIFORM}, "uncertain.cable.lengths.1: the scene has no cable.lengths.1 of its own"),
     ],
 )

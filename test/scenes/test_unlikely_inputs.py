@@ -199,3 +199,11 @@ def test_an_event_behind_the_end_is_a_warning() -> None:
     count = len(late.document["events"])
     assert len(late.notes["warnings"]) == count > 0
     assert late.notes["warnings"][0].endswith("not reached, the run ends at 1 s")
+
+
+@pytest.mark.parametrize(("duration", "at", "count"), [(10.004, 10.002, 1), (9.996, 9.998, 0)])
+def test_events_are_compared_with_whole_periods(duration: float, at: float, count: int) -> None:
+    """A duration is taken as whole periods, 10 s here: what is before that is reached, what is after it is not."""
+    event = load_scene("bridge_pick_up").document["events"][0] | {"at": at}
+    scene = load_scene("bridge_pick_up", {"duration": duration, "events": [event]})
+    assert len(scene.notes.get("warnings", ())) == count

@@ -64,6 +64,24 @@ def test_stepping_gives_the_same_metrics(run: crane_sim.Rollout) -> None:
     assert {name: actual[name] for name in TRACKING_METRICS} == {name: run.summary[name] for name in TRACKING_METRICS}
 
 
+def test_metrics_are_of_the_crane_with_its_payload_as_it_is() -> None:
+    """Under a payload that is another one from the start, all metrics of a path are those of a scene with that one.
+
+    The laws and what they know are the same, and so are the motions.
+    """
+    changes = {"duration": 1.0, "control.law": "cartesian"}
+    other = crane_sim.load_scene(
+        "knuckle_tracking", changes | {"faults": {"drop": {"kind": "payload", "mass": 0.5, "at": 0}}}
+    )
+    load = crane_sim.load_scene("knuckle_tracking", changes).document["payload"]
+    own = changes | {"payload.mass": 0.5, "control.nominal": {"payload": load}}
+    actual, expected = (
+        crane_sim.simulate(scene).summary for scene in (other, crane_sim.load_scene("knuckle_tracking", own))
+    )
+    for name in TRACKING_METRICS:
+        assert actual[name] == pytest.approx(expected[name], rel=1e-9)  # of the start: the change is a step of its own
+
+
 def test_a_scene_without_a_path_has_no_such_metrics() -> None:
     """Nothing is measured where there is no path."""
     scene = crane_sim.load_scene("pendulum_free", {"duration": 0.1})

@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -18,6 +19,7 @@ from crane_sim.cli.sweep import print_result
 from crane_sim.evaluation.report.study_page import study_page
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
+from crane_sim.files.functions import load_function
 from crane_sim.study import store
 from crane_sim.study.store import hash_of, identity_of
 from crane_sim.study.summary import shown_metrics
@@ -355,6 +357,30 @@ def test_a_module_that_is_edited_in_a_living_process_is_loaded_anew(
         module.write_text(f"def own(run):\n    return {{'own': {value}}}\n")
         rows = run_with("edited_metrics:own", tmp_path / str(value))
         assert {row["own"] for row in rows} == {value}
+
+
+def test_a_module_that_was_edited_after_its_import_is_loaded_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A module that others have imported before it was edited is no older here than its hash."""
+    monkeypatch.syspath_prepend(tmp_path)
+    module = tmp_path / "imported_metrics.py"
+    module.write_text("def own(run):\n    return {'own': 1.0}\n")
+    assert import_module("imported_metrics").own(None) == {"own": 1.0}
+    module.write_text("def own(run):\n    return {'own': 22.0}\n")
+    assert load_function("metrics", "imported_metrics:own")(None) == {"own": 22.0}
+
+
+def test_a_file_may_have_dataclasses_with_annotations_as_text(tmp_path: Path) -> None:
+    """What looks a module up by its name, such as a dataclass, finds the one of the file."""
+    file = tmp_path / "json.py"  # another module's name, which stays what it is
+    file.write_text(
+        "from __future__ import annotations\nfrom dataclasses import dataclass\nfrom typing import ClassVar\n"
+        "@dataclass\nclass Gain:\n    KIND: ClassVar[str] = 'p'\n    value: float\n"
+        "def own(run):\n    return {'own': Gain(2.0).value}\n"
+    )
+    assert load_function("metrics", f"{file}:own")(None) == {"own": 2.0}
+    assert import_module("json").loads("1") == 1
 
 
 def test_a_function_that_exits_is_a_failed_row(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def _mass(model: Any) -> float:
 
 def _is_plain(model: Any) -> bool:
     """Return whether nothing but a free trolley and the cable is modelled."""
-    optional_groups = ("hoist", "joints", "rods", "forces", "event_limits", "bridge", "wind")
+    optional_groups = ("hoist", "joints", "rods", "forces", "event_limits", "bridge", "wind", "base")
     free = isinstance(model.trolley, ForceAxis) and model.trolley.friction is None
     return free and all(getattr(model, name, None) is None for name in optional_groups)
 

@@ -13,6 +13,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.recording.rerun.cranes import fall_ends
 from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.goals import express_in_base
 from crane_sim.simulation.metrics import world_points
 from crane_sim.simulation.rollout import simulate
 
@@ -28,8 +29,8 @@ _MARGIN = 0.03  # of the drawn box, on either side
 _HEAD = """# Cranes as they stand in ports and on sites
 
 Written by `crane scenes --save docs`: each crane where its run begins (pale) and ends, and the path of its load
-(red, from the blue dot). Masses, lengths and speeds are those of real machines; [machines.md](machines.md) has the
-equations, and the sources of the data.
+(red, from the blue dot), in the axes of its base. Masses, lengths and speeds are those of real machines;
+[machines.md](machines.md) has the equations, and the sources of the data.
 """
 _METRICS = {
     "peak_swing_deg": ("largest swing", "°"),
@@ -102,20 +103,19 @@ def draw(figure: Any, data: Any) -> None:
         corners += shapes
         for line in ropes(scene, float(run.t[row]), run.q[row], run.v[row]):
             axes.plot(*line.T, color="black", alpha=opacity, linewidth=1.0)
-    trail = run.payload
+    trail = express_in_base(scene.model, run.t, run.payload)
     axes.plot(*trail.T, color=RED, linewidth=1.5)
     axes.scatter(*trail[[0]].T, color=BLUE, s=12)
     _frame(axes, np.concatenate([*corners, trail]))
 
 
 def ropes(scene: Scene, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarray]:
-    """Return the ropes, each (n, 3) [m] in the world."""
+    """Return the ropes, each (n, 3) [m] in the axes of the base."""
+    points, tip = world_points(scene.model._replace(base=None), t, q, v)
     if isinstance(scene.model, FallsCrane):
         values = {name: q[[i]] for i, name in enumerate(scene.joint_names)}
-        points, tip = world_points(scene.model._replace(base=None), t, q, v)
         tops, bottoms = fall_ends(scene.model.falls, values, points[[tip]])
         return [np.array(pair) for pair in zip(tops[0], bottoms[0], strict=True)]
-    points, tip = world_points(scene.model, t, q, v)
     return [points[tip:]]
 
 

@@ -24,7 +24,7 @@ def read_cells(folder: Path) -> list[SampledCell]:
         return cells_in(json.loads((folder / FILE).read_text()))
     except FileNotFoundError:
         return []
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         line = f"{folder / FILE}: cannot be read as the league's data: {error!r}; remove it, or save elsewhere"
         raise SceneError(line) from None
 

@@ -53,7 +53,7 @@ def _write(document: str, file: Path) -> None:
 
 
 def _document(title: str, values: dict[str, Any]) -> str:
-    data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     parts = {
         "@title@": escape(title),
         "@style@": _asset("page.css"),

@@ -1,14 +1,15 @@
 """Filters of names: POSIX extended regular expressions, as simulation_interfaces requires, by the C library.
 
 Python's `re` has another syntax, and may take exponential time. Intervals {m,n}, back-references and many + are
-refused: the C library repeats what they apply to, and a short expression, such as (((a+)+)+)+, can take all memory.
+refused: the C library repeats what they apply to, and a short expression, such as (((a+)+)+)+, can take all memory;
+(((a|b|…)+)+)+ takes a time that grows with the third power of the number of alternatives.
 """
 
 import ctypes
 import re
 
-_LONGEST = 200  # characters of an expression
-_MOST_PLUS = 3  # each may multiply size and time by five
+_LONGEST = 100  # characters of an expression
+_MOST_PLUS = 2  # with as many alternatives as have room half a second
 _EXTENDED, _NO_POSITIONS = 1, 8  # flags of regcomp in glibc and musl: REG_EXTENDED, REG_NOSUB
 _SIZE = 1024  # bytes, more than a regex_t of any C library has
 _COSTLY = re.compile(r"\{|\\[0-9]")

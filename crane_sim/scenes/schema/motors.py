@@ -33,6 +33,8 @@ def _check_curve(key: str, motor: MotorGroup) -> None:
     if (motor.torque == inf) != (motor.no_load_speed == inf):
         missing = "torque" if motor.torque == inf else "no_load_speed"
         raise SceneError(f"{key}.{missing}: is missing, a curve has torque and no_load_speed")
+    if motor.base_speed > 0.0 and motor.torque == inf:
+        raise SceneError(f"{key}.base_speed = {motor.base_speed:g}: belongs to a curve; give torque and no_load_speed")
     if not motor.base_speed < motor.no_load_speed:
         raise SceneError(f"{key}.base_speed = {motor.base_speed:g}: must be less than no_load_speed")
 

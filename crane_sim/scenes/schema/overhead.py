@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
-from crane_sim.scenes.schema.overhead_cable import OverheadCrane
+from crane_sim.scenes.schema.overhead_cable import OverheadCrane, hoist_at_start
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
 from crane_sim.scenes.schema.overhead_models import crane_of, in_wind, method_requirements_of, on_base
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
@@ -60,9 +60,15 @@ class OverheadFile(OverheadCrane):
         return self.parts.masses[-1]
 
     @property
+    def start_lengths(self) -> tuple[float, ...]:
+        """Lengths of the links at t = 0 [m]."""
+        hoisted = self.parts.lengths[:1] if self.hoist is None else (hoist_at_start(self)[0],)
+        return (*hoisted, *self.parts.lengths[1:])
+
+    @property
     def rope_length(self) -> float:
         """Length of the whole cable at t = 0 [m]."""
-        return sum(self.parts.lengths)
+        return sum(self.start_lengths)
 
     @property
     def payload_height(self) -> float:
@@ -70,7 +76,7 @@ class OverheadFile(OverheadCrane):
         if self.initial.positions:
             return self.initial.positions[-1][-1]
         cosines = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]  # to the vertical
-        return sum(length * cosine for length, cosine in zip(self.parts.lengths, cosines, strict=True))
+        return sum(length * cosine for length, cosine in zip(self.start_lengths, cosines, strict=True))
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:

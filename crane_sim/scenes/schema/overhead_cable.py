@@ -147,7 +147,7 @@ def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
     Raises:
         SceneError: they do not fit the cable.
     """
-    start, cable = file.initial, file.parts
+    start = file.initial
     positions, velocities = [start.x], [start.v]
     if file.dimensions == 3:
         positions.append(start.y)
@@ -156,13 +156,19 @@ def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
         if axis is not None and axis.motion is not None:
             positions[i], velocities[i] = _initial_motion(axis.motion)
     if file.hoist is not None:
-        profile = file.hoist.profile
-        length = (start.length or cable.lengths[0], start.length_rate)
-        length = _initial_motion(profile) if profile is not None else length
-        positions.append(length[0])
-        velocities.append(length[1])
+        length, rate = hoist_at_start(file)
+        positions.append(length)
+        velocities.append(rate)
     q, v = _link_states(file, positions, velocities)
     return (*map(as_float, positions), *q), (*map(as_float, velocities), *v)
+
+
+def hoist_at_start(file: "OverheadCrane") -> tuple[float, float]:
+    """Return the length [m] of the first link of a crane with a hoist, and its rate [m/s], at t = 0."""
+    profile = file.hoist and file.hoist.profile
+    if profile is not None:
+        return _initial_motion(profile)
+    return file.initial.length or file.parts.lengths[0], file.initial.length_rate
 
 
 def _initial_motion(shape: Shape) -> tuple[float, float]:

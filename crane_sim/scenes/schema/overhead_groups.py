@@ -53,7 +53,7 @@ class CableGroup(Group):
     model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"  # `rigid` links; `elastic` ones; `straight`: one
     # rod; `auto`: `straight` where the cable is light and straight and nothing bends it, else `rigid`
     links: Annotated[int, Field(ge=1, le=MAX_LINKS)] | None = None  # -, number of links; left out: as many as the
-    # longest list
+    # longer one of `lengths` and `node_masses`
     lengths: Lengths  # m, of the links, from the top; elastic: at rest
     node_masses: Masses  # kg, at the lower ends of the links; the last one is the payload; rigid nodes without mass
     # join two links

@@ -53,7 +53,7 @@ class Payload(Group):
     inertia: Annotated[tuple[Vector, Vector, Vector] | None, BeforeValidator(_square)] = None  # kg m², about the
     # centre of mass, in the body's axes: three principal moments, or the rows of the tensor
     windage: PayloadWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
-    attachment: Vector | None = None  # m, from the centre of mass to the point where it hangs, in the body's axes
+    attachment: Vector | None = None  # m, from a body's centre of mass to where it hangs, in its axes; left out: there
 
     @property
     def pressed(self) -> Windage | None:
@@ -64,7 +64,7 @@ class Payload(Group):
         """Return the load.
 
         Raises:
-            SceneError: no rigid body has this inertia, or `attachment` and `inertia` are not given together.
+            SceneError: no rigid body has this inertia, or `attachment` or `windage.centre` is given without `inertia`.
         """
         if self.inertia is None:
             if self.attachment is not None:

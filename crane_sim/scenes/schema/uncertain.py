@@ -4,9 +4,8 @@ A value is the quantile of its distribution at a number in (0, 1) that depends o
 uncertain does not change it.
 """
 
-import copy
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from math import exp, inf, log, sqrt
 from statistics import NormalDist
@@ -14,6 +13,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, TypeAdapter, ValidationError
 
+from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError, one_line, shorten
 from crane_sim.files.types import NonNegative, Positive, Real, Seed, to_radians
 from crane_sim.scenes.schema.groups import tagged_union_validator
@@ -118,7 +118,13 @@ class LogNormal(NamedTuple):
         if not median > 0.0:
             raise ValueError(f"the median, the scene's own {median:g}, must be greater than 0")
         low = log(self.low) if self.low > 0.0 else -inf
-        return exp(_truncated_normal(p, log(median), self.deviation, low, log(self.high)))
+        try:
+            return exp(_truncated_normal(p, log(median), self.deviation, low, log(self.high)))
+        except ValueError:
+            raise ValueError(
+                f"low .. high is out of reach of a median of {median:g} and a deviation of {self.deviation:g} "
+                "of the logarithm"
+            ) from None
 
 
 def _truncated_normal(p: float, mean: float, deviation: float, low: float, high: float) -> float:
@@ -157,33 +163,31 @@ def draw_parameters(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[s
         seed = _SEED.validate_python(document.get("seed", 0))
     except ValidationError:
         return dict(document), {}  # the whole file is refused for it
-    changed, drawn = copy.deepcopy(dict(document)), {}
-    for key, distribution in distributions.items():
-        group, name = _place_of(changed, key)
-        try:
-            drawn[key] = group[name] = value_at(distribution, key, group[name], probability_of(seed, key))
-        except ValueError as error:
-            raise SceneError(f"uncertain.{key}: {error}") from None
-    return changed, drawn
+    _check_overlap(distributions)
+    drawn = {key: _drawn_value(document, key, each, seed) for key, each in distributions.items()}
+    return with_values(dict(document), drawn), drawn
 
 
-def _place_of(document: Any, key: str) -> tuple[Any, Any]:
-    """Return (group or list, key or index) of a dotted key of the document."""
-    *groups, last = key.split(".")
+def _check_overlap(keys: Iterable[str]) -> None:
+    """Raise SceneError where one key is a part of what another one draws."""
+    parts = {tuple(int(name) if name.isdecimal() else name for name in key.split(".")): key for key in keys}
+    for path, key in parts.items():
+        for n in range(1, len(path)):
+            if (whole := parts.get(path[:n])) is not None:
+                raise SceneError(f"uncertain.{key}: is a part of uncertain.{whole}; leave out one of the two")
+
+
+def _drawn_value(document: Mapping[str, Any], key: str, distribution: Any, seed: int) -> Any:
+    """Return the value that a parameter draws."""
     if key.split(".")[0] in _NOT_PARAMETERS:
         raise SceneError(f"uncertain.{key}: is no parameter of the crane")
-    for name in groups:
-        document = _member(document, name, key)[0]
-    return document, _member(document, last, key)[1]
-
-
-def _member(group: Any, name: str, key: str) -> tuple[Any, Any]:
-    """Return (value, key or index) of a member of a group or list."""
-    if isinstance(group, dict) and group.get(name) is not None:
-        return group[name], name
-    if isinstance(group, list) and name.isdecimal() and int(name) < len(group):
-        return group[int(name)], int(name)
-    raise SceneError(f"uncertain.{key}: the scene has no {key} of its own; give it a value, the law's nominal one")
+    found, value = get_value(document, key)
+    if not found:
+        raise SceneError(f"uncertain.{key}: the scene has no {key} of its own; give it a value, the law's nominal one")
+    try:
+        return value_at(distribution, key, value, probability_of(seed, key))
+    except ValueError as error:
+        raise SceneError(f"uncertain.{key}: {error}") from None
 
 
 def value_at(distribution: Any, key: str, value: Any, p: float) -> Any:
