@@ -150,13 +150,14 @@ def set_value(document: dict[str, Any], key: str, value: Any) -> None:
     *groups, last = str(key).split(".")
     group: Any = document
     for name in groups:
-        place = _index(group, name, key) if isinstance(group, list) else name
+        place: Any = _index(group, name, key) if isinstance(group, list) else name
         inner = group[place] if isinstance(group, list) else group.get(name, {})
         if not isinstance(inner, dict | list):
             raise SceneError(f"{key}: {name!r} is not a group of keys")
-        group[place] = inner = copy.copy(inner)
-        group = inner
-    group[_index(group, last, key) if isinstance(group, list) else last] = value
+        group[place] = copy.copy(inner)
+        group = group[place]
+    place = _index(group, last, key) if isinstance(group, list) else last
+    group[place] = value
 
 
 def with_values(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

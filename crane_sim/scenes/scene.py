@@ -244,9 +244,7 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         law=law,
         sampled=sampled,
         source=with_breakpoints(source, model) if steps_freely else source,
-        notes=_join_notes(
-            notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(file, crane, duration)
-        ),
+        notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(draft)),
         document=document,
         file=file,
         **devices,
@@ -313,8 +311,9 @@ def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
     return joined
 
 
-def _load_notes(file: SceneFile, crane: Any, duration: float) -> dict[str, Any]:
-    """Return notes on base motion, wind and changes of the payload of a run of that duration [s]."""
+def _load_notes(draft: Draft) -> dict[str, Any]:
+    """Return notes on base motion, wind and changes of the payload."""
+    file, crane, (_, duration, _) = draft.file, draft.crane, draft.clock
     motion, wind = file.base_motion, getattr(crane, "wind", None)
     of_base = motion.notes(crane.base, file.duration) if motion is not None else {}
     of_wind = file.wind.notes(wind, file.seed) if file.wind is not None and wind is not None else {}
