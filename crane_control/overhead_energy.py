@@ -157,14 +157,19 @@ def compute_control_action(law, q, v):
 
 
 @generic
-def hoist_friction(rope, length_rate, force):
-    """Return the friction [N] on the hoist, against `length_rate` or at rest against the force that sticking bears."""
+def hoist_friction(rope, length_rate, efforts, tension, share):
+    """Return the friction [N] on the hoist, against `length_rate`, or at rest as much as it bears.
+
+    The rope's tension is `tension` without it, and rises by `share` of it.
+    """
     return 0.0
 
 
 @hoist_friction.register(HoistControl)
-def _(rope, length_rate, force):
-    return friction_force(rope.friction, length_rate) if length_rate != 0.0 else friction_at_rest(rope.friction, force)
+def _(rope, length_rate, efforts, tension, share):
+    if length_rate != 0.0:
+        return friction_force(rope.friction, length_rate)
+    return friction_at_rest(rope.friction, (efforts[0] + tension) / (1.0 - share))
 
 
 @generic
@@ -188,7 +193,7 @@ def compute_friction_loss(law, q, v):
     total = 1.0 / law.payload_mass + s * s / law.trolley_mass + inverse_mass
     change = s * on_rail / (law.trolley_mass * total)  # of the tension, by friction on the rail
     share = inverse_mass / total
-    on_hoist = hoist_friction(law.rope, length_rate, (sum(efforts) + tension + change) / (1.0 - share))
+    on_hoist = hoist_friction(law.rope, length_rate, efforts, tension + change, share)
     change += share * on_hoist
     return ratio * on_rail * v[0] + on_hoist * length_rate + (1.0 - ratio) * change * v[0] * s
 

@@ -120,23 +120,25 @@ def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[s
     return ignored
 
 
-def plain_copy(value: Any, copies: dict[int, Any] | None = None) -> Any:
+def plain_copy(value: Any, copies: dict[int, tuple[Any, Any]] | None = None) -> Any:
     """Return a copy of groups, lists and numbers as YAML has them: NumPy's and tuples become Python's and lists.
 
-    `copies`, by identity, are of what was met before: what is shared stays shared.
+    `copies`, by identity, are (value, copy) of what was met before: what is shared stays shared. Other values stay.
     """
     copies = {} if copies is None else copies
     if id(value) in copies:
-        return copies[id(value)]
+        return copies[id(value)][1]
     if isinstance(value, Mapping):
-        group = copies[id(value)] = dict[Any, Any]()
+        group: dict[Any, Any] = {}
+        copies[id(value)] = value, group
         group.update((key, plain_copy(each, copies)) for key, each in value.items())
         return group
     if type(value) in (list, tuple):
-        values = copies[id(value)] = list[Any]()
+        values: list[Any] = []
+        copies[id(value)] = value, values
         values.extend(plain_copy(each, copies) for each in value)
         return values
-    return value.tolist() if isinstance(value, np.generic | np.ndarray) else copy.deepcopy(value)
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def set_value(document: dict[str, Any], key: str, value: Any) -> None:

@@ -67,7 +67,8 @@ def _reload(module: ModuleType) -> None:
 
 def _import_module(name: str, place: str) -> ModuleType:
     """Return a module, executed anew where its source has been edited since it was executed."""
-    digest, source, imported = hash_source(name), source_of(name), place in sys.modules
+    imported = place in sys.modules  # asked first: the search for a source imports the package that it is in
+    digest, source = hash_source(name), source_of(name)
     module = import_module(place)
     edited = imported and source is not None and source.stat().st_mtime > _STARTED
     if getattr(module, _DIGEST, None if edited else digest) != digest:
@@ -91,10 +92,13 @@ def _execute_file(key: str, path: Path) -> ModuleType:
     spec = spec_from_file_location(name, path, loader=_SourceLoader(name, str(path)))
     if spec is None or spec.loader is None or not path.is_file():
         raise SceneError(f"{key}: there is no file {path}")
-    module = sys.modules[name] = module_from_spec(spec)  # dataclasses and annotations look it up by its name
+    before, module = sys.modules.get(name), module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and annotations look it up by its name
     try:
         spec.loader.exec_module(module)
     except BaseException:
-        del sys.modules[name]
+        sys.modules.pop(name, None)
+        if before is not None:
+            sys.modules[name] = before
         raise
     return module

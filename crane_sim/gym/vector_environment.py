@@ -111,7 +111,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         """
         if options:
             raise ValueError(f"options = {shorten(options)}: a vector environment takes none")
-        seeds = _seeds(seed, self.num_envs)
+        seeds, self._cranes = _seeds(seed, self.num_envs), None
         self._cranes = stack_columns([self._begin(i, own) for i, own in enumerate(seeds)])
         self._ended[:] = False
         info = self._measure()

@@ -10,6 +10,7 @@ from scipy.linalg import eig, eigvals, expm
 
 import crane_sim
 from crane_control import lqr
+from crane_control.overhead_energy import compute_lyapunov
 from crane_sim.simulation.linearisation import state_matrices
 from crane_sim.simulation.rollout import simulate
 
@@ -84,6 +85,13 @@ def test_friction_lowers_v(hoist: float | None) -> None:
         # V of some 100 J: rounding 1e-14 / h, and h² of its third derivative
         assert (ahead - behind) / (2.0 * h) == pytest.approx(rate, rel=1e-7, abs=1e-7)
         assert rate < -law.kd * v[0] ** 2
+
+
+def test_lyapunov_is_compiled_without_a_hoist() -> None:
+    """The compiled V of a crane that has no hoist is the one that Python evaluates."""
+    law: Any = scene_of(friction={"trolley": {"coulomb": 4.0, "static": 5.0}}).law
+    at = np.array([1.0, 0.3]), np.array([0.4, 0.5])
+    assert compute_lyapunov(law, *at) == pytest.approx(compute_lyapunov.py_func(law, *at), rel=1e-13)
 
 
 @pytest.mark.interpreted

@@ -148,6 +148,11 @@ def test_calls_are_checked() -> None:
     for actions in (np.zeros(2), np.full((2, 1), np.nan)):
         with pytest.raises(ValueError, match="a number for each of trolley of 2 cranes"):
             envs.step(actions)
+    envs.scenes[1] = None  # pyright: ignore[reportArgumentType]  # a crane whose reset fails
+    with pytest.raises(AttributeError):
+        envs.reset(seed=0)
+    with pytest.raises(gymnasium.error.ResetNeeded):  # nor does the episode before go on with some cranes at its start
+        envs.step(np.zeros((2, 1)))
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,17 +34,21 @@ def test_one_at_a_time_holds_a_lock(tmp_path: Path) -> None:
 
 def test_a_lock_whose_folder_is_removed_closes_no_other_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the file of a lock cannot be opened anew, its number is not closed a second time: it may be another's."""
-    folder, opened = tmp_path / "cache", list[int]()
+    folder, open_lock, attempts = tmp_path / "cache", FileLock._open, list[FileLock]()
 
-    def remove(file: int, _: int) -> None:
-        rmtree(folder)
-        folder.write_text("no folder any more")
+    def open_once(lock: FileLock) -> None:
+        attempts.append(lock)
+        if len(attempts) > 1:
+            raise FileNotFoundError
+        open_lock(lock)
 
-    monkeypatch.setattr(cache.fcntl, "flock", remove)
+    monkeypatch.setattr(FileLock, "_open", open_once)
+    monkeypatch.setattr(cache.fcntl, "flock", lambda *_: rmtree(folder))
     lock = FileLock(folder / "lock", TIMEOUT)
-    opened.append(os.open(tmp_path, os.O_RDONLY))  # takes the number that is free
+    other = os.open(tmp_path, os.O_RDONLY)  # takes the number that is free
     lock.release()
-    os.close(opened[0])  # raises where it is closed already
+    os.close(other)  # raises where it is closed already
+    assert len(attempts) == 2
 
 
 def test_sources_that_are_no_files_are_left_out(tmp_path: Path) -> None:

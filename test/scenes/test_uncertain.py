@@ -189,6 +189,10 @@ def test_a_list_has_one_factor() -> None:
             {"cable.node_masses.0": FACTOR, "cable.node_masses": FACTOR},
             "uncertain.cable.node_masses.0: is a part of uncertain.cable.node_masses; leave out one of the two",
         ),
+        (
+            {"cable.node_masses.0": FACTOR, "cable.node_masses.00": FACTOR},
+            "uncertain.cable.node_masses.00: is a part of",
+        ),
         ({"cable.node_masses": FACTOR, "cable.node_masses.00": FACTOR}, "uncertain.cable.node_masses.00: is a part of"),
         ({"cable.lengths.1": UNIFORM}, "uncertain.cable.lengths.1: the scene has no cable.lengths.1 of its own"),
     ],

@@ -22,7 +22,7 @@ def trial_scene(trial: Trial, entrant: Entrant, seed: int) -> dict[str, Any]:
     document = read(trial.scene)
     for key, value in (trial.known | entrant.changes).items():
         set_value(document, key, _trial_value(key, value))
-    own = document.get("control") or {}
+    own = document.get("control") or {}  # no trial hides or scales a setting of it
     nominal = copy.deepcopy(own.get("nominal", {}))
     hidden = dict(trial.hidden)
     for key, factor in trial.scaled.items():

@@ -7,6 +7,7 @@ uncertain does not change it.
 import hashlib
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from itertools import permutations
 from math import exp, inf, log, sqrt
 from statistics import NormalDist
 from typing import Annotated, Any, NamedTuple
@@ -169,12 +170,11 @@ def draw_parameters(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[s
 
 
 def _check_overlap(keys: Iterable[str]) -> None:
-    """Raise SceneError where one key is a part of what another one draws."""
-    parts = {tuple(int(name) if name.isdecimal() else name for name in key.split(".")): key for key in keys}
-    for path, key in parts.items():
-        for n in range(1, len(path)):
-            if (whole := parts.get(path[:n])) is not None:
-                raise SceneError(f"uncertain.{key}: is a part of uncertain.{whole}; leave out one of the two")
+    """Raise SceneError where one key is what another one draws, or a part of it."""
+    parts = [(tuple(int(name) if name.isdecimal() else name for name in key.split(".")), key) for key in keys]
+    for (whole, key), (path, other) in permutations(parts, 2):
+        if path[: len(whole)] == whole:
+            raise SceneError(f"uncertain.{other}: is a part of uncertain.{key}; leave out one of the two")
 
 
 def _drawn_value(document: Mapping[str, Any], key: str, distribution: Any, seed: int) -> Any:
