@@ -2,7 +2,9 @@
 
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
+from math import nan
 from types import TracebackType
 from typing import Any, Self
 
@@ -39,7 +41,7 @@ class Joystick:
         self.axes, self.pressed, self.silent = [0.0] * 4, set[int](), False
         self.commands: dict[str, float] = {}
         self.held: dict[str, float] = {}
-        self.velocities: dict[str, float] = {}
+        self.velocities: dict[str, float] = defaultdict(lambda: nan)  # no speed before the first state
         self._joy = self._node.create_publisher(Joy, "/joy", 10)
         for topic, taken in (("joint_commands", "commands"), ("held_command", "held")):
             self._node.create_subscription(JointState, topic, lambda m, taken=taken: self._take(taken, m), 100)

@@ -81,7 +81,7 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
 
     def script(desk: DeskLink) -> None:
         start_moving(desk, stick, expected)
-        assert stick.commands == expected
+        wait_for(lambda: stick.commands == expected, "the speeds of the levers in the commands")
         wait_at_speed(stick, expected)
         stick.move(LEVERS)
         wait_for(lambda: stick.held == STILL, "zero speeds after the switch was released")
