@@ -60,8 +60,10 @@ class FrameListener:
         self._add(self.fixed, message.transforms)
 
     def _on_moving(self, message: Any) -> None:
-        for transform in message.transforms:
-            self._add(self.moving.setdefault(nanoseconds(transform.header.stamp), {}), [transform])
+        for stamp in {nanoseconds(transform.header.stamp) for transform in message.transforms}:
+            known = dict(self.moving.get(stamp, {}))
+            self._add(known, [each for each in message.transforms if nanoseconds(each.header.stamp) == stamp])
+            self.moving[stamp] = known  # a whole message at once: another thread reads
 
     def _add(self, known: dict[str, Any], transforms: Sequence[Any]) -> None:
         for transform in transforms:

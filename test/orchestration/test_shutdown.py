@@ -15,6 +15,7 @@ import pytest
 from process_group_helpers import IGNORES_SIGTERM, LIMIT, listen_until, make_group
 from process_helpers import has_exited, next_line, started_program, wait_exited, wait_until
 
+from crane_sim.orchestration import process
 from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process import ForkedProcess
 from crane_sim.orchestration.recovery import recover_bags
@@ -97,8 +98,11 @@ def main():
 """
 
 
-def test_forks_exit_with_their_group(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+def test_forks_exit_with_their_group(
+    tmp_path: Path, ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Forks of one server are processes of their own names, their exit codes are known, and all are reaped."""
+    monkeypatch.setattr(process, "_END_TIMEOUT", LIMIT)  # s for the server to reap, on a busy machine
     with make_group(tmp_path, FORKED, ros_environment) as group:
         children = {name: group.start(name, "node", "a", {}) for name in ("ended", "killed", "idle")}
         listen_until(group, lambda: children["ended"].exited and children["killed"].exited and children["idle"].ready)

@@ -59,6 +59,7 @@ def main() -> None:
     """Record until no more states come."""
     rclpy.init()
     monitor = ClockMonitor(sys.argv[1:])
+    print("subscribed", flush=True)
     while not monitor.last_received or time.monotonic() - monitor.last_received < IDLE_TIMEOUT:
         rclpy.spin_once(monitor, timeout_sec=0.1)
     common_states = len(set.intersection(*(set(sent) for sent in monitor.sent.values())))

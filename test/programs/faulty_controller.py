@@ -26,6 +26,8 @@ class FaultyController(Node):
         stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
         if stamp <= self._answered:  # sent again, as on a busy machine: its mistakes are counted once
             return
+        if not self._commands.get_subscription_count():  # the plant is not matched yet: it sends its state again
+            return
         match stamp // PERIOD:
             case 3:  # NaN
                 self._send(stamp, JOINTS, [math.nan, 0.0, 0.0, 0.0])

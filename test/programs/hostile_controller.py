@@ -33,6 +33,8 @@ class HostileController(Node):
         stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
         if stamp // PERIOD != self.answered + 1:
             return  # sent again: it has been answered
+        if self._commands.get_subscription_count() < 2:
+            return  # plant and recorder are not matched yet: the state comes again
         self.answered += 1
         for _ in range(self._each):
             reason, data = self._invalid.generate(stamp)

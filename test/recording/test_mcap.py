@@ -33,8 +33,9 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
     summary, messages_by_topic, expected = json.loads(result.stdout), read(path), simulate(SCENE)
     assert list(tmp_path.iterdir()) == [path]
     assert (summary["mcap"], summary["recording"]) == (str(path), None)
-    states, efforts, commands = (
-        messages_by_topic[f"/knuckle/{name}"] for name in ("joint_states", "applied_effort", "joint_commands")
+    states, efforts, commands = (  # where the machine stalls, a state is sent and answered again: the first counts
+        list(dict(reversed(messages_by_topic[f"/knuckle/{name}"])).items())[::-1]
+        for name in ("joint_states", "applied_effort", "joint_commands")
     )
     stamps = [k * SCENE.period_ns for k in range(1, SCENE.steps + 2)]
     for messages, expected_stamps in ((states, stamps), (efforts, stamps[:-1]), (commands[: SCENE.steps], stamps[:-1])):

@@ -61,6 +61,7 @@ def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatc
     assert len(set(led)) >= 3 and led == sorted(led) and led[-1] <= 2 * PERIOD
 
 
+@pytest.mark.usefixtures("stepped_clock")
 def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the clock leads, it goes on by periods while a publisher has sent nothing; one that has is waited for.
 
@@ -96,6 +97,7 @@ def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytes
     assert lockstep._on_command(codec.encode(topics.clocks[-1], ZERO)) and simulation.plant.k == 2
 
 
+@pytest.mark.usefixtures("stepped_clock")
 def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:
     """A single step is taken when the other crane has come as far, and refused with its name before."""
     host = FakeHost()

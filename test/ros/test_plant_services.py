@@ -115,6 +115,7 @@ def topics() -> PlantTopics:
     return PlantTopics(node, SCENE.joint_names, SCENE.actuated)
 
 
+@pytest.mark.usefixtures("stepped_clock")
 def test_a_wait_for_a_dead_subscriber_can_be_interrupted(topics: PlantTopics) -> None:
     """The wait polls whether to stop, and then ends at once."""
     polls = iter([False, False, True])

@@ -92,6 +92,7 @@ def test_an_array_of_the_wrong_size_is_refused() -> None:
     assert simulation.validator.summary() == {"received": 3, "rejected": 1, "late": 0, "duplicate": 0}
 
 
+@pytest.mark.usefixtures("stepped_clock")
 @pytest.mark.parametrize(("late", "counts"), [(1.5, True), (1.7, False)])
 def test_a_command_is_stale_by_wall_time(late: float, counts: bool) -> None:
     """At four times real time a command may answer a state that is four time-outs old in simulated time."""

@@ -36,6 +36,5 @@ def test_a_slow_law_keeps_its_command_lease(tmp_path: Path, monkeypatch: pytest.
                 quick.answers = SECOND
                 time.sleep(TIME)
             assert [effort[0] for effort in slow.efforts] == FIRST[:1] * STEPS
-            assert any(
-                "command of /knuckle/remote refused: /knuckle/slow owns the crane" in line for _, line in slow.warnings
-            )
+            refused = "command of /knuckle/remote refused: /knuckle/slow owns the crane"
+            wait_until(lambda: any(refused in line for _, line in slow.warnings), "the warning")

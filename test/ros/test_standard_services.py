@@ -249,7 +249,8 @@ def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> No
     simulator.wait_for_step(0)
     before = simulator.step_until_heard()
     *answer, completed = simulator.simulate(5)
-    assert answer == [GoalStatus.STATUS_SUCCEEDED, Code.OK] and completed == [1, 2, 3, 4, 5][: len(completed)] != []
+    assert answer == [GoalStatus.STATUS_SUCCEEDED, Code.OK]
+    assert completed == [1, 2, 3, 4, 5][: len(completed)]  # rclpy drops feedback that it takes with the result
     simulator.wait_for_step(before + 5)
     status, _, completed = simulator.simulate(10_000_000, cancel_after=3)
     assert status == GoalStatus.STATUS_CANCELED and completed == sorted(set(completed))  # a slow client may miss some
@@ -265,5 +266,4 @@ def test_quitting_ends_the_plant(simulator: Simulator) -> None:
     assert simulator.set_state(PLAYING) == Code.OK
     assert simulator.set_state(QUITTING) == Code.OK
     assert "error" not in simulator.plant.await_event("done")["summary"]
-    simulator.plant.send("finish")
-    assert simulator.plant.process.wait(30.0) == 0
+    assert simulator.plant.process.wait(60.0) == 0  # it waits for no further request

@@ -1,10 +1,10 @@
 """Warm-up of the plant: nothing is left to be compiled in a run, where the wall clock goes on."""
 
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from process_helpers import run_to_completion
 
 PROGRAM = Path(__file__).parents[1] / "programs" / "warm_up_coverage.py"
 
@@ -23,5 +23,6 @@ PROGRAM = Path(__file__).parents[1] / "programs" / "warm_up_coverage.py"
 def test_a_run_requires_no_function_that_the_warm_up_has_not_called(scene: str) -> None:
     """Past a full block of rows, and at the summary, every compiled function has the signatures of the warm-up."""
     command = [sys.executable, str(PROGRAM), scene]
-    found = subprocess.run(command, capture_output=True, text=True, timeout=300.0, check=True)
+    found = run_to_completion(command)
+    assert not found.returncode, found.stderr
     assert found.stdout == ""

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from bench_graph import JOINTS, NodeProcess, graph, remote, wait_until
+from bench_graph import JOINTS, PERIOD, NodeProcess, graph, remote, wait_until
 from process_helpers import started_program
 
 from crane_sim import load_scene
@@ -61,7 +61,7 @@ def test_brake_to_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             summary = plant.await_event("done")["summary"]
             assert plant.await_event("done")["summary"]["error"] == "controller: it was killed"
             assert summary["steps"] > 20
-            wait_until(lambda: len(client.states) > summary["steps"])
+            wait_until(lambda: client.states[-1] == (summary["steps"] + 1) * PERIOD, "the last state")
             plant.send("finish")
             assert plant.process.wait(60.0) == 1
     last = client.velocities[-1][: len(JOINTS)]

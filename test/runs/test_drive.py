@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from bench_graph import graph
 from joystick import Joystick, ScriptedOperator, settle, wait_for, wait_mode
+from process_helpers import has_exited
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from speed_trolley import DOCUMENT
@@ -60,8 +61,16 @@ def start_moving(desk: DeskLink, stick: Joystick, expected: dict[str, float]) ->
     """Bring the levers to rest, hold the switch, and move them."""
     stick.move(REST)
     wait_mode(desk, Mode.OPEN)
-    stick.move(LEVERS, DEAD_MAN)
-    wait_for(lambda: stick.held == expected, "the speeds of the levers at the drives")
+
+    def moves() -> bool:
+        mode = desk.panel().get("mode")
+        if mode == Mode.INTERLOCKED:  # the machine has held the joystick up, which counts as lost: once more
+            stick.move(REST)
+        elif mode == Mode.OPEN:
+            stick.move(LEVERS, DEAD_MAN)
+        return stick.held == expected
+
+    wait_for(moves, "the speeds of the levers at the drives")
 
 
 def wait_at_speed(stick: Joystick, expected: dict[str, float]) -> None:
@@ -93,6 +102,7 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
         wait_mode(desk, Mode.INTERLOCKED)
         start_moving(desk, stick, expected)
         stick.move(LEVERS, DEAD_MAN, STOP)
+        wait_mode(desk, Mode.STOPPED)  # the brakes may be those of a time-out
         wait_for(lambda: all(map(np.isnan, stick.held.values())), "the brakes at the emergency stop")
         stick.move(LEVERS, DEAD_MAN, RELEASE)
         wait_for(lambda: rests(stick), "rest by the brakes")
@@ -146,6 +156,7 @@ def test_a_killed_operator_node_stops_the_crane(tmp_path: Path, monkeypatch: pyt
         wait_for(lambda: stick.velocities["trolley"] / speed > 0.5, "the trolley on its way")
         os.kill(nodes["operator"], signal.SIGKILL)
         wait_for(lambda: rests(stick, ["trolley"]), "rest after the operator's node was killed")
+        wait_for(lambda: has_exited(nodes["plant"]), "the end of the run, which the script is not to end first")
 
     with graph(tmp_path, monkeypatch) as (domain, _), Joystick(domain, "overhead") as stick:
         operator = ScriptedOperator(script, device_timeout=60.0)  # s: a joystick that is held up is not lost

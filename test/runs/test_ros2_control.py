@@ -92,22 +92,25 @@ def test_real_time(
 ) -> None:
     """In real time the crane arrives, whether the controller lives by simulated time or by the wall clock."""
     settings = {"mode": "realtime", "command_stamps": stamps, "domain_id": domain_id}
-    summary = run_with(tmp_path, ros_environment, options, **settings)
-    assert "error" not in summary and summary["commands"]["rejected"] == 0, summary["commands"]
+    for _ in range(3):  # where the machine holds the controller up for half a second, efforts are zero meanwhile
+        summary = run_with(tmp_path, ros_environment, options, **settings)
+        assert "error" not in summary and summary["commands"]["rejected"] == 0, summary["commands"]
+        if not summary["silences"]:
+            break
     assert max(map(abs, summary["final_error"].values())) < ARRIVED
 
 
 def test_stamps_of_another_clock_are_refused(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
     """Where commands are to have stamps of states, those of the wall clock are all refused, and move nothing."""
     options = ("wall", "actuated", "single")
-    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, mode="realtime", rate=8.0)
+    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, mode="realtime", rate=2.0)
     assert summary["commands"]["received"] == summary["commands"]["rejected"] > 0
 
 
 def test_a_publisher_that_reads_no_states_begins_a_run(domain_id: int, ros_environment: dict[str, str]) -> None:
     """A run in real time begins with the commands of a node that does not subscribe to the states."""
     program = PROGRAM.with_name("blind_publisher.py")
-    scene = load_scene("knuckle_setpoint", {"duration": 0.5})
+    scene = load_scene("knuckle_setpoint", {"duration": 3.0})  # s of wall time, in which a command comes
     with started_program([sys.executable, program], env=ros_environment):
         summary = orchestration.run(scene, controller=False, record=None, domain_id=domain_id, **BLIND)
     assert "error" not in summary and summary["commands"]["rejected"] == 0 < summary["commands"]["received"]

@@ -16,7 +16,7 @@ from bench_graph import graph, remote
 from command_line import CRANE
 from frame_listener import FrameListener
 from graph_messages import vector
-from process_helpers import has_exited, run_to_completion, started_program, wait_until
+from process_helpers import has_exited, next_line, run_to_completion, started_program, wait_until
 from run_helpers import check_one_command_per_state
 
 from crane_sim import load_scene, simulate
@@ -31,6 +31,7 @@ def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
     monitor = [sys.executable, PROGRAMS / "clock_monitor.py", *CRANES]
     example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
     with started_program(monitor, env=ros_environment, stdout=subprocess.PIPE) as monitoring:
+        assert next_line(monitoring) == "subscribed\n"
         run = run_to_completion(example, env=ros_environment)
         counters = json.loads(monitoring.communicate(timeout=60.0)[0])
     summaries = json.loads(run.stdout)

@@ -70,7 +70,8 @@ def test_a_stopped_subscriber_delays_no_shutdown(monitored: tuple[int, MonitorFi
     ):
         assert next_line(subscriber) == "subscribed\n"
         end = interrupt_run(Interruption(signal.SIGINT, 0.3, None, fresh=False, begun=True), *monitored)
-        assert Path(f"/proc/{subscriber.pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
+        state = Path(f"/proc/{subscriber.pid}/stat")
+        wait_until(lambda: state.read_text().rpartition(")")[2].split()[0] == "T", "the subscriber's stop", 60.0)
     assert end.failures == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1

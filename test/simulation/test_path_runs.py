@@ -1,11 +1,12 @@
 """Runs along a path: their tracking errors, and laws that are given a new path during a run."""
 
+import subprocess
 import sys
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from process_helpers import started_program
+from process_helpers import next_line, started_program
 from scipy.spatial.transform import Rotation
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from two_rate_messages import OneTopicNode
@@ -180,6 +181,8 @@ point.time_from_start.sec = 4
 while rclpy.ok() and not publisher.get_subscription_count():
     time.sleep(0.02)
 publisher.publish(JointTrajectory(joint_names=["x", "y"], points=[point]))
+publisher.wait_for_all_acked()
+print("received", flush=True)
 rclpy.spin(node)
 """
 
@@ -190,6 +193,11 @@ def test_a_run_follows_a_received_trajectory(domain_id: int, ros_environment: di
 
     It is sent as soon as the controller listens, and leads to (1.35, 1), from which the scene's path is 1 m and more.
     """
-    with started_program([sys.executable, "-c", SENDER], env=ros_environment):
-        summary = orchestration.run(SCENE, record=None, domain_id=domain_id)
+    with started_program([sys.executable, "-c", SENDER], env=ros_environment, stdout=subprocess.PIPE) as sender:
+
+        def wait_for_message(role: str, _: int) -> None:
+            if role == "controller":  # the run begins when all nodes are ready
+                assert next_line(sender) == "received\n"
+
+        summary = orchestration.run(SCENE, record=None, domain_id=domain_id, on_activated=wait_for_message)
     assert summary["tracking_peak"] > 0.98  # within the law's own error; 0.006 without the message

@@ -10,8 +10,9 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
-from threading import Timer
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -86,13 +87,20 @@ def test_a_cluster_writes_the_same_table(whole: studies.StudyResult, tmp_path: P
 
 
 class Late(Executor):
-    """An executor whose tasks end half a second after they were submitted."""
+    """An executor whose tasks begin once `told` is set."""
+
+    def __init__(self) -> None:
+        """Begin with nothing told."""
+        self.told, self._thread = Event(), ThreadPoolExecutor(1)
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return the future of a task."""
-        future = Future[Any]()
-        Timer(0.5, lambda: future.set_result(fn(*args, **kwargs))).start()
-        return future
+
+        def begin() -> Any:
+            self.told.wait(LIMIT)
+            return fn(*args, **kwargs)
+
+        return self._thread.submit(begin)
 
 
 def test_waiting_for_workers_is_told(
@@ -100,9 +108,14 @@ def test_waiting_for_workers_is_told(
 ) -> None:
     """A study whose workers finish nothing for a known reason says it, and goes on when they are back."""
     monkeypatch.setattr("crane_sim.study.execution.PATIENCE", 0.2)  # s
-    told: list[str] = []
-    pool = Workers(Late(), 16, unavailable_reason=lambda: "has lost all its workers")
-    found = studies.run(STUDY, tmp_path / "late", pool=pool, on_wait=told.append)
+    told, late = list[str](), Late()
+
+    def note(line: str) -> None:
+        told.append(line)
+        late.told.set()
+
+    pool = Workers(late, 16, unavailable_reason=lambda: "has lost all its workers")
+    found = studies.run(STUDY, tmp_path / "late", pool=pool, on_wait=note)
     assert "has lost all its workers" in told
     assert without_times(found.table) == without_times(whole.table)
 
@@ -231,10 +244,11 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
                 continue
             # one that has joined: its nanny starts another one
             nannies, joined = cluster.workers.values(), cluster.scheduler.workers
-            alive = [nanny.pid for nanny in nannies if nanny.worker_address in joined]
-            if alive:
-                os.kill(int(rng.choice(alive)), signal.SIGKILL)
-                kills += 1
+            alive = [pid for nanny in nannies if nanny.worker_address in joined and (pid := nanny.pid)]
+            with suppress(ProcessLookupError):  # it has ended by itself
+                if alive:
+                    os.kill(int(rng.choice(alive)), signal.SIGKILL)
+                    kills += 1
         table = study.result(500.0).table
     assert kills >= 5  # 20 unless the study ends between two looks at it
     plain = studies.run(many, tmp_path / "plain", workers=2).table

@@ -61,7 +61,7 @@ class MemorySampler:
             for name, pid in self._pids.items():
                 if (memory := resident(pid)) is not None:
                     self.samples.setdefault(name, []).append((elapsed, memory))
-        if elapsed >= self._seconds:
+        if elapsed >= self._seconds and len(self.times) > self._seconds / INTERVAL:  # after a stall, all its samples
             signal.raise_signal(signal.SIGINT)  # as a user ends a run: in order, files complete
 
 

@@ -120,9 +120,8 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
             took = _send_signals(process, interruption, monitored, received)
             _, printed = process.communicate(timeout=_EXIT_TIMEOUT)  # it and all that write to its pipes have ended
-        time.sleep(0.1)  # ten times the interval at which the monitor writes
-        _read_messages(monitored, received)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
+        _read_last_messages(monitored, received, steps)
         failures = [
             *orphans(mark),
             *of_run(Path(folder), _count_steps(received, steps)),
@@ -145,6 +144,16 @@ def _read_messages(monitored: MonitorFile, received: Messages) -> None:
     for letter, new_messages in monitored.read().items():
         if letter in received:
             received[letter] += new_messages
+
+
+def _read_last_messages(monitored: MonitorFile, received: Messages, steps: int) -> None:
+    """Read what the monitor has still to write; a busy machine may hold it up."""
+    deadline = time.monotonic() + _EXIT_TIMEOUT
+    while True:
+        time.sleep(0.1)  # ten times the interval at which it writes
+        _read_messages(monitored, received)
+        if not _last_effort(received, steps) or time.monotonic() > deadline:
+            return
 
 
 def _count_steps(received: Messages, steps: int) -> int:
