@@ -12,7 +12,10 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    import subprocess
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
 _PDEATHSIG = 1  # of prctl(2)
@@ -39,6 +42,17 @@ def exit_now(code: int) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def end_process(process: "subprocess.Popen[bytes]", timeout: float) -> None:
+    """End a child in order, or kill it after `timeout` seconds."""
+    from subprocess import TimeoutExpired
+
+    process.terminate()
+    with suppress(TimeoutExpired):
+        process.wait(timeout)
+    process.kill()
+    process.wait()
 
 
 def end_workers() -> None:

@@ -55,7 +55,7 @@ def test_sources_that_are_no_files_are_left_out(tmp_path: Path) -> None:
     """A link to nowhere, as an editor leaves beside a file that is being changed, is no source."""
     (tmp_path / "a.py").write_text("A = 1\n")
     before = cache.digest((tmp_path,))
-    (tmp_path / ".#a.py").symlink_to("somebody@host.123")
+    (tmp_path / ".#a.py").symlink_to("user@host.123")
     assert cache.digest((tmp_path,)) == before and cache.SourceState((tmp_path,)).is_current()
 
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from crane_sim import load_scene
 from crane_sim.evaluation.soak.metrics import Metric, equal, quantiles
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
-from crane_sim.process_signals import set_parent_death_signal
+from crane_sim.process_signals import end_process, set_parent_death_signal
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.rollout import simulate
 
@@ -98,16 +98,7 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
             return _plant_sha256(plant, clean_environment(setup.plant, domain, folder))
         finally:
             for helper in helpers:
-                _end(helper)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    process.terminate()
-    try:
-        process.wait(_END_TIMEOUT)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
+                end_process(helper, _END_TIMEOUT)
 
 
 def _plant_sha256(command: list[str], env: dict[str, str]) -> str:

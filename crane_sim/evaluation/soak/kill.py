@@ -100,8 +100,9 @@ def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tu
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
         summary = run(loaded, record=Path(folder, "soak.rrd"), on_activated=killer.on_activated, **options)
-        time.sleep(0.1)  # ten times the interval at which the monitor writes
-        received, recorded = monitored.read(), steps_in(Path(summary["recording"]))
+        received: Messages = {}
+        monitored.read_to_end(received, lambda messages: len(messages["e"]) >= loaded.steps)
+        recorded = steps_in(Path(summary["recording"]))
         machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms
     kills = killer.kills()
     back = [back_after(kill, received) for kill in kills if kill.victim == "controller"]

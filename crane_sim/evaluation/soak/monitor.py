@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +12,8 @@ from crane_sim.orchestration.ros_environment import node_environment
 from crane_sim.scenes.scene import Scene
 
 _START_TIMEOUT = 60.0  # s for it to start
+_WRITE_TIMEOUT = 60.0  # s for it to write what it has received
+_WRITE_INTERVAL = 0.1  # s, ten times the interval at which it writes
 _DISCOVERY_TIME = 1.0  # s, several times what nodes on one machine take to find each other
 
 
@@ -52,6 +54,20 @@ class MonitorFile:
             letter, sent, stamp, *effort = line.split()
             messages[letter].append(Received(int(sent), int(stamp), tuple(effort)))
         return messages
+
+    def read_to_end(self, received: Messages, is_complete: Callable[[Messages], bool]) -> None:
+        """Add what the monitor still writes to `received` until that is complete: a busy machine may hold it up."""
+        deadline = time.monotonic() + _WRITE_TIMEOUT
+        while True:
+            time.sleep(_WRITE_INTERVAL)
+            self.read_into(received)
+            if is_complete(received) or time.monotonic() > deadline:
+                return
+
+    def read_into(self, received: Messages) -> None:
+        """Add the messages since the last call to `received`."""
+        for letter, messages in self.read().items():
+            received.setdefault(letter, []).extend(messages)
 
 
 @contextmanager

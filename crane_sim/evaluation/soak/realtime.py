@@ -1,7 +1,6 @@
 """1 kHz in real time: rate, overruns as an independent subscriber counts them, period error: `crane soak realtime`."""
 
 import statistics
-import time
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from crane_sim import load_scene
 from crane_sim.evaluation.bench.measurement import ratio
 from crane_sim.evaluation.bench.realtime import run_sleep_process
 from crane_sim.evaluation.soak.metrics import Metric, at_most
-from crane_sim.evaluation.soak.monitor import Messages, MonitorFile, Received, monitor, wait_for_discovery
+from crane_sim.evaluation.soak.monitor import Messages, Received, monitor, wait_for_discovery
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
 from crane_sim.scenes.scene import Scene
@@ -19,7 +18,6 @@ PERIOD = 0.001  # s
 ROUND = 10.0  # s of the bare loop, then as many of each run
 _RATE, _RATIO = 0.1, 1.5  # Hz, deviation of the mean rate; p99 of the plant's period error against the bare loop's
 
-_TAIL_TIMEOUT = 60.0  # s for the monitor to write what it has received
 _MAX_DIFFERENCE = 0.5  # % of the steps, between the two counts of overruns
 _MARGIN = (
     300_000  # ns: from the start of the quickest step to its state's message, and from a step's last message to its end
@@ -43,22 +41,13 @@ def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Me
             data["alone"].append(_run(scene, domain))
             with monitor(scene, domain) as monitored:
                 data["monitored"].append(_run(scene, domain))
-                received = _read_whole_run(monitored, scene.steps)
+                received: Messages = {}
+                monitored.read_to_end(received, lambda messages: len(messages["e"]) >= scene.steps)
         delays = completion_delays(received["s"], received["e"], scene.period_ns)
         data["counted"].append(int(np.count_nonzero(delays > scene.period_ns)))
         data["near_deadline"].append(int(np.count_nonzero(delays > scene.period_ns - _MARGIN)) - data["counted"][-1])
         data["rates"].append(mean_rate([state.sent for state in received["s"]]))
     return _compute_metrics(**data), data
-
-
-def _read_whole_run(monitored: MonitorFile, steps: int) -> Messages:
-    """Return what the monitor has received of a run; a busy machine may hold it up before it has written all."""
-    received, deadline = monitored.read(), time.monotonic() + _TAIL_TIMEOUT
-    while len(received["e"]) < steps and time.monotonic() < deadline:
-        time.sleep(0.1)
-        for letter, messages in monitored.read().items():
-            received[letter] += messages
-    return received
 
 
 def _run(scene: Scene, domain: int) -> dict[str, Any]:

@@ -121,7 +121,7 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
             took = _send_signals(process, interruption, monitored, received)
             _, printed = process.communicate(timeout=_EXIT_TIMEOUT)  # it and all that write to its pipes have ended
         steps = load_scene(SCENE, {"duration": way.duration}).steps
-        _read_last_messages(monitored, received, steps)
+        monitored.read_to_end(received, lambda messages: not _last_effort(messages, steps))
         failures = [
             *orphans(mark),
             *of_run(Path(folder), _count_steps(received, steps)),
@@ -138,22 +138,6 @@ def _exit_code(interruption: Interruption | None, code: int, cut: bool) -> list[
     in_shell = interruption is not None and interruption.at < _EARLY and code == -interruption.number
     right = code == 1 if cut else code in ((0,) if interruption is None else (0, 1))
     return [] if right or in_shell else [f"exit code {code}"]
-
-
-def _read_messages(monitored: MonitorFile, received: Messages) -> None:
-    for letter, new_messages in monitored.read().items():
-        if letter in received:
-            received[letter] += new_messages
-
-
-def _read_last_messages(monitored: MonitorFile, received: Messages, steps: int) -> None:
-    """Read what the monitor has still to write; a busy machine may hold it up."""
-    deadline = time.monotonic() + _EXIT_TIMEOUT
-    while True:
-        time.sleep(0.1)  # ten times the interval at which it writes
-        _read_messages(monitored, received)
-        if not _last_effort(received, steps) or time.monotonic() > deadline:
-            return
 
 
 def _count_steps(received: Messages, steps: int) -> int:
@@ -180,7 +164,7 @@ def _send_signals(
     limit = time.monotonic() + _START_TIMEOUT
     while interruption.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
         time.sleep(_POLL)
-        _read_messages(monitored, received)
+        monitored.read_into(received)
     try:
         process.wait(interruption.at)
         return 0.0

@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from rerun.experimental import ViewerClient
 
-from crane_sim.process_signals import set_parent_death_signal
+from crane_sim.process_signals import end_process, set_parent_death_signal
 from crane_sim.recording.rerun.live import ADDRESS, live_address
 from crane_sim.recording.rerun.repair import rerun_executable
 
@@ -133,19 +133,10 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
         try:
             yield HeadlessViewer(process, port, log)
         finally:
-            _end(process)
+            end_process(process, END_SECONDS)
 
 
 def _describe_end(output: str) -> str:
     """Return one line on why a viewer has ended, from its output."""
     text = _COLOUR.sub("", output).strip()
     return f"the viewer ended: {text.splitlines()[-1].strip()}" if text and _PANIC not in output else NO_DRAWING
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process in order, or kill it after `END_SECONDS`."""
-    process.terminate()
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(END_SECONDS)
-    process.kill()
-    process.wait()
