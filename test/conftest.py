@@ -20,6 +20,7 @@ import pytest
 import session_guard
 from interpreted import pytest_runtest_protocol
 
+from crane_sim.orchestration import process_group, shutdown, supervisor
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 
 __all__ = ["pytest_runtest_protocol"]
@@ -43,6 +44,14 @@ def domain_id() -> Iterator[int]:
 def ros_environment(domain_id: int, tmp_path: Path) -> dict[str, str]:
     """Return the environment of a node in this test's domain, with the message classes checking their fields."""
     return node_environment(domain_id, tmp_path) | {"ROS_PYTHON_CHECK_FIELDS": "1"}
+
+
+@pytest.fixture
+def patient_shutdown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give the nodes of a run that is cut short a minute for their summaries and files, not the 3 s of a user."""
+    monkeypatch.setattr(process_group, "_SHUTDOWN_TIMEOUT", 60.0)
+    for module in (supervisor, shutdown):
+        monkeypatch.setattr(module, "_SHUTDOWN_SUMMARY_TIMEOUT", 60.0)
 
 
 @pytest.fixture(scope="session", autouse=True)

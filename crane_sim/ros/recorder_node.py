@@ -138,6 +138,8 @@ def _finish_files(
     steps, start = summary.get("steps"), time.monotonic()
     deadline = start + _WAIT_SHARE * time_limit
     subscriptions.dispatch()
+    for output in outputs.files:
+        output.expect_messages()
     while not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < deadline:
         host.spin(_PERIOD)
         subscriptions.dispatch()

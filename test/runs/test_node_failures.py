@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mcap_samples import read, stamp_of
 
-from crane_sim import load_scene, orchestration, read_recording
+from crane_sim import Scene, load_scene, orchestration, read_recording
 from crane_sim.evaluation.soak.kill import Kill, back_after
 from crane_sim.evaluation.soak.kill import soak as kill_soak
 from crane_sim.evaluation.soak.monitor import Received
@@ -21,6 +21,7 @@ from crane_sim.simulation.plant import SLOW
 from crane_sim.simulation.rollout import simulate
 
 SCENE = load_scene("knuckle_setpoint", {"duration": 60.0})
+ENDLESS = load_scene("knuckle_setpoint", {"duration": 1e5})  # a killer that is held up comes before its end, too
 
 
 class NodeKiller:
@@ -45,14 +46,14 @@ class NodeKiller:
             del self._steps[name]
             os.kill(self._pids[name], signal.SIGKILL)
 
-    def run(self, path: Path | None, **options: Any) -> dict[str, Any]:
+    def run(self, path: Path | None, scene: Scene = SCENE, **options: Any) -> dict[str, Any]:
         """Return the summary of a run with these kills."""
         callbacks: dict[str, Callable[..., object]] = {
             "on_activated": self.record_active,
             "on_progress": self.kill_due,
             "on_news": self.news.append,
         }
-        return orchestration.run(SCENE, record=path, **callbacks, **options)
+        return orchestration.run(scene, record=path, **callbacks, **options)
 
 
 @pytest.mark.long
@@ -78,10 +79,10 @@ def test_a_killed_controller_has_the_crane_braked_to_rest(tmp_path: Path) -> Non
     """Without restarts the drives of a crane come to rest; the run ends with the fault, recorded whole."""
     path = tmp_path / "run.rrd"
     killer = NodeKiller({"controller": 100})
-    summary = killer.run(path)
+    summary = killer.run(path, ENDLESS)
     assert summary["error"] == "controller: it was killed by SIGKILL"
     assert killer.news == ["controller: it was killed by SIGKILL; the crane is braked to rest"]
-    assert summary["recorded_steps"] == summary["steps"] < SCENE.steps
+    assert summary["recorded_steps"] == summary["steps"] < ENDLESS.steps
     rates = read_curves(path, "plots/v").values
     driven = [SCENE.joint_names.index(name) for name in SCENE.actuated]
     assert np.abs(rates[:100, driven]).max() > 10 * SLOW  # it did move
@@ -104,10 +105,11 @@ def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
     assert len(read_curves(recovered, "plots/q").step) >= summary["recorded_steps"] > 0
 
 
+@pytest.mark.usefixtures("patient_shutdown")
 def test_a_killed_plant_ends_the_run(tmp_path: Path) -> None:
     """When the plant is killed the run ends, with one line why and a recording of all steps up to there."""
     path, killer = tmp_path / "run.rrd", NodeKiller({"plant": 1000})
-    summary = killer.run(path)
+    summary = killer.run(path, ENDLESS)
     assert summary["error"] == "plant: it was killed by SIGKILL"
     steps = read_curves(path, "plots/q").step
     assert np.array_equal(steps, np.arange(1, len(steps) + 1))

@@ -94,6 +94,7 @@ def test_the_command_reports_that_its_plant_was_killed(tmp_path: Path) -> None:
     assert json.loads(out)["recorded_steps"] == json.loads(out)["steps"] > 0
 
 
+@pytest.mark.usefixtures("patient_shutdown")
 def test_an_interrupted_run_switches_the_drives_off(tmp_path: Path) -> None:
     """The last effort published is zero, after the last step: the recording has every step, and not that effort."""
 

@@ -25,6 +25,7 @@ _EARLY = 0.1  # s, of which every fifth instant is one
 _POLL = 0.02  # s between two polls of received messages
 _EXIT_TIMEOUT = 30.0  # s until a run that does not end is killed, only so that the soak goes on
 _START_TIMEOUT = 300.0  # s for a run to begin, only so that the soak goes on
+_ENDLESS = 1e5  # simulated s, far more than a run has until its signal
 
 
 class RunKind(NamedTuple):
@@ -50,7 +51,7 @@ class Interruption(NamedTuple):
     again: float | None  # s from the first signal to a second one; None: there is one signal
     fresh: bool  # with an empty cache of compiled code: the signal comes while it is compiled
     way: str = "realtime"  # kind of the run, a key of RUN_KINDS
-    begun: bool = False  # `at` counts from the first state that the monitor receives, not from the run's start
+    begun: bool = False  # `at` counts from the first state that the monitor receives, and the run does not end before
 
 
 class End(NamedTuple):
@@ -107,6 +108,7 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
 def interrupt_run(interruption: Interruption | None, domain: int, monitored: MonitorFile) -> End:
     """Start a run, interrupt it, and check what remains."""
     mark, way = str(uuid.uuid4()), RUN_KINDS[interruption.way if interruption else "realtime"]
+    duration = _ENDLESS if interruption and interruption.begun else way.duration
     monitored.read()
     received: Messages = {"s": [], "e": []}
     with (
@@ -114,13 +116,13 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
     ):
         env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {})
-        command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
+        command = [_crane(), "run", SCENE, "--duration", str(duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
             took = _send_signals(process, interruption, monitored, received)
             _, printed = process.communicate(timeout=_EXIT_TIMEOUT)  # it and all that write to its pipes have ended
-        steps = load_scene(SCENE, {"duration": way.duration}).steps
+        steps = load_scene(SCENE, {"duration": duration}).steps
         monitored.read_to_end(received, lambda messages: not _last_effort(messages, steps))
         failures = [
             *orphans(mark),

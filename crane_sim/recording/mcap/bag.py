@@ -95,6 +95,10 @@ class Bag:
             complete_stamp = min(self._states.stamp - self._period_ns, self._efforts.stamp)
             self.last_step = max(complete_stamp // self._period_ns, self.last_step)
 
+    def expect_messages(self) -> None:
+        """Count the silence of `has_all` from now on."""
+        self._last_message = time.monotonic()
+
     def has_all(self, steps: int | None) -> bool:
         """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
         silence = time.monotonic() - self._last_message

@@ -137,6 +137,10 @@ class Recorder:
         """Write all waiting steps, at the end of a run."""
         self._write(final=True)
 
+    def expect_messages(self) -> None:
+        """Count the silence of `has_all` from now on."""
+        self._last_message = time.monotonic()
+
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have been received, or no more messages arrive."""
         if self.write_error or time.monotonic() - self._last_message > (

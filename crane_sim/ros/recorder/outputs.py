@@ -40,6 +40,10 @@ class Output(Protocol):
         """Write all that is buffered."""
         ...
 
+    def expect_messages(self) -> None:
+        """Count the silence of `has_all` from now on: until here it may have been this process that did not read."""
+        ...
+
     def has_all(self, steps: int | None) -> bool:
         """Return whether all messages of `steps` steps have come, or none has come for long."""
         ...
