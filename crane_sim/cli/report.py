@@ -256,17 +256,16 @@ def _warn_compression(console: Console, summary: dict[str, Any]) -> None:
 def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:
     if not summary.get("peak_effort"):
         return
-    margins = summary.get("limit_margin", {})
+    margins, times = summary.get("limit_margin", {}), summary.get("settling_time", {})
     table = Table("joint", "final error", r"settled after \[s]", "peak effort", *["limit margin"] * bool(margins))
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
     for name, peak in summary["peak_effort"].items():
         error = summary.get("final_error", {}).get(name)
-        settled = summary.get("settling_time", {}).get(name)
         table.add_row(
             name,
             _format_with_unit(error, units[name]),
-            _format_number(settled),
+            "not settled" if times.get(name, 0.0) is None else _format_number(times.get(name)),
             _format_with_unit(peak, effort_units[name]),
             *[_format_with_unit(margins.get(name), units[name])] * bool(margins),
         )

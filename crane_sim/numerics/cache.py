@@ -4,11 +4,13 @@ import fcntl
 import hashlib
 import os
 import shutil
+import stat
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -151,7 +153,23 @@ def cache_folder() -> Path:
             return folder
     except OSError:
         pass  # a read-only home: compile anew in every process rather than not at all
-    return Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}" / SOURCES_AT_IMPORT.digest
+    return _temporary_folder() / SOURCES_AT_IMPORT.digest
+
+
+@cache
+def _temporary_folder() -> Path:
+    """Return a folder of this user's below that of temporary files, where everybody could have made one by that name.
+
+    What it contains is executed: where the folder is another user's, or a link, there is a new one for this process.
+    """
+    folder = Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}"
+    with suppress(FileExistsError):
+        folder.mkdir(mode=0o700)
+    status = folder.lstat()
+    if stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid():
+        folder.chmod(0o700)
+        return folder
+    return Path(tempfile.mkdtemp(prefix="crane_sim_"))
 
 
 def _prune(root: Path) -> None:

@@ -81,7 +81,7 @@ class Role:
     def _reason_to_give_up(self, step: int) -> str:
         """Return the reason, one line, against a fail-over; empty where a standby may succeed."""
         reason = f"{self.name}: {self.active.fault}"
-        if not self._restart or self.active.fatal:
+        if self.active.fatal or not (self._restart or self._standbys):
             return reason
         self._failures_at_step = self._failures_at_step + 1 if step == self._failure_step else 1
         self._failure_step = step

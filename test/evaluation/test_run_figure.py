@@ -62,6 +62,8 @@ def test_peaks_stay() -> None:
     rows = rows_with_peaks(values, 1000)
     assert {0, 12_345, 54_321, 99_999} <= set(rows.tolist()) and len(rows) <= 1002
     assert np.array_equal(rows_with_peaks(values[:10], 1000), np.arange(10))
+    values[70_000:70_003] = np.nan  # a short gap: it would be bridged by a line
+    assert 70_000 in rows_with_peaks(values, 1000)
 
 
 def test_integers_keep_nine_digits() -> None:

@@ -71,3 +71,28 @@ def test_a_failed_compilation_leaves_no_lock(tmp_path: Path, monkeypatch: pytest
     with pytest.raises(AttributeError):
         compiled.save_overload(signature, None)
     assert not lock.exists(), "a lock that was not acquired, or not released"
+
+
+@pytest.mark.parametrize("kind", ["none", "own", "link", "another user's"])
+def test_compiled_code_is_only_taken_from_an_own_folder(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Below the folder of temporary files, one of the user's name that another user made, or a link, is not taken."""
+    usual = tmp_path / f"crane_sim_{os.getuid()}"
+    if kind == "link":
+        (tmp_path / "elsewhere").mkdir()
+        usual.symlink_to(tmp_path / "elsewhere")
+    elif kind != "none":
+        usual.mkdir(mode=0o777)
+    monkeypatch.setattr(cache.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("CRANE_SIM_CACHE", "/dev/null/nowhere")
+    if kind == "another user's":
+        monkeypatch.setattr(cache.os, "getuid", lambda: os.geteuid() + 1)
+        (tmp_path / f"crane_sim_{os.getuid()}").mkdir()
+    cache._temporary_folder.cache_clear()
+    try:
+        root = cache.cache_folder().parent
+    finally:
+        cache._temporary_folder.cache_clear()
+    assert (root == usual) is (kind in ("none", "own"))
+    assert root.stat().st_mode & 0o077 == 0 and root.parent == tmp_path

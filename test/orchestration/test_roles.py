@@ -64,3 +64,20 @@ def test_a_role_that_fails_at_one_step_after_another_is_restarted() -> None:
         active.exit("it was killed by SIGKILL")
         assert law.fail_over(step)
     assert law.restarts == 10 and not law.failure
+
+
+def test_a_ready_standby_takes_over_though_another_one_did_not_start() -> None:
+    """A standby that fails as it starts ends the supply of new ones; those that are ready still take over."""
+    group: Any = FakeGroup()
+    law = Role(group, CONTROLLER, restart=True)
+    law.maintain_standbys()
+    law.maintain_standbys()
+    first, second = group.children[-2:]
+    first.ready, second.ready = True, False
+    second.exit("it exited with code 1")
+    assert law.maintain_standbys() == "controller: no more replacements: it exited with code 1"
+    for expected in (True, False):
+        active: Any = law.active
+        active.exit("it was killed by SIGKILL")
+        assert law.fail_over(5) is expected
+    assert law.active is first and law.failure == "controller: it was killed by SIGKILL"

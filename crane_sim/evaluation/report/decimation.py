@@ -17,10 +17,10 @@ MIN_SPAN = 1e-12  # m or rad: a smaller span is rounding
 
 
 def rows_with_peaks(values: Array, count: int) -> NDArray[np.int64]:
-    """Return the rows (M,), M <= `count` + 2, that keep a curve's shape: its ends, and the peaks of equal stretches.
+    """Return the rows (M,), M <= 3/2 `count` + 2, that keep a curve's shape: its ends, the peaks and gaps of stretches.
 
     Args:
-        values: (K,); those that are not finite are no peaks.
+        values: (K,); those that are not finite are no peaks; of each stretch that has any, the first is kept.
         count: the number of rows to which it is reduced, even.
     """
     total = len(values)
@@ -30,8 +30,11 @@ def rows_with_peaks(values: Array, count: int) -> NDArray[np.int64]:
     rows = [0, total - 1]
     for first, last in zip(edges[:-1], edges[1:], strict=True):
         part = values[first:last]
-        low, high = np.where(np.isfinite(part), part, np.inf), np.where(np.isfinite(part), part, -np.inf)
+        finite = np.isfinite(part)
+        low, high = np.where(finite, part, np.inf), np.where(finite, part, -np.inf)
         rows += [first + int(low.argmin()), first + int(high.argmax())]
+        if not finite.all():
+            rows.append(first + int(finite.argmin()))
     return np.unique(rows)
 
 

@@ -82,7 +82,10 @@ def _speeds(run: RecordedRun) -> list[Panel]:
         unit, factor = _degrees(run.crane.joint_units[i])
         measured = _measured(name, color, factor, run.v, run.v_measured, i)
         curves.setdefault(f"{unit}/s", []).append([Curve(label(name), color, factor * run.v[:, i]), *measured])
-    return [panel for unit, each in curves.items() for panel in _group_by_axis("Joint speeds", unit, each)]
+    titles = {"°/s": "Joint angular speeds"}
+    return [
+        panel for unit, each in curves.items() for panel in _group_by_axis(titles.get(unit, "Joint speeds"), unit, each)
+    ]
 
 
 def _measured(name: str, color: str, factor: float, true: Array, measured: Array | None, i: int) -> list[Curve]:
