@@ -94,13 +94,13 @@ def _chain_motions(relative: Sequence[RelativeMotion], root: str) -> dict[str, F
     above = {motion.transform.child: motion for motion in relative if motion.transform.child != root}
     found = {root: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
 
-    def motion_of(frame: str) -> FrameMotion:
-        if frame not in found:
-            found[frame] = _compose(motion_of(above[frame].transform.parent), above[frame])
-        return found[frame]
-
     for frame in above:
-        motion_of(frame)
+        path = []  # up to a frame that is known, in a loop: a cable has up to 500 links
+        while frame not in found:
+            path.append(frame)
+            frame = above[frame].transform.parent
+        for each in reversed(path):
+            found[each] = _compose(found[above[each].transform.parent], above[each])
     del found[root]
     return found
 

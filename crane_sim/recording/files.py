@@ -10,7 +10,7 @@ import itertools
 import os
 import re
 from collections.abc import Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -69,15 +69,16 @@ def set_aside(parts: Sequence[Path], complete_file: Path) -> None:
 def acquire_lock(path: Path) -> int | None:
     """Lock a file or folder until the returned descriptor is closed, or this process ends in any way.
 
-    Returns None where a living process has it.
+    Returns None where a living process has it, or has removed it meanwhile.
     """
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    with suppress(FileNotFoundError):
+        descriptor = os.open(path, os.O_RDONLY)
+        with suppress(OSError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(descriptor), path.stat()):
+                return descriptor
         os.close(descriptor)
-        return None
-    return descriptor
+    return None
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from crane_sim.files.errors import SceneError
 from crane_sim.recording import provenance
 from crane_sim.simulation.plant import Plant
 
@@ -58,10 +59,13 @@ def replay(run: RecordedRun) -> Replay:
     `Rollout` the true ones; the run agrees where one of the two does.
 
     Raises:
-        SceneError: its scene is none of this version.
+        SceneError: its scene is none of this version, or a step was lost.
         SimulationError: the integration failed.
     """
     scene = run.load_scene()
+    missing = np.flatnonzero(np.rint(run.t / scene.period) != np.arange(len(run.t)))
+    if missing.size:
+        raise SceneError(f"replay: step {missing[0] + 1} is not in the recording: its command is not known")
     commanded = scene.sampled or bool(np.isfinite(run.commands).any())  # a node commanded a scene without a law
     plant, command = Plant(scene.with_external_commands() if commanded else scene), scene.idle_command
     true: Difference | None = None
@@ -80,7 +84,7 @@ def replay(run: RecordedRun) -> Replay:
 
 def _brake_modes(scene: Scene, last: Vector) -> tuple[float, ...]:
     """Return the command (nu,) of a period in which the brakes act: zero, or a position's before them."""
-    return tuple(x if kind == "position" else 0.0 for kind, x in zip(scene.commands, last, strict=True))
+    return tuple(x if position else 0.0 for position, x in zip(scene.position_commands, last, strict=True))
 
 
 def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]) -> Difference | None:

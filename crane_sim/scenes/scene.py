@@ -84,11 +84,17 @@ class Scene:
         return tuple(units[kind].format(own[name]) if kind in units else unit for name, kind, unit in named)
 
     @property
+    def position_commands(self) -> tuple[bool, ...]:
+        """Whether each command (nu,) is a position: of a position drive, or of a suspension point that is moved."""
+        own = dict(zip(self.joint_names, self.joint_units, strict=True))
+        return tuple(unit == own[name] for name, unit in zip(self.actuated, self.command_units, strict=True))
+
+    @property
     def idle_command(self) -> tuple[float, ...]:
-        """The command (nu,) that moves nothing at the start: the initial position of position drives, else zero."""
+        """The command (nu,) that moves nothing at the start: the initial position where it is one, else zero."""
         start = dict(zip(self.joint_names, self.initial_q, strict=True))
-        named = zip(self.actuated, self.commands, strict=True)
-        return tuple(start[name] if kind == "position" else 0.0 for name, kind in named)
+        named = zip(self.actuated, self.position_commands, strict=True)
+        return tuple(start[name] if position else 0.0 for name, position in named)
 
     @property
     def path(self) -> Any:

@@ -6,6 +6,7 @@ decided for all, leaves scenes to be made one by one.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from types import NoneType, UnionType
 from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
@@ -28,6 +29,7 @@ from crane_sim.scenes.scene import (
     finish_scene,
     has_own_nominal,
     law_parts,
+    load_scene,
     note_left_out,
     read_file,
 )
@@ -78,7 +80,18 @@ def load_columns(
             found = _make_columns(document, always, varied)
     except (NotVectorisable, SceneError):  # the latter of the first crane: one by one, each has its own
         return None
+    except (TypeError, ValueError, ArithmeticError):  # within an array, numpy's own functions do not refuse a column
+        _make_first_alone(document, always, varied)
+        return None
     return found._replace(scene=note_left_out(found.scene, ignored, switched.control))
+
+
+def _make_first_alone(
+    document: Mapping[str, Any], always: Mapping[str, Any], varied: Mapping[str, Sequence[Any]]
+) -> None:
+    """Make the first scene without columns: an error that it raises, too, is one of the program."""
+    with suppress(SceneError):
+        load_scene(dict(document), {**always, **{key: values[0] for key, values in varied.items()}})
 
 
 def _make_columns(

@@ -68,3 +68,13 @@ def _keep_size(joints: tuple[str, ...], q: np.ndarray, v: np.ndarray) -> None:
     indices = [joints.index(name) for name in ATTITUDE if name in joints]
     if indices:
         v[indices] -= q[indices] * (q[indices] @ v[indices])
+
+
+def test_a_long_cable_has_all_its_frames() -> None:
+    """A cable of as many links as a scene may have needs no recursion: its last frame is where the links end."""
+    links, length = 500, 0.1  # m
+    cable = {"links": links, "lengths": length, "node_masses": 1.0}
+    scene = load_scene({"crane": "overhead", "duration": 1.0, "trolley": {"drive": "fixed"}, "cable": cable})
+    tree = TransformTree(urdf(scene), scene.joint_names)
+    motions = frame_motions(scene, tree, 0.0, scene.initial_q, scene.initial_v)
+    assert -motions["payload_link"].position[2] == pytest.approx(links * length, rel=1e-12)  # rounding of 500 sums

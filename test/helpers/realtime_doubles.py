@@ -31,7 +31,12 @@ class FakeSimulation:
         """Begin at the first state; end after `steps` steps."""
         self.steps = steps
         self.scene = SimpleNamespace(
-            actuated=JOINTS, period=PERIOD, sampled=True, commands=("effort",) * 2, idle_command=(0.0, 0.0)
+            actuated=JOINTS,
+            period=PERIOD,
+            sampled=True,
+            commands=("effort",) * 2,
+            position_commands=(False, False),
+            idle_command=(0.0, 0.0),
         )
         self.validator = CommandValidator(JOINTS, (1e9, 1e9))
         self.plant = SimpleNamespace(braking=False)

@@ -10,6 +10,7 @@ from rerun.chunk import RrdReader
 import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.recording.rerun.comparison import record_comparison
+from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.viewer import PictureError
 
@@ -75,3 +76,10 @@ def test_the_command_writes_it_and_overwrites_no_run(run: crane_sim.RecordedRun,
         app(["compare", source, source, "-o", source], standalone_mode=False)
     with pytest.raises(crane_sim.SceneError, match="holds a comparison of runs"):
         crane_sim.read_recording(file)
+
+
+def test_a_recording_that_cannot_take_its_name_is_one_error(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
+    """Where the name is a folder's, the error is the one of recordings, with the name."""
+    (tmp_path / "both.rrd").mkdir()
+    with pytest.raises(RecordingError, match="both.rrd"):
+        record_comparison(crane_sim.compare(run, shifted(run), names=("one", "two")), tmp_path / "both.rrd")

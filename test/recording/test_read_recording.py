@@ -3,14 +3,17 @@
 import importlib.util
 import json
 import sys
+from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import crane_sim
 from crane_sim import orchestration
+from crane_sim.recording.rerun import reader
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 
 STEPS = 120
@@ -99,6 +102,21 @@ def test_a_file_is_cut_off_wherever_that_is(file: Path, tmp_path: Path) -> None:
         (tmp_path / "cut.rrd").write_bytes(whole[:size])
         with pytest.raises(UnreadableRecording, match="it is cut off"):
             crane_sim.read_recording(tmp_path / "cut.rrd")
+
+
+@pytest.mark.parametrize("missing", ["v", "tip", "payload", "swing", "tension", "energy_parts", "effort"])
+def test_a_recording_of_its_first_steps_without_some_curves_is_refused(
+    missing: str, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recorder that was killed in its first block leaves some curves only: one line names the first missing one."""
+    read = reader._batches
+
+    def read_without(*arguments: Any) -> Any:
+        return {name: rows for name, rows in read(*arguments).items() if name != f"plots/{missing}"}
+
+    monkeypatch.setattr(reader, "_batches", lambda *arguments: defaultdict(list, read_without(*arguments)))
+    with pytest.raises(UnreadableRecording, match=f"has no plots/{missing}: its recorder was killed"):
+        crane_sim.read_recording(file)
 
 
 def test_columns_have_units(run: RecordedRun) -> None:

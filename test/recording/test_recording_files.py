@@ -1,9 +1,13 @@
 """Names of a recording's files: its parts by several recorders, and files from before resets."""
 
+import fcntl
 import time
 from pathlib import Path
 
-from crane_sim.recording.files import before_reset, existing_parts, files_before_resets
+import pytest
+
+from crane_sim.recording.files import acquire_lock, before_reset, existing_parts, files_before_resets
+from crane_sim.recording.rerun.repair import repair
 
 
 def test_parts_are_listed_under_their_present_names(tmp_path: Path) -> None:
@@ -27,3 +31,18 @@ def test_files_from_before_resets_are_listed(tmp_path: Path) -> None:
     path = str(tmp_path / "run.rrd")
     assert sorted(file.name for file in files_before_resets(path, since=0.0)) == expected
     assert files_before_resets(path, since=time.time() + 60.0) == []
+
+
+def test_a_file_that_another_process_removes_is_not_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A leftover that another recorder has repaired meanwhile, before or after it was opened, is locked by none."""
+    part = tmp_path / "run.rrd.part"
+    assert acquire_lock(part) is None and repair(part) is None
+    part.touch()
+    lock = fcntl.flock
+
+    def lock_removed(descriptor: int, how: int) -> None:
+        part.unlink()
+        lock(descriptor, how)
+
+    monkeypatch.setattr("crane_sim.recording.files.fcntl.flock", lock_removed)
+    assert acquire_lock(part) is None

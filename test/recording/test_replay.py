@@ -113,3 +113,12 @@ def test_recordings_of_the_catalogue_are_repeated_by_another_process(tmp_path: P
     answer = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME)
     assert answer.returncode == 0, answer.stderr[-2000:]
     assert json.loads(answer.stdout) == {name: [count, None] for name, count in steps.items()}
+
+
+def test_a_lost_step_is_named(tmp_path: Path) -> None:
+    """A recording without one of its steps lacks a command: replay says which, in place of states that differ."""
+    run = recorded("a law and limits", tmp_path / "run.rrd")
+    rows = np.delete(np.arange(len(run.t)), 5)
+    arrays = {name: getattr(run, name)[rows] for name in ("t", "q", "v", "commands")}
+    with pytest.raises(crane_sim.SceneError, match="replay: step 6 is not in the recording"):
+        replay_run(replace(run, **arrays))

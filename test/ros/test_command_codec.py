@@ -13,6 +13,7 @@ from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_filter import CommandValidator, Refusal
 from crane_sim.ros.common.ros2_control import controllers_file, urdf_with_ros2_control
 from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.plant import Plant
 
 pytestmark = pytest.mark.interpreted
 NAN = float("nan")
@@ -90,3 +91,13 @@ def test_ros2_control_has_the_interfaces_of_the_drives() -> None:
 def test_position_drives_stay_where_they_are_until_they_are_commanded() -> None:
     """The command before the first one is the initial position of a position drive, and no speed of a speed drive."""
     assert crane(MIXED).idle_command == (0.0, -5.0, 0.0)
+
+
+def test_a_suspension_point_stays_where_it_is_until_it_is_commanded() -> None:
+    """The point of a pendulum is commanded its position, though it has no servo of ours: at first it is where it is."""
+    scene = load_scene("offshore_vision")
+    assert scene.idle_command == scene.initial_q[:2] == (1.35, 0.0)
+    plant = Plant(scene.with_external_commands())
+    for _ in range(15):
+        plant.advance(scene.idle_command)
+    assert tuple(plant.q[:2]) == scene.initial_q[:2]

@@ -21,6 +21,8 @@ KEYS = (
 FACTORS = (0.97, 1.0, 1.1, 1.3)
 DIFFERENT = ("document", "file")
 """Fields that scenes made at once have in common."""
+GUSTS = {"speed": 5.0, "height": 40.0, "origin_height": 50.0, "gusts": {"spectrum": "von_karman", "intensity": 0.15}}
+SAIL = {"mass": 10.0, "windage": {"area": 1.0, "drag_coefficient": 1.2}}
 
 
 def is_same(a: Any, b: Any) -> bool:
@@ -122,6 +124,23 @@ def test_code_that_takes_one_number_leaves_scenes_to_be_made_one_by_one(
     assert load_columns("overhead_energy", {"control.law": "lqr"}, {"initial.v": [0.1, 0.2]}) is None
 
 
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"integrator": {"method": "rk8", "step": 0.01}}, "trolley.mass"),
+        ({"integrator": {"method": "rk8", "step": 0.01}}, "cable.lengths.0"),
+        ({"integrator": {"method": "rk4", "step": 0.01}}, "cable.node_masses.0"),
+        ({"wind": GUSTS, "payload": SAIL, "cable.node_masses": [0.0]}, "wind.gusts.intensity"),
+    ],
+)
+def test_arrays_of_columns_leave_scenes_to_be_made_one_by_one(changes: dict[str, Any], key: str) -> None:
+    """Code that puts a number into an array raises numpy's own errors for a column: no scene is refused for them."""
+    document = load_scene("overhead_energy").to_dict() | {"control": None}
+    scene = load_scene(document, changes)
+    _, own = get_value(scene.to_dict(), key)
+    assert load_columns(scene.to_dict(), {}, {key: [own, 1.01 * own]}) is None
+
+
 def test_an_error_of_the_program_is_no_reason_for_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors other than those that say why columns do not fit are raised: they are not taken for a slow scene."""
     for error in (AttributeError, KeyError, TypeError, ValueError):
@@ -129,7 +148,8 @@ def test_an_error_of_the_program_is_no_reason_for_one_by_one(monkeypatch: pytest
         def fail(*_: Any, error: type[Exception] = error) -> Any:
             raise error
 
-        monkeypatch.setattr("crane_sim.scenes.varied.finish_scene", fail)
+        for module in ("varied", "scene"):
+            monkeypatch.setattr(f"crane_sim.scenes.{module}.finish_scene", fail)
         with pytest.raises(error):
             load_columns("overhead_energy", {"control": None}, {"trolley.mass": [20.0, 30.0]})
 
@@ -152,5 +172,6 @@ def test_every_number_of_the_catalogue_is_taken_or_refused() -> None:
         document = load_scene(name).to_dict()
         for key, own in numbers_in(document):
             for values in ([own, 1.01 * own, 0.97 * own], [own, 1e200 * (own or 1.0), -own, 0.0, "x", None, 10**400]):
-                made += load_columns(document, {"integrator": {"method": "dop853"}}, {key: values}) is not None
+                for method in ({"method": "dop853"}, {"method": "rk4", "step": 1e-3}):
+                    made += load_columns(document, {"integrator": method}, {key: values}) is not None
     assert made > 200

@@ -61,10 +61,10 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
         _log_runs(rec, comparison)
         _log_curves(rec, comparison, quantities)
         rec.flush(timeout_sec=FLUSH_SECONDS)
+        rec.disconnect()
+        return temporary.replace(path)
     except (RuntimeError, ValueError, OSError) as error:
         raise RecordingError(f"recording {temporary}: {error}") from error
-    rec.disconnect()
-    return temporary.replace(path)
 
 
 def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framing) -> None:

@@ -67,12 +67,13 @@ def read_run(path: Path) -> RecordedRun:
     if "crane" not in run:
         raise UnreadableRecording(f"{path}: holds no run, or one of an older version of crane_sim, before this one")
     summary = json.loads(document) if document else {}
-    values = _arrays(batches, path)
+    crane = crane_of(run)
+    values = _arrays(batches, path, bool(crane.actuated))
     if len(values["t"]) != summary.get("recorded_steps", len(values["t"])):
         raise UnreadableRecording(f"{path}: is damaged: {len(values['t'])} of {summary['recorded_steps']} steps left")
     return RecordedRun(
         path=path,
-        crane=crane_of(run),
+        crane=crane,
         properties={key: value for key, value in run.items() if key not in ("crane", "urdf")},
         frames=_frames(batches),
         states=_state_changes(batches),
@@ -82,7 +83,13 @@ def read_run(path: Path) -> RecordedRun:
     )
 
 
-def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
+_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")}
+_OPTIONAL |= {"reference": "q_ref", "reeved": "reeved_tension"}
+_OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} | {"tensions": "tension"}
+_OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
+
+
+def _arrays(batches: Batches, path: Path, driven: bool) -> dict[str, Any]:
     """Return the attributes of a run that are arrays, by name; None for what it does not have."""
     states = _curves(batches, "plots/q")
     if states is None:
@@ -94,18 +101,22 @@ def _arrays(batches: Batches, path: Path) -> dict[str, Any]:
             raise UnreadableRecording(f"{path}: is damaged: plots/{entity} has {len(curves.step)} of {count} steps")
         return None if curves is None else curves.values
 
-    count, names = len(states.step), {"u": "effort", "commands": "effort_demanded", "reference": "q_ref"}
-    names |= {name: name for name in ("q", "v", "tip", "payload", "base", "swing")}
-    names |= {"tensions": "tension", "reeved": "reeved_tension", "contact": "contact"}
-    names |= {"q_measured": "q_measured", "v_measured": "v_measured"}
-    arrays = {name: matrix(entity) for name, entity in names.items()}
+    def required(entity: str) -> Any:
+        values = matrix(entity)
+        if values is None:
+            raise UnreadableRecording(f"{path}: has no plots/{entity}: its recorder was killed in the first steps")
+        return values
+
+    count = len(states.step)
+    arrays = {name: matrix(entity) for name, entity in _OPTIONAL.items()}
+    arrays |= {name: required(entity) for name, entity in _OF_EVERY_RUN.items()}
+    for name, entity in _OF_DRIVES.items():
+        arrays[name] = required(entity) if driven else np.empty((count, 0))
     arrays["swing"] = arrays["swing"][:, 0]
     arrays["contact"] = None if arrays["contact"] is None else arrays["contact"][:, 0]
-    kinetic, potential = matrix("energy_parts").T
-    parts = matrix("lyapunov"), matrix("lyapunov_rate")
-    lyapunov = None if parts[0] is None else np.hstack(parts)
-    if arrays["u"] is None:  # nothing is actuated
-        arrays["u"] = arrays["commands"] = np.empty((count, 0))
+    kinetic, potential = required("energy_parts").T
+    value = matrix("lyapunov")
+    lyapunov = None if value is None else np.hstack((value, required("lyapunov_rate")))
     return arrays | {"t": states.time, "kinetic": kinetic, "potential": potential, "lyapunov": lyapunov}
 
 

@@ -161,9 +161,9 @@ class Realtime:
         return self._zero_command() if zero else self._held
 
     def _zero_command(self) -> tuple[float, ...]:
-        """Return zero efforts and speeds; position drives keep their last command."""
-        kinds = self._simulation.scene.commands
-        return tuple(held if kind == "position" else 0.0 for kind, held in zip(kinds, self._held, strict=True))
+        """Return zero efforts and speeds; positions keep their last command."""
+        kinds = zip(self._simulation.scene.position_commands, self._held, strict=True)
+        return tuple(held if position else 0.0 for position, held in kinds)
 
     def _set_timed_out(self, timed_out: bool) -> None:
         """Begin or end the action at a time-out of commands, with its warning."""

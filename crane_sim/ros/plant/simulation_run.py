@@ -164,15 +164,15 @@ class SimulationRun:
         self._publish_what_follows()
 
     def _taken(self, effort: Sequence[float] | None) -> Sequence[float] | None:
-        """Return the command (nu,) that the drives are given: while brakes act zero, the last one of position drives.
+        """Return the command (nu,) that drives are given: while brakes act zero, of positions the last one.
 
         So a record of the commands and of the brakes determines the run.
         """
         if effort is None or not self.plant.braking:
             self._last_command = self._last_command if effort is None else tuple(effort)
             return effort
-        kinds = zip(self.scene.commands, self._last_command, strict=True)
-        return tuple(last if kind == "position" else 0.0 for kind, last in kinds)
+        kinds = zip(self.scene.position_commands, self._last_command, strict=True)
+        return tuple(last if position else 0.0 for position, last in kinds)
 
     def throttle_for_recorder(self, block: int, should_stop: Callable[[], bool]) -> None:
         """Wait for a recorder every `block` steps, unless `should_stop`: the publishers' queues are limited."""
