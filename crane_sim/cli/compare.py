@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
@@ -47,7 +47,7 @@ def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json:
     if as_json:
         print(json.dumps(report.json_value(comparison.to_dict())))
     else:
-        _print(comparison)
+        print_comparison(comparison)
         if output is not None:
             print(output)
     if failed:
@@ -110,7 +110,7 @@ def _simulate(source: str, laws: Sequence[str], quiet: bool) -> tuple[dict[str, 
     return rollouts, failed
 
 
-def _print(comparison: Comparison) -> None:
+def print_comparison(comparison: Comparison) -> None:
     """Print the metrics that differ or matter, and the largest differences of every quantity."""
     names, console = comparison.names, Console()
     first, *others = names
@@ -119,7 +119,7 @@ def _print(comparison: Comparison) -> None:
         if not run.finished:
             console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True, markup=False)
     title = f"differences from {escape(first)}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
-    table = Table("run", "quantity", "largest", r"at \[s]", "RMS", "unit", title=title, title_justify="left")
+    table = _make_table("run", "quantity", "largest", "at [s]", "RMS", "unit", title=title)
     for name, differences in zip(others, comparison.differences, strict=True):
         for quantity, each in differences.items():
             unit, factor = shown_unit(each.unit)
@@ -136,11 +136,16 @@ def _print_metrics(comparison: Comparison, console: Console) -> None:
     """Print the metrics of every run, and their differences from the first."""
     first, *others = comparison.names
     header = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
-    table = Table(*map(escape, header), title="metrics", title_justify="left")
+    table = _make_table(*header, title="metrics")
     for key, values in comparison.metrics.items():
         label, unit, shown = metric_row(key, comparison.runs, values)
         table.add_row(escape(label), *shown, unit)
     console.print(table)
+
+
+def _make_table(*header: str, title: str) -> Table:
+    """Return a table in which long names are broken, not cut."""
+    return Table(*(Column(escape(name), overflow="fold") for name in header), title=title, title_justify="left")
 
 
 def _format_number(value: float) -> str:

@@ -11,6 +11,7 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 
 import crane_sim
 from crane_sim.cli.commands import app
+from crane_sim.cli.compare import print_comparison
 from crane_sim.evaluation.report.page import save_comparison
 from crane_sim.laws import LawError
 from crane_sim.recording.metric_units import metric_row
@@ -168,6 +169,20 @@ def test_names_in_brackets_are_shown(
     shown = capsys.readouterr().out
     assert "run[old] − run[new]" in shown and "differences from run[new]" in shown
     assert "│ run[old] │" in shown
+
+
+def test_long_names_are_broken_and_not_cut(
+    run: crane_sim.RecordedRun, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a terminal that is too narrow for the names of the runs every letter of theirs is shown."""
+    names = tuple(f"a_long_name_of_the_run_{kind}" for kind in ("before", "after"))
+    monkeypatch.setenv("COLUMNS", "60")
+    print_comparison(crane_sim.compare(run, run, names=names))
+    shown = capsys.readouterr().out
+    assert "…" not in shown
+    cells = [[cell.strip() for cell in line.strip("┃").split("┃")] for line in shown.splitlines() if line[:1] == "┃"]
+    for i, name in enumerate(names, 1):
+        assert name in "".join(row[i] for row in cells if len(row) == 5)
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
