@@ -218,6 +218,10 @@ def describe(scene: str | None, python: bool, ros2_control: bool, folder: str | 
     ensure_writable_folder(folder)
     if (scene is None) == ros2_control:
         raise SceneError(f"crane describe {scene or '--ros2-control'}: SCENE and --ros2-control belong together")
+    if scene is not None and python:
+        raise SceneError(
+            f"crane describe {scene} --python: the Python interface is that of all scenes; leave out SCENE"
+        )
     if scene is not None:
         _describe_ros2_control(load_scene_with_options(scene), folder)
     elif folder is not None:

@@ -95,6 +95,8 @@ def _check_device(given: Mapping[str, Any]) -> None:
     for option, value, owner in (("--gamepad", given["gamepad"], "gamepad"), ("--joy-topic", topic, "joy")):
         if value and device != owner:
             raise SceneError(f"{option} {value}: belongs to --input {owner}, here is --input {device}")
+    if given["mapping"] and device == "keyboard":
+        raise SceneError(f"--map {given['mapping'][0]}: belongs to --input gamepad or joy, here is --input keyboard")
     if topic is not None and not _TOPIC.fullmatch(topic):
         raise SceneError(f"--joy-topic {topic!r}: is no topic's name; possible: letters, digits, _ and /, such as /joy")
 

@@ -1,6 +1,7 @@
 """The operator's terminal: keys without echo, sent as they are pressed, and a panel that follows the crane."""
 
 import os
+import re
 import select
 import sys
 import termios
@@ -25,6 +26,7 @@ END = "q"
 _REFRESH_PERIOD = 0.1  # s
 _BAR = 12  # characters of each half of a speed's bar
 _NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
+_INCOMPLETE = re.compile(rb"\x1b(?:\[\[|[\[O][0-9;]*)?\Z")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _COLORS = {Mode.STOPPED: "bold white on red", Mode.DEVICE_LOST: "bold white on red", Mode.MOVING: "bold green"}
 
@@ -33,7 +35,9 @@ def read_keys(data: bytes) -> list[str]:
     """Return the names of the keys in what a terminal has sent; sequences other than arrows are dropped."""
     keys, text, i = list[str](), data.decode(errors="ignore"), 0
     while i < len(text):
-        if text[i] == "\x1b" and text[i + 1 : i + 2] in ("[", "O"):
+        if text.startswith("\x1b[[", i):  # a function key of the Linux console: one letter follows
+            i += 4
+        elif text[i] == "\x1b" and text[i + 1 : i + 2] in ("[", "O"):
             last = next((j for j in range(i + 2, len(text)) if text[j].isalpha() or text[j] == "~"), len(text) - 1)
             keys += [_ARROWS[text[last]]] if text[last] in _ARROWS else []
             i = last + 1
@@ -41,6 +45,13 @@ def read_keys(data: bytes) -> list[str]:
             keys.append(_NAMES.get(text[i], text[i].lower()))
             i += 1
     return [key for key in keys if key.isprintable()]
+
+
+def split_incomplete(data: bytes) -> tuple[bytes, bytes]:
+    """Return what a terminal has sent up to a sequence that is incomplete, and that, which the next read completes."""
+    incomplete = _INCOMPLETE.search(data)
+    begin = incomplete.start() if incomplete else len(data)
+    return data[:begin], data[begin:]
 
 
 class OperatorConsole:
@@ -92,10 +103,12 @@ class OperatorConsole:
                 self._serve(desk)
 
     def _serve(self, desk: DeskLink) -> None:
+        unread = b""
         while not self._closing.is_set():
             if self._keys and select.select([sys.stdin], [], [], _REFRESH_PERIOD)[0]:
                 data = os.read(sys.stdin.fileno(), 1024)
                 self._keys = bool(data)  # none at the end of the file: the terminal has been closed
+                data, unread = split_incomplete(unread + data)
                 for key in read_keys(data):
                     desk.end() if key == END else desk.send(f"key {key}")
             elif not self._keys:

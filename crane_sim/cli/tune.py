@@ -15,6 +15,7 @@ from rich.table import Column, Table
 from crane_sim.cli.help_lines import IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.report import json_value
+from crane_sim.cli.run_options import ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.cli.sweep import format_cell, show_progress
 from crane_sim.files.errors import SceneError
@@ -41,6 +42,8 @@ def tune(
     from crane_sim.study.schema import load_study
 
     definition = load_study(study)
+    if save is not None:  # before the search, which may take hours
+        _read_summaries(save)
     install_groups("study")
     if trials is not None and definition.tune is not None:
         definition = definition.model_copy(update={"tune": definition.tune.model_copy(update={"trials": trials})})
@@ -62,12 +65,23 @@ def add_to_file(summary: dict[str, Any], file: Path) -> None:
     Raises:
         SceneError: the file cannot be read or written.
     """
+    summaries = _read_summaries(file) | {summary["study"]: json_value(summary)}
+    try:
+        file.write_text(json.dumps(dict(sorted(summaries.items())), indent=1) + "\n")
+    except OSError as error:
+        raise SceneError(f"--save {file}: {error}") from None
+
+
+def _read_summaries(file: Path) -> dict[str, Any]:
+    """Return the summaries in a file, none where there is no file; raises SceneError where it can have none."""
+    ensure_writable_file("--save", file)
     try:
         summaries = json.loads(file.read_text()) if file.exists() else {}
-        summaries[summary["study"]] = json_value(summary)
-        file.write_text(json.dumps(dict(sorted(summaries.items())), indent=1) + "\n")
     except (OSError, ValueError) as error:
         raise SceneError(f"--save {file}: {error}") from None
+    if not isinstance(summaries, dict):
+        raise SceneError(f"--save {file}: holds no summaries of searches by the names of their studies")
+    return summaries
 
 
 def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, console: Console) -> None:

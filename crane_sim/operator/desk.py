@@ -143,8 +143,7 @@ class SoftLimits:
         if speed == 0.0 or (joint.low == -inf and joint.high == inf):
             return speed
         fastest = max(v, reference.velocity) if speed > 0.0 else min(v, reference.velocity)
-        lagging = joint.lag * v
-        motion = ReferenceMotion(q + lagging, fastest, reference.acceleration)
+        motion = ReferenceMotion(q + joint.lag * fastest, fastest, reference.acceleration)
         return permitted_speed(motion, speed, joint.bounds, joint.low, joint.high, REACTION_TIME)
 
 

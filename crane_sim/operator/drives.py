@@ -152,10 +152,17 @@ def driven_joints(scene: Scene) -> tuple[DrivenJoint, ...]:
     joints = []
     for i, name in enumerate(scene.actuated):
         low, high = _travel(scene, i, start[name])
-        lag = getattr(getattr(scene.file, name, None), "time_constant", None) or 0.0
-        rate = scene.effort_units[i] == "m/s"
-        joints.append(DrivenJoint(name, units[name], _bounds(scene, i), low, high, lag if rate else 0.0))
+        joints.append(DrivenJoint(name, units[name], _bounds(scene, i), low, high, _lag(scene, i)))
     return tuple(joints)
+
+
+def _lag(scene: Scene, i: int) -> float:
+    """Return the lag [s] of a joint behind its command: of its drive, its delay, and of a winch driven by its speed."""
+    drive = scene.hardware.drives[i]
+    lag = float(drive.lag) + int(drive.delay) * scene.period
+    if scene.effort_units[i] != "m/s":
+        return lag
+    return lag + (getattr(getattr(scene.file, scene.actuated[i], None), "time_constant", None) or 0.0)
 
 
 def _bounds(scene: Scene, i: int) -> Bounds:

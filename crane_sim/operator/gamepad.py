@@ -41,7 +41,7 @@ class Gamepad:
         self.name = self._device.name
         self._ranges: Mapping[int, Any] = {}
         self._axes = [0.0] * len(_STICKS)
-        self._buttons = [0] * len(_BUTTONS)
+        self._buttons: list[int] = []
         self._codes = {getattr(ecodes, name): i for i, name in enumerate(_STICKS)}
         self._keys = {getattr(ecodes, name): i for i, name in enumerate(_BUTTONS)}
         try:
@@ -51,7 +51,8 @@ class Gamepad:
             raise SceneError(f"gamepad {self.name}: cannot be read: {error.strerror}") from None
 
     def _read_positions(self) -> None:
-        """Read where sticks and buttons are; later events tell their changes."""
+        """Read where sticks and buttons are; later events have their changes."""
+        self._buttons = [0] * len(_BUTTONS)
         self._ranges = dict(self._device.capabilities(absinfo=True).get(ecodes.EV_ABS, ()))
         for code, i in self._codes.items():
             if code in self._ranges:
@@ -66,12 +67,17 @@ class Gamepad:
         Raises:
             OSError: the gamepad is gone.
         """
+        events_were_lost = False  # by the kernel, whose buffer was full: the release of a button, for instance
         with suppress(BlockingIOError):
             for event in self._device.read():
                 if event.type == ecodes.EV_ABS and event.code in self._codes:
                     self._axes[self._codes[event.code]] = self._normalise(event.code, event.value)
                 elif event.type == ecodes.EV_KEY and event.code in self._keys:
                     self._buttons[self._keys[event.code]] = int(bool(event.value))
+                elif event.type == ecodes.EV_SYN and event.code == ecodes.SYN_DROPPED:
+                    events_were_lost = True
+        if events_were_lost:
+            self._read_positions()
         return Sample(tuple(self._axes), tuple(self._buttons))
 
     def close(self) -> None:

@@ -47,6 +47,8 @@ def read_bag(path: Path) -> RunFromBag:
     if "scene_file" not in properties:
         raise UnreadableRecording(f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version")
     scene = load_scene(yaml.safe_load(properties["scene_file"]))
+    if properties.get("law") == "external":  # another node commanded, whatever law the scene has
+        scene = scene.with_external_commands()
     try:
         messages = read_messages(path, REQUIRED_TOPICS, OPTIONAL_TOPICS)
     except UnreadableBag as error:

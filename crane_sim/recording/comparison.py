@@ -98,6 +98,10 @@ def _read_run(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
         return run
     if isinstance(run, Path | str):
         return read_recording(Path(run))
+    if not run.summary["steps"]:
+        raise SceneError(
+            f"compare: a run of {run.scene.name} has no steps: {run.summary.get('error', 'none was taken')}"
+        )
     return import_module("crane_sim.recording.rerun.rollout").recorded_run(run)  # by name: a layer above, optional
 
 

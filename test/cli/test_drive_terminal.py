@@ -9,12 +9,14 @@ import struct
 import termios
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from command_line import CRANE, crane_here
 from process_helpers import started_program
 from rich.console import Console
 
+from crane_sim.cli import drive as drive_command
 from crane_sim.cli.operator_console import (
     OperatorConsole,
     format_bar,
@@ -22,7 +24,9 @@ from crane_sim.cli.operator_console import (
     make_lever_table,
     make_panel,
     read_keys,
+    split_incomplete,
 )
+from crane_sim.files.errors import SceneError
 from crane_sim.hardware.reference_profiles import Bounds
 from crane_sim.operator.desk import DrivenJoint
 from crane_sim.operator.levers import axis_name, make_lever_assignment
@@ -43,11 +47,21 @@ LEVERS = make_lever_assignment(("slew", "rope"))
         (b"\x1b[15~\x1b[3~w", ["w"]),
         (b"\x00\x07\xff\x1b", []),
         (b"\x1b[", []),
+        (b"\x1b[[Aw", ["w"]),
     ],
 )
 def test_names_of_keys(data: bytes, keys: list[str]) -> None:
     """Letters, arrows and the keys with names are read; other sequences and bytes are dropped."""
     assert read_keys(data) == keys
+
+
+@pytest.mark.parametrize("data", [b"w\x1b[A", b"\x1b[1;5D", b"\x1b[[A", b"\x1bOB"])
+def test_a_sequence_in_two_parts_is_one(data: bytes) -> None:
+    """Wherever the reads of a terminal divide a sequence, its keys are those of the whole."""
+    for cut in range(len(data) + 1):
+        first, unread = split_incomplete(data[:cut])
+        assert read_keys(first) + read_keys(unread + data[cut:]) == read_keys(data)
+    assert split_incomplete(data) == (data, b"")
 
 
 def test_a_bar_shows_sign_and_size() -> None:
@@ -207,3 +221,10 @@ def test_mistakes_are_one_line(
     result = crane_here(monkeypatch, capsys, "drive", "knuckle_setpoint", *arguments)
     assert result.returncode == 2
     assert result.stderr.startswith(f"crane: {line}") and result.stderr.count("\n") == 1, result.stderr
+
+
+def test_levers_are_mapped_of_devices_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The axes of `--map` belong to a gamepad: beside a keyboard they are refused, not ignored."""
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: True))
+    with pytest.raises(SceneError, match="--map slew=2: belongs to --input gamepad or joy, here is --input keyboard"):
+        drive_command._check_device({"device": "keyboard", "joy_topic": None, "gamepad": "", "mapping": ("slew=2",)})

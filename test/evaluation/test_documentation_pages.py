@@ -16,6 +16,7 @@ from crane_sim.evaluation.documentation.pages import HAND_WRITTEN, PAGES, first_
 from crane_sim.evaluation.documentation.pictures import PICTURES
 from crane_sim.evaluation.league.sampled_data import read_cells
 from crane_sim.evaluation.league.sampled_table import format_samples
+from crane_sim.files.errors import SceneError
 from crane_sim.ros.plant_node import PARAMETERS
 from crane_sim.simulation.rollout import simulate
 
@@ -119,3 +120,11 @@ def test_every_picture_is_made_by_a_command() -> None:
             written = page.stem in PAGES or any(f"Writes docs/{file}" in program for program in programs)
             assert written or Path(file).name in PICTURES, f"{page.name}: nothing makes {file}"
     assert all((DOCS / name).is_file() for name in PICTURES)
+
+
+def test_the_python_interface_is_of_no_scene() -> None:
+    """`describe SCENE --ros2-control --python` asks for two pages: one line says so."""
+    with pytest.raises(
+        SceneError, match="^crane describe overhead_energy --python: the Python interface is that of all"
+    ):
+        app(["describe", "overhead_energy", "--ros2-control", "--python"], standalone_mode=False)

@@ -5,9 +5,10 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from process_helpers import started_program
+from process_helpers import next_line, started_program
 
 from crane_sim import load_scene
 from crane_sim.evaluation.soak import signals
@@ -85,3 +86,15 @@ def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:
         assert orphans("another's") == []
         (line,) = orphans("mine")
         assert line.startswith("outlives the run: ") and process.wait(60.0) == -signal.SIGKILL
+
+
+def test_a_process_that_holds_the_pipes_of_its_run_is_a_failure() -> None:
+    """A run's output is waited for no longer than permitted: what outlives the run and holds it is named, and ended."""
+    child = [sys.executable, "-c", "import time; time.sleep(600.0)"]
+    program = f"import subprocess; subprocess.Popen({child!r}); print('ready', flush=True)"
+    ends: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with started_program([sys.executable, "-c", program], env=os.environ | {MARK: "held"}, **ends) as process:
+        assert next_line(process) == "ready\n"
+        process.wait(60.0)
+        _, (line,) = signals._wait_for_pipes(process, "held", 0.2)
+    assert line.startswith("outlives the run: ")

@@ -3,6 +3,7 @@
 import pytest
 
 from crane_sim.hardware.reference_profiles import Bounds
+from crane_sim.hardware.soft_limits import ReferenceMotion, follow
 from crane_sim.operator.desk import Desk, DrivenJoint, Mode, SoftLimits
 from crane_sim.operator.inputs import Demand
 
@@ -121,3 +122,19 @@ def test_assistance_is_switched_once_a_press() -> None:
         desk.take(Demand(LEVERS, True, assistance=pressed), 0.1)
         seen.append(desk.assisted)
     assert seen == [True, False, False, False, True, True]
+
+
+@pytest.mark.parametrize(("lag", "delay"), [(0.0, 0.0), (0.2, 0.0), (1.0, 0.0), (0.0, 0.5), (0.2, 0.5)])
+def test_a_drive_with_lag_stops_before_the_soft_limit(lag: float, delay: float) -> None:
+    """A lever that is held towards a soft limit stops the joint there, also behind a delay and a lag."""
+    period, low, q, v, reference = 0.01, 0.0, 5.0, 0.0, ReferenceMotion(0.0, 0.0, 0.0)
+    joint = JOINTS[1]._replace(low=low, high=6.88, lag=lag + delay)
+    limits, queue = SoftLimits((joint,), period), [0.0] * round(delay / period)
+    for _ in range(2000):
+        (speed,) = limits.take((joint.bounds.speed,), (q,), (v,))
+        reference = follow(reference, speed, joint.bounds, period)
+        queue.append(reference.velocity)
+        v += (queue.pop(0) - v) * (period / (lag + period))
+        q += v * period
+        assert q < joint.high + 0.005  # m: what 0.7 m/s takes in a period
+    assert q > joint.high - 0.1  # it did get there

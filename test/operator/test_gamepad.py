@@ -14,7 +14,9 @@ from crane_sim.operator.levers import Buttons, make_lever_assignment
 
 JOINTS = ("slew", "trolley", "rope")
 CODES = {name: i for i, name in enumerate((*gamepad._STICKS, *gamepad._BUTTONS), start=16)}
-ECODES = SimpleNamespace(EV_KEY=1, EV_ABS=3, BTN_GAMEPAD=CODES["BTN_SOUTH"], BTN_JOYSTICK=-1, **CODES)
+ECODES = SimpleNamespace(
+    EV_SYN=0, SYN_DROPPED=3, EV_KEY=1, EV_ABS=3, BTN_GAMEPAD=CODES["BTN_SOUTH"], BTN_JOYSTICK=-1, **CODES
+)
 
 
 class FakeDevice:
@@ -27,6 +29,7 @@ class FakeDevice:
         if path != "/dev/input/event7":
             raise OSError(13, "Permission denied")
         self.events: list[Any] = []
+        self.pressed = [CODES["BTN_TL"]]  # the left shoulder: it is held from the start
         self.gone = False
 
     def capabilities(self, absinfo: bool = False) -> dict[int, Any]:
@@ -36,8 +39,8 @@ class FakeDevice:
         return {ECODES.EV_ABS: axes, ECODES.EV_KEY: [CODES[name] for name in gamepad._BUTTONS]}
 
     def active_keys(self) -> list[int]:
-        """Return the left shoulder: it is held from the start."""
-        return [CODES["BTN_TL"]]
+        """Return the buttons that are held."""
+        return self.pressed
 
     def read(self) -> list[Any]:
         """Return the events; as evdev, an error where there are none, and where the device is gone."""
@@ -135,3 +138,12 @@ def test_a_gamepad_that_goes_while_it_is_opened_is_one_line(
     monkeypatch.setattr(FakeDevice, "active_keys", gone)
     with pytest.raises(SceneError, match="gamepad pad: cannot be read: No such device"):
         gamepad.Gamepad("/dev/input/event7")
+
+
+def test_lost_events_are_made_up_for(pad: gamepad.Gamepad) -> None:
+    """Where the kernel's buffer was full, positions are read anew: the release of the dead man's switch may be lost."""
+    device: Any = pad._device
+    device.pressed = [CODES["BTN_EAST"]]
+    device.events.append(SimpleNamespace(type=0, code=3, value=0))
+    demand = demand_of(pad.read(), make_lever_assignment(JOINTS))
+    assert demand.stop and not demand.enabled

@@ -120,3 +120,12 @@ def test_a_crane_without_commands_stands() -> None:
         plant.advance((0.0,) * 4)
     moved = [abs(a - b) for a, b in zip(plant.q, scene.initial_q, strict=True)]
     assert max(moved[:4]) < 1e-6  # the loop's integral begins with the static load
+
+
+def test_lags_are_those_of_drive_and_winch() -> None:
+    """The lag behind a command is the delay of the drive, its own lag and the time constant of a winch by speed."""
+    changes = {"actuators.rope.lag": 1.0, "actuators.rope.delay": 0.5}
+    scene = with_operator_drives(load_scene("bridge_hook_and_sling", changes))
+    plain = with_operator_drives(load_scene("bridge_hook_and_sling"))
+    lags = [{joint.name: joint.lag for joint in driven_joints(each)}["rope"] for each in (scene, plain)]
+    assert lags[0] - lags[1] == pytest.approx(1.5)

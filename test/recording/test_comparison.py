@@ -200,3 +200,14 @@ def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> 
         assert len(np.unique(at)) == INSTANTS
         assert np.abs(rows[:, 1:] - each.payload[at]).max() < ACCURACY
     assert np.abs(run.payload - other.payload).max() > 1e-3  # the second crane is not the first one again
+
+
+def test_a_run_without_steps_is_not_blamed_on_its_recorder() -> None:
+    """A run that fails before its first step has nothing to compare, and the line says why it failed."""
+    push = {"control": None, "reference": None, "inputs": {"trolley": {"kind": "constant", "value": 1e3}}}
+    with pytest.raises(crane_sim.SimulationError) as failed:
+        crane_sim.simulate("overhead_energy", overrides=push | {"trolley.limits": [-1.0, 1e-6]})
+    run = failed.value.run
+    assert run is not None and run.summary["steps"] == 0
+    with pytest.raises(crane_sim.SceneError, match="compare: a run of overhead_energy has no steps: stopped at"):
+        crane_sim.compare(run, run)

@@ -127,3 +127,11 @@ def test_periods_in_which_brakes_act_have_no_command(tmp_path: Path) -> None:
     assert {row.step for row in rows if row.braked} == braked
     for row in rows:
         assert row.demanded == (None if row.step in braked else tuple(run.commands[row.step - 1]))
+
+
+def test_a_bag_of_another_node_s_commands_has_no_law(tmp_path: Path) -> None:
+    """A run whose commands came from elsewhere is read as such, and not as one of the scene's own law."""
+    scene = recorded_run().scene.with_external_commands()
+    run = crane_sim.read_recording(write(tmp_path / "run.mcap", text_properties(layout_of_scene(scene, ""))))
+    assert run.law == "external" and run.lyapunov is None
+    assert crane_sim.read_recording(write(tmp_path / "own.mcap", properties_of_run())).lyapunov is not None

@@ -10,10 +10,12 @@ import crane_sim
 from crane_sim.evaluation.report.page_data import page_data
 from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
+from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.state_timelines import StateTimelines
 from crane_sim.recording.states import COLORS, CONTROLLER, TimelineInputs, make_event_timelines, make_spans
+from crane_sim.recording.step_assembler import Row
 
 CHANGES: dict[str, Any] = {
     "duration": 0.3,
@@ -125,3 +127,15 @@ def test_short_spans_do_not_hide_what_happened() -> None:
         (2.0, 3.0, "slack"),
     ]
     assert make_spans(changes, 1.5, 3.0, 0.01) == [(1.5, 2.0, "taut"), (2.0, 3.0, "slack")]
+
+
+def test_states_of_one_instant_are_in_their_order(tmp_path: Path) -> None:
+    """Changes at one instant are read back in the order in which they were recorded, not in that of their names."""
+    scene = crane_sim.load_scene("knuckle_setpoint")
+    session = Session(scene, tmp_path / "run.rrd")
+    effort = (0.0,) * len(scene.actuated)
+    session.write([Row(k + 1, scene.initial_q, scene.initial_v, effort, effort, scene.reference) for k in range(10)])
+    for name in ("playing", "paused"):
+        session.add_timeline_state("simulation", "stopped", 5, name)
+    file = session.close({"scene": scene.name, "steps": 10}, 0)["recording"]
+    assert [state for _, state in crane_sim.read_recording(file).states["simulation"]][-2:] == ["playing", "paused"]

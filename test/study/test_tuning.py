@@ -15,6 +15,7 @@ from command_line import crane
 from test_study_runs import without_times
 
 import crane_sim
+from crane_sim.cli.commands import app
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study import tuning
@@ -338,3 +339,20 @@ def test_gains_can_be_pasted(tmp_path: Path) -> None:
     check_cases(load_study(QUICK | {"tune": None, "variants": saved}))
     with pytest.raises(SceneError, match="holds a search of crane tune; its study is .*held_out_1_keep_1$"):
         read_result(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "line"),
+    [("sums.json", "[]", "holds no summaries"), ("sums.json", "{", "Expecting"), ("folder", None, "is a folder")],
+)
+def test_a_file_that_cannot_take_the_result_is_refused_before_the_search(
+    name: str, content: str | None, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`crane tune --save` says in one line that the file holds something else, before any trial; the file stays."""
+    study, file = tmp_path / "study.yaml", tmp_path / name
+    study.write_text(yaml.safe_dump(STUDY))
+    file.mkdir() if content is None else file.write_text(content)
+    monkeypatch.setattr(tuning, "tune", None)  # calling it would raise TypeError
+    with pytest.raises(SceneError, match=f"^--save {file}: {line}"):
+        app(["tune", str(study), "--save", str(file)], standalone_mode=False)
+    assert content is None or file.read_text() == content

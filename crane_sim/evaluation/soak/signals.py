@@ -121,10 +121,11 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
             took = _send_signals(process, interruption, monitored, received)
-            _, printed = process.communicate(timeout=_EXIT_TIMEOUT)  # it and all that write to its pipes have ended
+            printed, outliving = _wait_for_pipes(process, mark, _EXIT_TIMEOUT if interruption else _START_TIMEOUT)
         steps = load_scene(SCENE, {"duration": duration}).steps
         monitored.read_to_end(received, lambda messages: not _last_effort(messages, steps))
         failures = [
+            *outliving,
             *orphans(mark),
             *of_run(Path(folder), _count_steps(received, steps)),
             *_last_effort(received, steps),
@@ -132,6 +133,19 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
     failures += [printed.strip().splitlines()[-1]] if "Traceback" in printed or "Exception" in printed else []
     failures += _exit_code(interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
     return End(took, process.returncode, tuple(failures))
+
+
+def _wait_for_pipes(process: subprocess.Popen[str], mark: str, timeout: float) -> tuple[str, list[str]]:
+    """Return what a run wrote to stderr, once it and all that write to its pipes have ended.
+
+    After `timeout` [s] those that outlive it are killed, and returned as failures.
+    """
+    try:
+        return process.communicate(timeout=timeout)[1], []
+    except subprocess.TimeoutExpired:
+        outliving = orphans(mark)
+        process.kill()
+        return process.communicate()[1], outliving
 
 
 def _exit_code(interruption: Interruption | None, code: int, cut: bool) -> list[str]:

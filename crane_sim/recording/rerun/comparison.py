@@ -14,6 +14,7 @@ from crane_sim.recording.base_frame import BASE
 from crane_sim.recording.camera import Framing
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.layout import Span
+from crane_sim.recording.metric_units import metric_row
 from crane_sim.recording.quantities import Quantity, moving_quantities
 from crane_sim.recording.rerun.blueprint import arrange, crane_view, value_axis
 from crane_sim.recording.rerun.curves import PALETTE
@@ -23,7 +24,7 @@ from crane_sim.recording.rerun.scene3d import log_ground
 from crane_sim.recording.rerun.summary import markdown_table
 from crane_sim.recording.rerun.timelines import time_columns
 from crane_sim.recording.rerun.vessel import Vessel
-from crane_sim.recording.rerun.writer import APPLICATION, FLUSH_SECONDS
+from crane_sim.recording.rerun.writer import APPLICATION, FLUSH_SECONDS, claim
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,8 +53,8 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
     rec = rr.RecordingStream(APPLICATION, recording_id=f"{TITLE}-{uuid.uuid4().hex[:12]}")
     rec.set_log_time_enabled(False)
     rec.set_log_tick_enabled(False)
+    lock = claim(temporary)  # else a recorder that starts would take it for a leftover
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         rec.save(temporary, default_blueprint=_blueprint(framing, quantities, len(runs)))
         rec.send_recording_name(" and ".join(comparison.names))
         rec.send_property("run", rr.AnyValues(compared=list(comparison.names)))
@@ -65,6 +66,8 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
         return temporary.replace(path)
     except (RuntimeError, ValueError, OSError) as error:
         raise RecordingError(f"recording {temporary}: {error}") from error
+    finally:
+        lock.close()
 
 
 def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framing) -> None:
@@ -126,17 +129,12 @@ def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Cur
 def _metrics_markdown(comparison: Comparison) -> str:
     """Return the metrics of all runs as a markdown document, with the differences from the first."""
     names = comparison.names
-    differences = [comparison.metric_differences(i) for i in range(1, len(names))]
     header = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]
-    rows = [
-        [key.replace("_", " "), *map(_format_metric, (*values, *(each.get(key) for each in differences)))]
-        for key, values in comparison.metrics.items()
-    ]
+    rows = []
+    for key, values in comparison.metrics.items():
+        label, unit, texts = metric_row(key, comparison.runs, values)
+        rows.append([f"{label} [{unit}]" if unit else label, *(text or "–" for text in texts)])
     return f"# {' and '.join(names)}\n\n{markdown_table(header, rows)}\n"
-
-
-def _format_metric(value: float | None) -> str:
-    return "–" if value is None else f"{value:.5g}"
 
 
 def _key(i: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from crane_sim.recording.run import AnimationFrames, RecordedRun, UnreadableReco
 from crane_sim.recording.states import Changes
 
 SCALARS = "Scalars:scalars"
+_ROW_ID = "rerun.controls.RowId"  # in the order in which rows were logged, also within one instant
 _SUMMARY, _RUN, _EVENTS = "__properties/summary", "__properties/run", "log/events"
 _RUN_PREFIXES = ("plots/", "frames/", "states/", "log/")  # of the names of a run's entities
 Batches = dict[str, list[pa.RecordBatch]]  # rows by entity
@@ -68,7 +70,7 @@ def read_run(path: Path) -> RecordedRun:
         raise UnreadableRecording(f"{path}: holds no run, or one of an older version of crane_sim, before this one")
     summary = json.loads(document) if document else {}
     crane = crane_of(run)
-    values = _arrays(batches, path, bool(crane.actuated))
+    values = _arrays(batches, path, bool(crane.actuated), summary)
     if len(values["t"]) != summary.get("recorded_steps", len(values["t"])):
         raise UnreadableRecording(f"{path}: is damaged: {len(values['t'])} of {summary['recorded_steps']} steps left")
     return RecordedRun(
@@ -89,11 +91,12 @@ _OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} |
 _OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
 
 
-def _arrays(batches: Batches, path: Path, driven: bool) -> dict[str, Any]:
+def _arrays(batches: Batches, path: Path, driven: bool, summary: dict[str, Any]) -> dict[str, Any]:
     """Return the attributes of a run that are arrays, by name; None for what it does not have."""
     states = _curves(batches, "plots/q")
     if states is None:
-        raise UnreadableRecording(f"{path}: has no steps: its recorder was killed before the first ones")
+        reason = summary.get("error") or "its recorder was killed before the first ones"
+        raise UnreadableRecording(f"{path}: has no steps: {reason}")
 
     def matrix(entity: str) -> Any:
         curves = _curves(batches, f"plots/{entity}")
@@ -131,12 +134,12 @@ def _frames(batches: Batches) -> AnimationFrames:
 
 def _events(batches: Batches) -> list[tuple[float, str]]:
     rows = [
-        (float(time) / 1e9, text[0])
+        (float(time) / 1e9, row, text[0])
         for batch in batches[_EVENTS]
         if "TextLog:text" in batch.schema.names
-        for time, text in zip(_nanoseconds(batch), batch["TextLog:text"].to_pylist(), strict=True)
+        for time, row, text in _columns(batch, _ROW_ID, "TextLog:text")
     ]
-    return sorted(rows)
+    return [(t, text) for t, _, text in sorted(rows)]
 
 
 def _state_changes(batches: Batches) -> dict[str, Changes]:
@@ -144,15 +147,18 @@ def _state_changes(batches: Batches) -> dict[str, Changes]:
     timelines: dict[str, Changes] = {}
     for entity in sorted(name for name in batches if name.startswith("states/")):
         rows = [
-            (step, float(time) / 1e9, state[0])
+            (step, float(time) / 1e9, row, state[0])
             for batch in batches[entity]
             if "StateChange:state" in batch.schema.names
-            for step, time, state in zip(
-                batch["step"].to_pylist(), _nanoseconds(batch), batch["StateChange:state"].to_pylist(), strict=True
-            )
+            for time, step, row, state in _columns(batch, "step", _ROW_ID, "StateChange:state")
         ]
-        timelines[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, state in sorted(rows)]
+        timelines[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, _, state in sorted(rows)]
     return timelines
+
+
+def _columns(batch: pa.RecordBatch, *names: str) -> Iterator[tuple[Any, ...]]:
+    """Return an iterator over the rows of a batch: scene time [ns], then the named columns."""
+    return zip(_nanoseconds(batch), *(batch[name].to_pylist() for name in names), strict=True)
 
 
 def _properties(batches: Batches, entity: str) -> dict[str, Any]:

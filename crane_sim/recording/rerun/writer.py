@@ -56,7 +56,7 @@ class RunWriter:
         self._strides = {channel.stride for channel in self._channels}
         self._spans: dict[str, Span] = {}
         self._timelines, self._named = StateTimelines(layout, layout.timeline_inputs), dict[str, set[str]]()
-        self._lock = _claim(self.part)
+        self._lock = claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
@@ -180,7 +180,7 @@ def _describe_disk(folder: Path) -> str:
         return f"its folder: {error.strerror}"
 
 
-def _claim(part: Path) -> BufferedIOBase:
+def claim(part: Path) -> BufferedIOBase:
     """Make the file and hold a lock on it: the system drops it when this process ends, however that happens."""
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
