@@ -246,11 +246,13 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
     """
     try:
         answer = law(t, q, v)
+        if isinstance(answer, Iterator):  # its items are the law's own code
+            answer = tuple(answer)
     except Exception as error:
-        raise LawError(f"the law failed at t = {t:g} s: {type(error).__name__}: {error}") from error
+        raise LawError(f"the law failed at t = {t:g} s: {type(error).__name__}: {join_lines(error)}") from error
     try:
         efforts = tuple(map(float, answer))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise LawError(f"the law returned {shorten(answer)} at t = {t:g} s, not {nu} efforts") from None
     if len(efforts) != nu:
         raise LawError(f"the law gave {len(efforts)} efforts at t = {t:g} s, {nu} joints are actuated")

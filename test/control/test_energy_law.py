@@ -119,6 +119,9 @@ def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
         (lambda t, q, v: 3.0, "the law returned 3.0 at t = 0 s, not 4 efforts"),
         (lambda t, q, v: ["a"], "the law returned ['a'] at t = 0 s, not 4 efforts"),
         (lambda t, q, v: {}["gain"], "the law failed at t = 0 s: KeyError"),
+        (lambda t, q, v: (1.0 / x for x in (0.0,)), "the law failed at t = 0 s: ZeroDivisionError"),
+        (lambda t, q, v: (10**400,) * 4, "the law returned (1000"),
+        (lambda t, q, v: int("a\nb"), "the law failed at t = 0 s: ValueError: invalid literal for int()"),
     ],
     ids=["not finite", "too few", "a number", "no numbers", "raises"],
 )

@@ -1,7 +1,7 @@
 """Dry friction by events: when joints stick and slip, what they hold, and what the energy says."""
 
 from functools import cache
-from math import cos, sin
+from math import acos, asin, cos, pi, sin
 from typing import Any
 
 import numpy as np
@@ -192,3 +192,30 @@ def test_bristles_of_a_trolley_bend_as_the_paper_says(model: str) -> None:
     # |v| bends the equations where a joint turns round, which costs both solutions an order there
     assert run.events == [] and np.max(np.abs(trolley - expected[[0, 3]])) < 1e-9
     assert run.summary["energy_audit_max"] < 1e-9
+
+
+def test_a_hoist_that_reverses_within_a_step_sticks() -> None:
+    """A hoist whose rate touches zero between two ends of steps, V + cos t, sticks there until its load frees it.
+
+    Its velocity is interpolated by its derivatives: a guard of positions alone would have stepped over both events.
+    """
+    rate = 0.997  # m/s, of V: zero where cos t = -V
+    effort = {"kind": "sine", "offset": -78.1, "amplitude": -30.0, "frequency": 1.0}
+    document = {
+        "crane": "overhead",
+        "duration": 6.0,
+        "trolley": {"drive": "fixed"},
+        "cable": {"lengths": [5.0], "node_masses": [10.0]},
+        "hoist": {"drive": "force", "inertia": 20.0},
+        "friction": {"hoist": {"coulomb": 20.0, "static": 40.0}},
+        "initial": {"length_rate": rate + 1.0},
+        "inputs": {"hoist": effort},
+        "integrator": {"method": "rk8", "step": 0.25},
+    }
+    run = crane_sim.simulate(document)
+    sticks, slips = run.events
+    assert (sticks[1], slips[1]) == ("the hoist sticks", "the hoist slips forwards")
+    assert sticks[0] == pytest.approx(pi - acos(rate), abs=1e-3)  # a step of 0.25 s has errors of 1e-5 in the rate
+    load = 10.0 * 9.81 - 78.1  # N, held beside the sine; it breaks loose at 40 N
+    assert slips[0] == pytest.approx(pi + asin((40.0 - load) / 30.0), abs=1e-6)
+    assert run.summary["energy_audit_max"] < 1e-12

@@ -183,6 +183,11 @@ def _(hoist, mode, tau, tension):
     return breakaway_mode(hoist.friction, mode, tau[len(tau) - 1] + tension)
 
 
+@has_friction.register(ForceHoist)
+def _(part):
+    return has_friction(part.friction)
+
+
 @step_control_of.register(ForceHoist)
 def _(part):
     return step_control_of(part.friction)
