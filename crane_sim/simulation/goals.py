@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.linearisation import equilibrium, hanging_positions
+from crane_sim.scenes.schema.flexibility import DEFLECTION
+from crane_sim.simulation.linearisation import equilibrium, hanging_positions, without_dry_friction
 from crane_sim.simulation.metrics import in_base, world_points
 from crane_sim.trajectories.trajectory import sample_trajectory
 
@@ -27,12 +28,16 @@ def path_positions(scene: Scene, t: Array) -> Array:
 def target_position(scene: Scene) -> Array:
     """Return the payload's position (1, 3) [m] at rest at the target of the actuated joints, in the axes of the base.
 
+    Of cranes that bend or have an elastic cable it is their rest under the means of what disturbs them, steady wind
+    included; of all others the payload is straight below the tip, without wind.
+
     Raises:
-        SceneError: the cable is elastic, and nothing holds the crane at rest there.
+        SceneError: the crane bends or its cable is elastic, and nothing holds it at rest there.
     """
     assert scene.reference is not None, "the caller has a scene with a target"
-    elastic = any(name.startswith("node_") for name in scene.joint_names)  # its length at rest is part of the solution
-    q = equilibrium(scene)[0] if elastic else hanging_positions(scene, scene.reference)
+    # deflections and the lengths of an elastic cable are part of the solution
+    bends = any(name.startswith("node_") or name.endswith(DEFLECTION) for name in scene.joint_names)
+    q = equilibrium(without_dry_friction(scene))[0] if bends else hanging_positions(scene, scene.reference)
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     return express_in_base(scene.model, np.zeros(1), nodes[-1:])
 

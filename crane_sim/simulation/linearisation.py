@@ -14,7 +14,7 @@ from scipy.linalg import block_diag, null_space
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.numerics.column import NotVectorisable, arrays_of
+from crane_sim.numerics.column import NotVectorisable, arrays_of, as_float
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.averaging import average_scene
@@ -152,9 +152,9 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
 
 
 def hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
-    """Return the joint positions (nq,) at the reference with the cable straight down, or those that the form has."""
+    """Return the joint positions (nq,) at the reference with the cable straight down, or those that the file gives."""
     if (rest := scene.file.rest_positions(reference)) is not None:
-        return np.array(rest, dtype=float)
+        return np.array([as_float(x) for x in rest])
     down = {"rad": 0.0}
     start = zip(scene.joint_names, scene.joint_units, scene.initial_q, strict=True)
     upright = {"_z": -1.0, "qw": 1.0}

@@ -80,6 +80,20 @@ def test_regulators_are_designed_at_once_as_alone(nodes: list[float]) -> None:
         assert differences(found.at(i), alone) == []
 
 
+def test_regulators_of_elastic_cables_are_designed_at_once_as_alone() -> None:
+    """LQR laws of cranes on springs, each about where its own payload hangs, are those of cranes made alone."""
+    document = load_scene("overhead_energy").to_dict() | {"control": {"law": "lqr"}, "initial": {"angles": [0.1]}}
+    cable = {"model": "elastic", "lengths": [2.0], "node_masses": [10.0], "stiffness": [1e5], "damping": [1e3]}
+    document |= {"integrator": {"method": "dop853"}, "cable": cable}
+    varied = {"cable.node_masses.0": [5.0, 10.0, 7.0], "trolley.mass": [5.0, 20.0, 8.0], "gravity": [9.81, 3.7, 9.8]}
+    found = load_columns(document, {}, varied)
+    assert found is not None
+    assert found.covered.all()
+    for i in range(3):
+        alone = load_scene(document, {key: values[i] for key, values in varied.items()})
+        assert differences(found.at(i), alone) == []
+
+
 def test_what_is_not_alike_is_left_out() -> None:
     """Values that are not possible, and cranes of another kind, are marked; the others are as they are alone."""
     document = load_scene("overhead_energy").to_dict() | {"control": None}

@@ -49,6 +49,25 @@ def test_directions_have_as_many_deviations_as_they_can_take() -> None:
     assert len(model.state_units) == 2 * n
 
 
+@pytest.mark.parametrize("hoisted", [False, True])
+@pytest.mark.parametrize("angle", ["0 deg", "10 deg", "100 deg"])
+def test_an_elastic_cable_is_linearised_where_it_hangs(angle: str, hoisted: bool) -> None:
+    """Whatever the angle of its release, the nodes at rest hang as deep as closed forms say, and nothing grows."""
+    masses, stiffness = np.array([1.0, 2.0, 10.0]), np.array([1e6, 1e5, 1e6])
+    cable = {"model": "elastic", "lengths": [1.0, 0.5, 0.5], "damping": 100.0}
+    cable |= {"node_masses": masses.tolist(), "stiffness": stiffness.tolist()}
+    document = {"crane": "overhead", "duration": 1.0, "cable": cable, "initial": {"angles": [angle]}}
+    document |= {"trolley": {"drive": "force", "mass": 5.0}}
+    document |= {"hoist": {"drive": "force", "inertia": 3.0}} if hoisted else {}
+    model, first = crane_sim.linearise(document, [3.0, 2.0] if hoisted else [3.0]), 2.0 if hoisted else 1.0
+    stretch = G * np.cumsum(masses[::-1])[::-1] / stiffness
+    depths, nodes = np.cumsum(np.array([first, 0.5, 0.5]) + stretch), model.q[1 + hoisted :].reshape(3, 2)
+    # 1e-12 m: rounding; 1e-4 1/s: the roots of the free trolley are the root of rounding, 1e-10, from 0
+    np.testing.assert_allclose(nodes, np.column_stack([np.full(3, 3.0), -depths]), rtol=0.0, atol=1e-12)
+    assert model.eigenvalues[0].real < 1e-4
+    assert model.u[-1] == pytest.approx(-G * masses.sum() if hoisted else 0.0, abs=1e-6)
+
+
 def test_a_scene_that_nothing_holds_is_refused() -> None:
     """Positions of another number of joints are refused in one line."""
     with pytest.raises(SceneError, match="at = \\[1.0, 2.0\\]: must be a finite position for each actuated joint"):

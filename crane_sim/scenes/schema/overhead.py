@@ -1,5 +1,6 @@
 """The schema of a scene file with an overhead crane."""
 
+from itertools import accumulate
 from math import cos
 from typing import Any, ClassVar
 
@@ -8,7 +9,13 @@ from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, hoist_at_start
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
-from crane_sim.scenes.schema.overhead_models import crane_of, in_wind, method_requirements_of, on_base
+from crane_sim.scenes.schema.overhead_models import (
+    crane_of,
+    in_wind,
+    method_requirements_of,
+    on_base,
+    stretched_lengths,
+)
 from crane_sim.scenes.schema.overhead_stiffness import bending_error
 from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
@@ -100,6 +107,19 @@ class OverheadFile(OverheadCrane):
     def trajectory(self) -> Trajectory | None:
         """Return the compiled path, None where the scene has none."""
         return compile_path(self.reference, self)
+
+    def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
+        """Return the joint positions (nq,) of an elastic cable at rest at a target (nu,), None of one that is rigid.
+
+        Its nodes are below the trolley, as far as their weights stretch the links. Wind and forces on nodes are not in.
+        """
+        if self.cable_model != "elastic":
+            return None
+        start = dict(zip(self.joint_names, self.initial_q, strict=True))
+        at = start | dict(zip(self.actuated, target, strict=True))
+        above, wound = tuple(at[name] for name in self.axes), () if self.hoist is None else (at["hoist"],)
+        depths = accumulate(stretched_lengths(self, (*wound, *self.parts.lengths[len(wound) :])))
+        return (*above, *wound, *(x for depth in depths for x in (*above, -depth)))
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""

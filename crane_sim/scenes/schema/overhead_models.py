@@ -152,6 +152,13 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
     return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
 
 
+def stretched_lengths(file: OverheadCrane, lengths: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the lengths [m] of an elastic cable's links of rest lengths (N,) [m] that hang and carry what is below."""
+    springs = springs_of(file, hoist_of(file))
+    weights = file.gravity * np.cumsum(springs.masses[::-1])[::-1]
+    return tuple(np.array(lengths) + weights / springs.stiffness)
+
+
 def refuse_springs(file: OverheadCrane) -> None:
     """Raise SceneError when a cable that is not elastic has keys of an elastic one."""
     for name in ELASTIC_KEYS:
