@@ -123,7 +123,7 @@ def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
         (lambda t, q, v: (10**400,) * 4, "the law returned (1000"),
         (lambda t, q, v: int("a\nb"), "the law failed at t = 0 s: ValueError: invalid literal for int()"),
     ],
-    ids=["not finite", "too few", "a number", "no numbers", "raises"],
+    ids=["not finite", "too few", "a number", "no numbers", "raises", "raises later", "too large", "two lines"],
 )
 def test_a_faulty_law_is_a_single_line_error(law: Any, message: str) -> None:
     """A law that raises, or returns no vector of efforts, ends the run with a single-line error with the time."""

@@ -1,6 +1,6 @@
 """Contact of a load on falls: equations and impacts, against virtual work of point masses and closed forms."""
 
-from math import atan, sin
+from math import atan, cos, pi, sin
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from test_suspended import INERTIA, SEA, base, turn
 from crane_sim import system
 from crane_sim.models.contact.forces import slipping_forces
 from crane_sim.models.contact.impacts import collide, impulse_work
-from crane_sim.models.contact.rigid import is_closed, normal_force_on
+from crane_sim.models.contact.rigid import holding_forces, is_closed, normal_force_on
 from crane_sim.models.contact.surface import (
     ZERO,
     CompliantContact,
@@ -162,22 +162,63 @@ def test_indeterminate_normal_forces_are_the_least_squares() -> None:
     np.testing.assert_allclose(normal_forces, least, rtol=1e-12)  # rounding of the solution
 
 
+def heeled(axis: int, angle: float) -> Base:
+    """Return a base at rest that is turned by an angle [rad] about x (axis 3) or y (axis 4)."""
+    offsets, still = np.zeros(6), np.zeros((6, 1))
+    offsets[axis] = angle
+    return Base(offsets, still, still, still)
+
+
+def sticking(contact: RigidContact, moved: Base, yaw: float = 0.0) -> tuple[FallsCrane, Any]:
+    """Return (crane, state) of a load that sticks to a surface 10 m below the base's origin, its centre 1 m above."""
+    loose, load = falls()._replace(length=20.0), rigid(np.diag([3.0, 4.0, 5.0]))
+    crane = FallsCrane(SUPPORTS["bridge"], loose, load, None, base=moved, contact=contact)
+    q = np.array([0.0, 0.0, 0.0, 0.0, -9.0, cos(0.5 * yaw), 0.0, 0.0, sin(0.5 * yaw)])
+    x = system.state(crane, 0.0, q, np.zeros(9))
+    x[-1] = 1.0
+    return crane, x
+
+
 @pytest.mark.parametrize(("part", "holds"), [(0.9999, True), (1.0001, False)])
 def test_a_load_slips_on_a_base_that_heels_beyond_friction(part: float, holds: bool) -> None:
     """On a base that heels by φ a load at rest is held while tan φ < μ, and its acceleration is zero."""
-    offsets, still = np.zeros(6), np.zeros((6, 1))
-    offsets[3] = atan(part * FRICTION)
     contact = RigidContact(CORNERS, Surface(-10.0, FRICTION, SLIP), 0.0, 0.01)
-    heeled = Base(offsets, still, still, still)
-    loose = falls()._replace(length=20.0)
-    crane = FallsCrane(SUPPORTS["bridge"], loose, rigid(np.diag([3.0, 4.0, 5.0])), None, base=heeled, contact=contact)
-    q = np.array([0.0, 0.0, 0.0, 0.0, -9.0, 1.0, 0.0, 0.0, 0.0])
-    x = system.state(crane, 0.0, q, np.zeros(9))
-    x[-1] = 1.0
+    crane, x = sticking(contact, heeled(3, atan(part * FRICTION)))
     assert not system.acceleration(crane, 0.0, x, (0.0, 0.0))[2:].any()
     value, _, _ = system.guard(crane, 0.0, x, (0.0, 0.0), None)
     assert (value > 0.0) == holds
     assert abs(value) == pytest.approx(1e-4, rel=1e-8)  # rounding, relative to 1
+
+
+@pytest.mark.parametrize("part", [0.9999, 1.0001])
+@pytest.mark.parametrize(("axis", "side", "reach"), [(3, 1, 0.6), (3, -1, 0.6), (4, 1, 0.75), (4, -1, 0.75)])
+def test_a_load_tips_on_a_base_that_heels_beyond_its_edge(axis: int, side: int, reach: float, part: float) -> None:
+    """A load that friction holds tips beyond tan φ = its way to the edge over its height: upper corners lift off."""
+    heel, points = side * atan(part * reach), CORNERS - (0.05, 0.0, 0.0)  # a rectangle about the centre
+    crane, x = sticking(RigidContact(points, Surface(-10.0, 5.0, SLIP), 0.0, 0.01), heeled(axis, heel))
+    value, _, _ = system.guard(crane, 0.0, x, (0.0, 0.0), None)
+    weight = crane.load.mass * 9.81 * cos(heel)
+    assert value == pytest.approx(0.25 * weight * (1.0 - part), rel=1e-8)  # rounding, relative to the weight
+
+
+def test_forces_at_the_corners_hold_a_load_that_sticks() -> None:
+    """Normal forces, and the friction that they share, add up to the force and the tilting moment of the hold."""
+    amplitudes, ones = np.zeros((6, 1)), np.ones((6, 1))
+    amplitudes[:2, 0] = 1.5, -0.8
+    deck = Base(np.zeros(6), amplitudes, ones, 0.5 * pi * ones)  # which is not moving at t = 0, but accelerates
+    contact = RigidContact(CORNERS, Surface(-10.0, FRICTION, SLIP, deck), 0.0, 0.01)
+    crane, x = sticking(contact, base(), yaw=0.6)
+    scene = displacement_at(deck, 0.0), body_state(crane, x)
+    held = holding_forces(contact, crane.load, x, contact_index(crane), scene, load_alone(crane, 0.0, x))
+    levers = np.array([contact_point(contact, i, *scene).lever for i in range(4)])
+    normal_forces = np.array([normal_force_on(held, i, lever) for i, lever in enumerate(levers)])
+    force, moment = held.wrench
+    assert min(map(abs, (*force, *moment))) > 0.01  # N and N m, in all directions
+    forces = np.outer(normal_forces / force[2], force)  # with friction in proportion; more of it turns about z alone
+    forces[:, 2] = normal_forces
+    np.testing.assert_allclose(forces.sum(axis=0), force, rtol=1e-12)  # rounding of the solution
+    tilting = np.cross(levers, forces).sum(axis=0)[:2]
+    np.testing.assert_allclose(tilting, moment[:2], atol=1e-12 * force[2])  # the same, at a metre
 
 
 def body_at(lever: Any, velocity: Any, omega: Any) -> BodyState:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import crane_sim
 from crane_sim import Rollout
@@ -148,6 +149,29 @@ def test_a_load_on_a_ship_moves_with_it() -> None:
     rest = run.t > times_of(run, "sticks to")[-1]
     assert rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9  # m, the depth at which corners touch
     assert run.summary["energy_audit_max"] < 1e-9
+
+
+@pytest.mark.interpreted
+def test_a_load_tips_over_on_a_deck_that_surges() -> None:
+    """A tall load that friction holds on an accelerating deck tips about its edge, as a block on a pivot does."""
+    half, tall, inertia, slip, duration = 0.5, 2.0, 1420.0, 2e-3, 0.5  # m, m, kg m², m/s, s
+    surge = {"amplitude": 1.0, "frequency": 2.0, "phase": 0.5 * pi}  # at once 4 m/s², of which it tips beyond 2.45
+    contact = {"points": [[x, y, -2.0 * tall] for x in (half, -half) for y in (1.0, -1.0)], "motion": {"surge": surge}}
+    payload = {"mass": MASS, "inertia": [1700.0, inertia, 420.0], "attachment": [0.0, 0.0, tall]}
+    start, method = {"position": [0.0, 0.0, FLOOR + tall]}, {"method": "dop853", "rtol": 1e-8, "atol": 1e-10}
+    rough = contact | {"friction": 0.6, "slip_velocity": slip}
+    run = crane_sim.simulate(scene(rough, start, duration, payload=payload, integrator=method))
+
+    def rates(t: float, state: Any) -> tuple[float, float]:
+        """Return the rates of the pitch [rad] about the edge and of its rate."""
+        ahead, above = tall * sin(state[0]) - half * cos(state[0]), half * sin(state[0]) + tall * cos(state[0])
+        moment = MASS * (4.0 * cos(2.0 * t) * above + G * ahead)
+        return state[1], moment / (inertia + MASS * (half**2 + tall**2))
+
+    block = solve_ivp(rates, (0.0, duration), (0.0, 0.0), rtol=1e-10, atol=1e-12)
+    crept = slip * duration  # m, at most: the edge creeps, slower than the slip velocity
+    assert 2.0 * np.arcsin(run.q[-1, 8]) == pytest.approx(block.y[0, -1], abs=crept / tall)
+    assert times_of(run, "leaves")[1] < 1e-3 and run.summary["energy_audit_max"] < 1e-9
 
 
 def landing(seed: int) -> dict[str, Any]:

@@ -173,6 +173,19 @@ def test_points_of_the_new_load(height: float, allowed: bool) -> None:
     assert ("below the surface" in text) != allowed and ("events[0].set.contact" in change) != allowed
 
 
+@pytest.mark.interpreted
+@pytest.mark.parametrize("stands", [(1.0, 1.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)])
+def test_a_load_that_stands_on_fewer_than_three_points_does_not_stick(stands: Any) -> None:
+    """A load that sticks goes on to stick after an exchange if it stands on three points or more, else it slips."""
+    points = CORNERS + np.outer(1.0 - np.array(stands), (0.0, 0.0, 0.1))  # m: those that do not stand are higher
+    changes = PointChanges(np.stack([CORNERS, points, CORNERS]), np.full(3, -4.9))
+    surface = Surface(-4.9, 0.4, 1e-3)
+    p = crane("bridge", velocity=(0.0, 0.0, 0.0))._replace(contact=RigidContact(CORNERS, surface, 0.0, 0.01, changes))
+    x = system.state(p, 0.0, np.array([0, 0, 3.5, 0, 0, -2.9, 1, 0, 0, 0]), np.zeros(10))
+    assert x[-5:].tolist() == [1.0] * 5
+    assert exchange_now(p, x, 0)[-5:].tolist() == [*stands, float(all(stands))]
+
+
 @pytest.mark.slow
 def test_a_container_is_set_down_and_left() -> None:
     """A spreader lands on a container, lifts it off the heaving deck, sets it down and leaves it there."""

@@ -7,9 +7,10 @@ from the accelerations (z'', α_x, α_y) of the surface less those of the load a
 normal forces themselves are the unknowns.
 
 While the load slips, each normal force has its friction, proportional to it. A load that sticks, with three or more
-closed points, moves as the surface does. The holding friction is distributed over the points in proportion to their
-normal forces, f_i = λ_i (a + b ẑ × ρ_i) with ρ_i from the centre of pressure; the load slips where one |f_i| exceeds
-μ λ_i.
+closed points, moves as the surface does. The holding friction acts on the surface, below the centre of mass: the normal
+forces take what its moment leaves of the tilting moment, so that a tall load tips. It is distributed over the points in
+proportion to their normal forces, f_i = λ_i (a + b ẑ × ρ_i) with ρ_i from the centre of pressure; the load slips where
+one |f_i| exceeds μ λ_i.
 
 Accelerations that keep a gap g at zero leave rounding and the steps' errors to add up; the surface's acceleration less
 2 γ g' + γ² g is asked for in its place (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972, 1-16).
@@ -203,6 +204,13 @@ def holding_accelerations(contact, x, first, scene):
     return (ax - damping * vx, ay - damping * vy, az - back[0]), (-back[1], -back[2], -damping * omega[2])
 
 
+@lean_kernel
+def surface_level(contact, scene):
+    """Return r_z [m] of the surface from the load's centre of mass."""
+    point = contact_point(contact, 0, scene[0], scene[1])
+    return point.lever[2] - point.gap
+
+
 @lean_routine
 def holding_forces(contact, load, x, first, scene, free):
     """Return the NormalForces that hold the load; three or more points are closed, free: as in `add_contact`."""
@@ -210,7 +218,8 @@ def holding_forces(contact, load, x, first, scene, free):
     force = multiple(load.mass, subtract(centre, free[0]))
     turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
     wrench = Wrench(force, multiply(state.rows, turn))
-    sums = force[2], wrench.moment[0], wrench.moment[1]
+    (fx, fy, fz), (mx, my, _), level = force, wrench.moment, surface_level(contact, scene)
+    sums = fz, mx + level * fy, my - level * fx  # less the moment of the friction, which acts on the surface
     y = plane_through(contact, x, first, scene, sums)
     return NormalForces(closed_count(contact, x, first), y, wrench)
 

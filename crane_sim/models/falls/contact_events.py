@@ -82,8 +82,7 @@ def _(contact, p, t, x):
     for i in range(n):
         point = contact_point(contact, i, moved, load)
         x[first + i] = 1.0 if point.gap <= NEAR and abs(point.velocity[2]) <= AT_REST else 0.0
-    if closed_count(contact, x, first) > 2:
-        x[first + n] = 1.0 if slip_guard(contact, p, t, x, (moved, load), load_alone(p, t, x)) < 0.0 else 0.0
+    x[first + n] = 1.0 if slip_guard(contact, p, t, x, (moved, load), load_alone(p, t, x)) < 0.0 else 0.0
 
 
 @generic
