@@ -12,6 +12,14 @@ from crane_sim.simulation.plant import Plant, SimulationError
 from crane_sim.simulation.rollout import simulate
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())["trajectories"]
+LIMITED: dict[str, Any] = {
+    "crane": "overhead",
+    "duration": 30.0,
+    "trolley": {"drive": "force", "mass": 20.0, "limits": [-1.0, 1.0]},
+    "cable": {"lengths": [3.0], "node_masses": [10.0]},
+    "inputs": {"trolley": {"kind": "sine", "amplitude": 8.0, "frequency": 0.3}},
+}
+"""An open-loop scene: its steps are longer than its periods."""
 FRICTION = {1: "paper", 2: "quadratic", 3: "linear"}
 
 
@@ -166,6 +174,37 @@ def test_efforts_after_steps_that_span_periods() -> None:
             plant.advance(efforts)
         ends.append([*plant.q, *plant.v])
     np.testing.assert_allclose(*ends, atol=1e-11)  # of steps of 20 ms; the force has moved the trolley by 2 mm
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("braking", [False, True], ids=["effort", "brakes"])
+def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
+    """Efforts and brakes before a limit that a step of the scene's own source has reached act as after short steps."""
+    ends = []
+    for method in ({"method": "auto"}, {"method": "rk8", "step": 0.01}):  # steps of 0.01 s end with their period
+        plant = Plant(crane_sim.load_scene(LIMITED | {"integrator": method}))
+        while plant.t < 4.195:
+            plant.advance()
+        plant.braking = braking
+        for _ in range(12):  # under brakes the limit is reached 0.17 s later
+            plant.advance(None if braking else (-400.0,))
+        ends.append([*plant.q, *plant.v])
+    np.testing.assert_allclose(*ends, atol=1e-9)  # the tolerance of a step; the effort moves the trolley by 0.1 m
+
+
+@pytest.mark.interpreted
+def test_events_that_did_not_happen_are_not_listed() -> None:
+    """What a step found beyond the time at which brakes began is no event: under them the trolley does not slip."""
+    friction, source = {"trolley": {"coulomb": 20.0, "static": 30.0}}, {"kind": "sine", "amplitude": 60, "frequency": 3}
+    changes = {"trolley": {"drive": "force", "mass": 20.0}, "inputs": {"trolley": source}, "friction": friction}
+    plant = Plant(crane_sim.load_scene(LIMITED | changes))
+    while plant.t < 0.055:
+        plant.advance()
+    assert plant.integration.event_log.total == 1  # the step has passed the instant at which the force exceeds 30 N
+    plant.braking = True
+    for _ in range(60):
+        plant.advance()
+    assert (plant.summary()["event_count"], plant.summary()["events"]) == (0, [])
 
 
 @pytest.mark.interpreted
