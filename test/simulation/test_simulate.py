@@ -269,6 +269,25 @@ def test_a_run_that_fails_says_where() -> None:
         simulate(stiff)
 
 
+@pytest.mark.interpreted
+@pytest.mark.parametrize("groups", [{}, {"sensors": {"all": {"delay": 0.02}}}], ids=["plain", "hardware"])
+def test_a_failed_run_of_a_law_in_python_is_kept(groups: dict[str, Any]) -> None:
+    """The error of a run whose law is Python has the run up to there, the states of a plant bit for bit."""
+    push = {"inputs": {"trolley": {"kind": "constant", "value": 100.0}}, "duration": 3.0} | groups
+    scene = crane_sim.load_scene(LIMITED | push).with_external_commands()
+    with pytest.raises(SimulationError, match="t = .* s: the trolley reached its travel limit") as stopped:
+        simulate(scene, law=lambda t, q, v: (100.0,))
+    run, plant = stopped.value.run, Plant(scene)
+    assert run.summary["error"] == str(stopped.value)
+    for k in range(len(run.t) - 1):
+        assert (*plant.q, *plant.v) == (*run.q[k], *run.v[k])
+        plant.advance((100.0,))
+    with pytest.raises(SimulationError):
+        plant.advance((100.0,))
+    assert run.commands.tolist() == [[100.0]] * plant.k
+    assert [what for _, what in run.events] == ["the trolley reached its travel limit"]
+
+
 @pytest.mark.slow
 def test_a_law_that_blows_up_ends_the_run() -> None:
     """Under an effort that no step can follow a run ends with one line: it does not go on for ever."""
