@@ -83,8 +83,6 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
     try:
         result = roll_out(loaded)
     except SimulationError as error:
-        if error.run is None:
-            raise
         result, failure = error.run, {"error": str(error)}
     recorded = {} if record is None else _record(result, record)
     summary = result.summary | report.speed(result) | report.WITHOUT_ROS | recorded | failure

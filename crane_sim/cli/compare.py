@@ -100,8 +100,6 @@ def _simulate(source: str, laws: Sequence[str], quiet: bool) -> tuple[dict[str, 
             try:
                 rollouts[law] = simulate(scene)
             except SimulationError as error:
-                if error.run is None:
-                    raise
                 rollouts[law] = error.run
             except LawError as error:
                 failed.append(f"law {law!r}: {error}")

@@ -5,13 +5,12 @@ size) and, when it controls its error, `advance` (one accepted step of a size it
 """
 
 from crane_sim.integrators.array_steps import take_smooth_steps, take_switching_steps
-from crane_sim.integrators.events import EventLog, apply_pending_events, handle_events, make_event_log
+from crane_sim.integrators.events import EventLog, apply_pending_events, handle_events, make_event_log, restart
 from crane_sim.integrators.integration import (
     Integration,
     advance,
     dense_output,
     latest_step_end,
-    restart,
     scratch,
     stages,
     start,

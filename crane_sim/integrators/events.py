@@ -18,6 +18,8 @@ import numpy as np
 
 from crane_sim.integrators.integration import (
     MAX_STAGES,
+    NO_GUARD,
+    Integration,
     Scratch,
     add_evaluations,
     advance,
@@ -236,6 +238,30 @@ def log_event(log, t, event):
     if log.total < len(log.rows):
         log.rows[log.total, 0], log.rows[log.total, 1] = t, event
     return EventLog(log.total + 1, log.rows)
+
+
+@generic
+def events_until(log, t):
+    """Return the log without events after time t [s]; None for a model that does not switch."""
+    return log
+
+
+@events_until.register(EventLog)
+def _(log, t):
+    kept = n = min(log.total, len(log.rows))
+    while n > 0 and log.rows[n - 1, 0] > t:
+        n -= 1
+    return log if n == kept else EventLog(n, log.rows)  # those that are only counted are later than those kept
+
+
+@kernel
+def restart(integration, t, x):
+    """Return the integration restarted in state x at a time t [s] that it has passed: what came after t has not been.
+
+    It keeps its counters: that work was done.
+    """
+    log, counted = integration.event_log, (integration.evaluations, integration.steps, integration.rejected)
+    return Integration(t, x, t, x, 0.0, *counted, OK, NO_GUARD, events_until(log, t), integration.scratch)
 
 
 @kernel

@@ -61,25 +61,6 @@ def start(p, t, x, event_log):
 
 
 @kernel
-def restart(integration, t, x):
-    """Return the integration restarted at (t, x), with its counters and its events."""
-    return Integration(
-        t,
-        x,
-        t,
-        x,
-        0.0,
-        integration.evaluations,
-        integration.steps,
-        integration.rejected,
-        integration.status,
-        integration.terminal_guard,
-        integration.event_log,
-        integration.scratch,
-    )
-
-
-@kernel
 def with_step(integration, t, x, h, evaluations, steps, rejected, status):
     """Return the integration one step further, at (t, x), with more work counted; h is the size of the next step."""
     return Integration(

@@ -65,7 +65,6 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
         times: sample times (m,), increasing, within the run.
 
     Raises:
-        SimulationError: the integration failed in a run whose law is Python.
         LawError: the law failed.
     """
     model = scene.model
@@ -124,13 +123,16 @@ def _compile_law(scene: Scene, law: Any) -> Any:
 
 
 def _collect_commands(scene: Scene, law: Any) -> Array:
-    """Return the commands (steps, nu) of a law that is Python, sampled every period."""
+    """Return the commands (steps, nu) of a law that is Python, sampled every period; NaN after a run that fails."""
     plant = Plant(scene)
-    commands = np.empty((scene.steps, len(scene.actuated)))
+    commands = np.full((scene.steps, len(scene.actuated)), np.nan)
     for k in range(scene.steps):
         command = evaluate_law(law, plant.t, *plant.seen, commands.shape[1])
         commands[k] = command
-        plant.advance(command)
+        try:
+            plant.advance(command)
+        except SimulationError:  # the replay fails in the same period
+            break
     return commands
 
 

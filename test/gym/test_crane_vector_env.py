@@ -1,6 +1,7 @@
 """Vector environments: Gymnasium's own vector of single environments is what they are compared with, bit for bit."""
 
 import importlib
+import re
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -15,7 +16,8 @@ from crane_sim.files.installation import how_to_install
 from crane_sim.gym import DEFAULT_SCENES, CraneEnv, CraneVectorEnv
 
 N = 3
-UNCERTAIN = {"payload.mass": {"distribution": "uniform", "low": 0.5, "high": 2.0}}
+UNIFORM: dict[str, Any] = {"distribution": "uniform"}
+UNCERTAIN = {"payload.mass": UNIFORM | {"low": 0.5, "high": 2.0}}
 NOISY = {"sensors.all.noise": [0.01, 0.01], "actuators.all.delay": 0.01}
 LIMITED = {"trolley.limits": [-1.0, 0.05], "reference.q": [0.0]}
 KINDS: dict[str, tuple[str, dict[str, Any], float]] = {
@@ -153,6 +155,38 @@ def test_calls_are_checked() -> None:
         envs.reset(seed=0)
     with pytest.raises(gymnasium.error.ResetNeeded):  # nor does the episode before go on with some cranes at its start
         envs.step(np.zeros((2, 1)))
+
+
+PATH = {"kind": "point_to_point", "from": [1.35, 0.0], "to": [1.35, 1.0], "velocity": 0.9, "acceleration": 1.0}
+UNLIKE: dict[str, tuple[dict[str, Any], str]] = {
+    "path": (
+        {"reference.path": PATH, "uncertain": {"reference.path.velocity": UNIFORM | {"low": 0.8, "high": 1.2}}},
+        "all paths have the same number of pieces; draw nothing that changes it, such as limits of the path",
+    ),
+    "delay": (
+        {"uncertain": {"actuators.all.delay": UNIFORM | {"low": 0.0, "high": 0.12}}},
+        "all drives and sensors are of one kind; draw nothing that changes it, such as delays",
+    ),
+}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("case", UNLIKE)
+def test_a_seed_that_draws_another_kind_is_one_line(case: str) -> None:
+    """Another number of pieces of a path, or of periods of a delay, is refused by `reset` and `step`, by the rule."""
+    changes, rule = UNLIKE[case]
+    scene = load_scene("offshore_resonant", {"actuators": {"all": {"delay": 0.04}}, "duration": 0.008} | changes)
+    envs = CraneVectorEnv(2, scene, max_effort=2.0)
+    with pytest.raises(SceneError) as refused:
+        for seed in range(0, 20, 2):
+            envs.reset(seed=seed)
+    assert re.fullmatch(rf"seed = \d+: {rule}", str(refused.value))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.step(np.zeros((2, 2)))
+    envs.reset(seed=[scene.seed] * 2)  # the same kind: an episode of two periods, after which seeds are drawn
+    with pytest.raises(SceneError, match=rule):
+        for _ in range(40):
+            envs.step(np.zeros((2, 2)))
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

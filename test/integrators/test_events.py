@@ -9,7 +9,7 @@ import crane_sim
 from crane_sim import system
 from crane_sim.integrators import Status, integrate_to, make_event_log, start
 from crane_sim.integrators.dop853 import RK8
-from crane_sim.integrators.events import GUARD_SAMPLES
+from crane_sim.integrators.events import GUARD_SAMPLES, EventLog, events_until
 from crane_sim.numerics.jit import entry_point
 from crane_sim.simulation.rollout import simulate
 
@@ -114,3 +114,11 @@ def test_only_guards_of_forces_solve_for_them(groups: dict[str, Any], each: int)
     stats = simulate(crane_sim.load_scene("overhead_swing", changes | groups)).stats
     at_start = int(each > 12)  # where guards are evaluated before the first step
     assert stats["steps"] > 0 and stats["rhs_evaluations"] == stats["steps"] * each + at_start
+
+
+def test_a_log_without_what_is_later() -> None:
+    """Events up to an instant stay; those that a full log only counted go with the last one that it kept."""
+    rows = np.array([[1.0, 7.0], [2.0, 8.0]])
+    assert [events_until(EventLog(2, rows), t).total for t in (0.5, 1.0, 1.5, 2.0)] == [0, 1, 1, 2]
+    assert [events_until(EventLog(5, rows), t).total for t in (1.5, 2.0)] == [1, 5]
+    assert events_until(None, 1.0) is None

@@ -12,6 +12,14 @@ from crane_sim.simulation.plant import Plant, SimulationError
 from crane_sim.simulation.rollout import simulate
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())["trajectories"]
+LIMITED: dict[str, Any] = {
+    "crane": "overhead",
+    "duration": 30.0,
+    "trolley": {"drive": "force", "mass": 20.0, "limits": [-1.0, 1.0]},
+    "cable": {"lengths": [3.0], "node_masses": [10.0]},
+    "inputs": {"trolley": {"kind": "sine", "amplitude": 8.0, "frequency": 0.3}},
+}
+"""An open-loop scene: its steps are longer than its periods."""
 FRICTION = {1: "paper", 2: "quadratic", 3: "linear"}
 
 
@@ -169,6 +177,37 @@ def test_efforts_after_steps_that_span_periods() -> None:
 
 
 @pytest.mark.interpreted
+@pytest.mark.parametrize("braking", [False, True], ids=["effort", "brakes"])
+def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
+    """Efforts and brakes before a limit that a step of the scene's own source has reached act as after short steps."""
+    ends = []
+    for method in ({"method": "auto"}, {"method": "rk8", "step": 0.01}):  # steps of 0.01 s end with their period
+        plant = Plant(crane_sim.load_scene(LIMITED | {"integrator": method}))
+        while plant.t < 4.195:
+            plant.advance()
+        plant.braking = braking
+        for _ in range(12):  # under brakes the limit is reached 0.17 s later
+            plant.advance(None if braking else (-400.0,))
+        ends.append([*plant.q, *plant.v])
+    np.testing.assert_allclose(*ends, atol=1e-9)  # the tolerance of a step; the effort moves the trolley by 0.1 m
+
+
+@pytest.mark.interpreted
+def test_events_that_did_not_happen_are_not_listed() -> None:
+    """What a step found beyond the time at which brakes began is no event: under them the trolley does not slip."""
+    friction, source = {"trolley": {"coulomb": 20.0, "static": 30.0}}, {"kind": "sine", "amplitude": 60, "frequency": 3}
+    changes = {"trolley": {"drive": "force", "mass": 20.0}, "inputs": {"trolley": source}, "friction": friction}
+    plant = Plant(crane_sim.load_scene(LIMITED | changes))
+    while plant.t < 0.055:
+        plant.advance()
+    assert plant.integration.event_log.total == 1  # the step has passed the instant at which the force exceeds 30 N
+    plant.braking = True
+    for _ in range(60):
+        plant.advance()
+    assert (plant.summary()["event_count"], plant.summary()["events"]) == (0, [])
+
+
+@pytest.mark.interpreted
 def test_a_rope_cannot_push() -> None:
     """A demanded negative tension is applied as a slack rope and counted; the equations themselves take any effort."""
     carry = {"slew": 0.0, "boom": 190.0, "jib": 90.0}
@@ -228,6 +267,25 @@ def test_a_run_that_fails_says_where() -> None:
     stiff = crane_sim.load_scene("knuckle_springs", coarse)
     with pytest.raises(crane_sim.SimulationError, match=r"t = .* s: the state is not finite"):
         simulate(stiff)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("groups", [{}, {"sensors": {"all": {"delay": 0.02}}}], ids=["plain", "hardware"])
+def test_a_failed_run_of_a_law_in_python_is_kept(groups: dict[str, Any]) -> None:
+    """The error of a run whose law is Python has the run up to there, the states of a plant bit for bit."""
+    push = {"inputs": {"trolley": {"kind": "constant", "value": 100.0}}, "duration": 3.0} | groups
+    scene = crane_sim.load_scene(LIMITED | push).with_external_commands()
+    with pytest.raises(SimulationError, match="t = .* s: the trolley reached its travel limit") as stopped:
+        simulate(scene, law=lambda t, q, v: (100.0,))
+    run, plant = stopped.value.run, Plant(scene)
+    assert run.summary["error"] == str(stopped.value)
+    for k in range(len(run.t) - 1):
+        assert (*plant.q, *plant.v) == (*run.q[k], *run.v[k])
+        plant.advance((100.0,))
+    with pytest.raises(SimulationError):
+        plant.advance((100.0,))
+    assert run.commands.tolist() == [[100.0]] * plant.k
+    assert [what for _, what in run.events] == ["the trolley reached its travel limit"]
 
 
 @pytest.mark.slow
