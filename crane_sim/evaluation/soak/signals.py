@@ -107,8 +107,7 @@ def soak(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
 
 def interrupt_run(interruption: Interruption | None, domain: int, monitored: MonitorFile) -> End:
     """Start a run, interrupt it, and check what remains."""
-    mark, way = str(uuid.uuid4()), RUN_KINDS[interruption.way if interruption else "realtime"]
-    duration = _ENDLESS if interruption and interruption.begun else way.duration
+    mark, way = str(uuid.uuid4()), _kind_of(interruption)
     monitored.read()
     received: Messages = {"s": [], "e": []}
     with (
@@ -116,13 +115,13 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
     ):
         env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {})
-        command = [_crane(), "run", SCENE, "--duration", str(duration), *way.options]
+        command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
             took = _send_signals(process, interruption, monitored, received)
             printed, outliving = _wait_for_pipes(process, mark, _EXIT_TIMEOUT if interruption else _START_TIMEOUT)
-        steps = load_scene(SCENE, {"duration": duration}).steps
+        steps = load_scene(SCENE, {"duration": way.duration}).steps
         monitored.read_to_end(received, lambda messages: not _last_effort(messages, steps))
         failures = [
             *outliving,
@@ -133,6 +132,12 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
     failures += [printed.strip().splitlines()[-1]] if "Traceback" in printed or "Exception" in printed else []
     failures += _exit_code(interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
     return End(took, process.returncode, tuple(failures))
+
+
+def _kind_of(interruption: Interruption | None) -> RunKind:
+    """Return the kind of run, which does not end before a signal that counts from its first state."""
+    kind = RUN_KINDS[interruption.way if interruption else "realtime"]
+    return kind._replace(duration=_ENDLESS) if interruption and interruption.begun else kind
 
 
 def _wait_for_pipes(process: subprocess.Popen[str], mark: str, timeout: float) -> tuple[str, list[str]]:

@@ -91,35 +91,47 @@ _OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} |
 _OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
 
 
+class _Plots(NamedTuple):
+    """The curves of a run that have a row for each step."""
+
+    batches: Batches
+    path: Path
+    step: NDArray[np.int64]  # (K,)
+
+    def find(self, entity: str) -> Any:
+        """Return the values (K, curves) of an entity, None where the recording has none."""
+        curves = _curves(self.batches, f"plots/{entity}")
+        if curves is None:
+            return None
+        if not np.array_equal(curves.step, self.step):
+            counts = f"{len(curves.step)} of {len(self.step)} steps"
+            raise UnreadableRecording(f"{self.path}: is damaged: plots/{entity} has {counts}")
+        return curves.values
+
+    def get(self, entity: str) -> Any:
+        """Return the values (K, curves) of an entity that every run has."""
+        values = self.find(entity)
+        if values is None:
+            raise UnreadableRecording(f"{self.path}: has no plots/{entity}: its recorder was killed in the first steps")
+        return values
+
+
 def _arrays(batches: Batches, path: Path, driven: bool, summary: dict[str, Any]) -> dict[str, Any]:
     """Return the attributes of a run that are arrays, by name; None for what it does not have."""
     states = _curves(batches, "plots/q")
     if states is None:
         reason = summary.get("error") or "its recorder was killed before the first ones"
         raise UnreadableRecording(f"{path}: has no steps: {reason}")
-
-    def matrix(entity: str) -> Any:
-        curves = _curves(batches, f"plots/{entity}")
-        if curves is not None and not np.array_equal(curves.step, states.step):
-            raise UnreadableRecording(f"{path}: is damaged: plots/{entity} has {len(curves.step)} of {count} steps")
-        return None if curves is None else curves.values
-
-    def required(entity: str) -> Any:
-        values = matrix(entity)
-        if values is None:
-            raise UnreadableRecording(f"{path}: has no plots/{entity}: its recorder was killed in the first steps")
-        return values
-
-    count = len(states.step)
-    arrays = {name: matrix(entity) for name, entity in _OPTIONAL.items()}
-    arrays |= {name: required(entity) for name, entity in _OF_EVERY_RUN.items()}
+    plots = _Plots(batches, path, states.step)
+    arrays = {name: plots.find(entity) for name, entity in _OPTIONAL.items()}
+    arrays |= {name: plots.get(entity) for name, entity in _OF_EVERY_RUN.items()}
     for name, entity in _OF_DRIVES.items():
-        arrays[name] = required(entity) if driven else np.empty((count, 0))
+        arrays[name] = plots.get(entity) if driven else np.empty((len(states.step), 0))
     arrays["swing"] = arrays["swing"][:, 0]
     arrays["contact"] = None if arrays["contact"] is None else arrays["contact"][:, 0]
-    kinetic, potential = required("energy_parts").T
-    value = matrix("lyapunov")
-    lyapunov = None if value is None else np.hstack((value, required("lyapunov_rate")))
+    kinetic, potential = plots.get("energy_parts").T
+    value = plots.find("lyapunov")
+    lyapunov = None if value is None else np.hstack((value, plots.get("lyapunov_rate")))
     return arrays | {"t": states.time, "kinetic": kinetic, "potential": potential, "lyapunov": lyapunov}
 
 
