@@ -54,6 +54,7 @@ class FallsGroup(Group):
         return Falls(np.array(self.top, dtype=float), bottom, length, np.array(offsets), stiffness, relaxation)
 
 
+@np.errstate(all="ignore")  # the largest numbers overflow
 def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | None) -> Any:
     """Return (x, y, z) [m] of the load's centre at rest and its attitude (w, x, y, z), from the tip, in its axes.
 
@@ -72,12 +73,17 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
     for _ in range(TRIALS):
         residual = _loads(falls, load, gravity, y)[:free]
         rounding = 1e-14 * float(falls.axial_stiffness.max())
+        if not np.isfinite(residual).all():
+            break
         if np.abs(residual).max() <= CLOSE * load.mass * gravity * max(1.0, depth) + rounding:
             y = np.round(y, DECIMALS) + 0.0  # no negative zero
             return y[:3], _quaternion(y[3:])
         ahead = np.array([_loads(falls, load, gravity, y + h)[:free] for h in step * np.eye(6)[:free]])
         behind = np.array([_loads(falls, load, gravity, y - h)[:free] for h in step * np.eye(6)[:free]])
-        move = np.linalg.lstsq((ahead - behind).T / (2.0 * step), -residual, rcond=1e-12)[0]
+        slope = (ahead - behind).T / (2.0 * step)
+        if not np.isfinite(slope).all():
+            break
+        move = np.linalg.lstsq(slope, -residual, rcond=1e-12)[0]
         y[:free] += np.clip(move, -0.5, 0.5)
     raise SceneError("falls: no position of rest was found; give initial.position and initial.orientation")
 
@@ -145,7 +151,7 @@ def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:
     rotation = _rotation_matrix(_quaternion(y[3:]))
     arms = falls.bottom @ rotation.T
     apart = falls.top - (y[:3] + arms)
-    distance, rest = np.linalg.norm(apart, axis=1), falls.length + falls.offset
+    distance, rest = np.maximum(np.linalg.norm(apart, axis=1), CLOSE), falls.length + falls.offset
     tension = np.maximum(falls.axial_stiffness / rest * (distance - rest), 0.0)
     pulls = tension[:, None] * apart / distance[:, None]
     force = pulls.sum(0) - np.array([0.0, 0.0, load.mass * gravity])
