@@ -4,10 +4,10 @@ from math import cos, sin
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import NonNegative, Positive, Real
+from crane_sim.files.types import NonNegative, Positive, Real, reject_bool
 from crane_sim.models.contact.surface import CompliantContact
 from crane_sim.models.falls.crane import Falls
 from crane_sim.models.loads import RigidLoad
@@ -33,7 +33,9 @@ class FallsGroup(Group):
     bottom: Ends  # m, lower ends, from the spreader's origin, in its axes
     offsets: tuple[Real, ...] | None = None  # m, added to the length of each fall: what skews, trims or lists the load
     axial_stiffness: Positive  # N, E A of one rope
-    parts: Annotated[int, Field(ge=1, le=100)] = 1  # -, of the rope in one fall, which share its tension
+    parts: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=100)] = (
+        1  # -, of the rope in one fall, which share its tension
+    )
     relaxation: NonNegative = 0.0  # s, damping: T = (E A / L) (e + relaxation × rate of e)
 
     def falls(self, length: float, load: RigidLoad) -> Falls:

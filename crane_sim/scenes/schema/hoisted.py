@@ -108,10 +108,15 @@ class HoistedFile(SupportedFile, FallsFile):
         return Ropes(len(self.falls.top), self.falls.parts)
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""
+        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`.
+
+        Raises:
+            SceneError: there is an input of a slew that no drive moves.
+        """
         inputs: Any = getattr(self, "inputs", None)
         if inputs is None:
             return (0.0,) * len(self.actuated)
+        self._check_inputs(inputs)
         chain = Inputs(inputs.hoist, None)
         for name, _, _ in reversed(self.support_joints):
             chain = Inputs(getattr(inputs, name, Constant(0.0)), chain)

@@ -8,9 +8,11 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import ValidationInfo, field_validator
 
+from crane_sim.files.errors import SceneError
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
+from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.actuated import add_friction_and_motors
 from crane_sim.scenes.schema.backlash import (
     JointDrives,
@@ -143,6 +145,11 @@ class SupportedFile(SceneFile):
             friction_models = (group.get(name) for group in (self.friction, self.lugre))
             rates += [friction_rate(part, 1.0 / mobility) for part in friction_models if mobility > 0.0]
         return max(rates)
+
+    def _check_inputs(self, inputs: Any) -> None:
+        """Raise SceneError for an input of a slew that is locked: it would have no effect."""
+        if "slew" in inputs.model_fields_set and isinstance(getattr(self, "slew", None), LockedSlew):
+            raise SceneError("inputs.slew: drives nothing, slew.drive = 'locked'; leave it out")
 
     @property
     def _initial_drive_state(self) -> tuple[Any, Any]:

@@ -132,11 +132,12 @@ class SuspendedFile(SupportedFile, RiggedFile):
         """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`.
 
         Raises:
-            SceneError: there is an input of a rope that no drive moves.
+            SceneError: there is an input of a slew or a rope that no drive moves.
         """
         inputs = getattr(self, "inputs", None)
         if inputs is None:
             return (0.0,) * len(self.actuated)
+        self._check_inputs(inputs)
         if "rope" in inputs.model_fields_set and not self.rope.effort_unit:
             raise SceneError(f"inputs.rope: drives nothing, rope.drive = {self.rope.drive!r}; leave it out")
         names, chain = [name for name, _, _ in self.support_joints], None
