@@ -72,7 +72,8 @@ class HoistedFile(SupportedFile, FallsFile):
         starts = [
             target[[name for name, _, _ in self.support_joints].index(name.split("_drive_")[0])] for name in drives
         ]
-        return (*target, *self._rest_pose(target, target[-1], None), *self._deflections(target), *starts)
+        file = self._left_to_rest()
+        return (*target, *file._rest_pose(target, target[-1], None), *file._deflections(target), *starts)
 
     @property
     def target(self) -> tuple[float, ...] | None:

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from math import cos, sin
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from pydantic import ValidationInfo, field_validator
@@ -117,6 +117,11 @@ class SupportedFile(SceneFile):
         group = getattr(self, "flexibility", None)
         gravity, structure = getattr(self, "gravity", 0.0), self._elevation_and_length(q)
         return deflections(self.support(), group, structure, gravity, self._suspended_mass)
+
+    def _left_to_rest(self) -> Self:
+        """Return the file without deflections given for t = 0: its structure bends as it does at rest."""
+        group = getattr(self, "flexibility", None)
+        return self if group is None else self.model_copy(update={"flexibility": group.left_to_rest()})
 
     def tip(self, q: Any) -> Tip:
         """Return the pose of the support's frame at joint positions q, the structure bent by the first payload."""

@@ -1,5 +1,6 @@
 """Base class of scene files of cranes whose support turns: a rope below it, further links, a rigid-body payload."""
 
+from collections.abc import Mapping
 from math import cos, sin
 from typing import Any
 
@@ -96,6 +97,14 @@ class SuspendedFile(SupportedFile, RiggedFile):
         q, ns = self._initial.q, len(self.support_joints)
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
         return self.tip(q).position[2] - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
+
+    def resting_joints(self, target: tuple[float, ...]) -> Mapping[str, float]:
+        """Return the angles [rad] of the structure's modes, by joint, at rest at a target (nu,); none of a rigid one.
+
+        Raises:
+            SceneError: it bends too far.
+        """
+        return dict(zip(self._bending, self._left_to_rest()._deflections(target), strict=True))
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
