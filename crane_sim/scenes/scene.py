@@ -228,8 +228,7 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
     """
     file, notes, crane, (period, duration, rounded), fields, document = draft
     control, continuous = file.control, _is_continuous(file)
-    if continuous and control is not None and not system.effort.has_implementation(type(law)):
-        raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
+    _check_continuous(file, law)
     sampled = control is not None and not continuous
     with refuse_extreme_numbers(document):
         source = law if continuous else None if control is not None else file.open_loop()
@@ -252,6 +251,14 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         file=file,
         **devices,
     )
+
+
+def _check_continuous(file: SceneFile, law: Law | None) -> None:
+    """Raise SceneError where the equations should evaluate a law that they cannot."""
+    if file.control is not None and _is_continuous(file) and not system.effort.has_implementation(type(law)):
+        raise SceneError(
+            f"control.period = 'continuous': {file.control.law!r} is a sampled law: give a period, in seconds"
+        )
 
 
 def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
