@@ -120,7 +120,7 @@ def check_ends(falls: Falls, start: FallsStart) -> None:
 def stiffest_frequency(
     falls: Falls, load: RigidLoad, mobility: tuple[Any, float | None], start: FallsStart, contact: Any
 ) -> float:
-    """Return the largest frequency [rad/s] of the load on all of its falls, and on springs of a contact.
+    """Return the largest frequency or decay rate [rad/s] of the load on all of its falls, and on springs of a contact.
 
     Args:
         falls, load: parameters; the falls' length is that at t = 0.
@@ -133,19 +133,26 @@ def stiffest_frequency(
     n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation_matrix(start.load[3:])
     yawing = np.cross(over, n)[:, 2:]
     rows = [np.hstack([n, np.cross(arms, n) @ rotation, n, yawing, np.ones((len(n), 1))])]
-    springs = [falls.axial_stiffness / (falls.length + falls.offset)]
+    springs, relaxations = [falls.axial_stiffness / (falls.length + falls.offset)], [falls.relaxation]
     if isinstance(contact, CompliantContact):
         levers = contact.points @ rotation.T
         up = np.tile([0.0, 0.0, 1.0], (len(levers), 1))
         rows.append(np.hstack([up, np.cross(levers, up) @ rotation, np.zeros((len(levers), 5))]))
         springs.append(np.full(len(levers), contact.stiffness))
+        relaxations.append(np.zeros(len(levers)))
     weighted = np.vstack(rows) * np.sqrt(np.concatenate(springs))[:, None]
     inverse = np.zeros((11, 11))
     inverse[:3, :3], inverse[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
     inverse[6:10, 6:10], inverse[10, 10] = mobility[0], 1.0 / mobility[1] if mobility[1] is not None else 0.0
-    with np.errstate(all="ignore"):  # the largest numbers overflow
-        matrix = weighted @ inverse @ weighted.T
-    return float(np.sqrt(np.linalg.eigvalsh(matrix).max())) if np.isfinite(matrix).all() else float("inf")
+    damped = weighted * np.sqrt(np.concatenate(relaxations))[:, None]
+    return max(_largest_eigenvalue(weighted, inverse) ** 0.5, _largest_eigenvalue(damped, inverse))
+
+
+def _largest_eigenvalue(rows: Any, inverse: Any) -> float:
+    """Return the largest eigenvalue of R M⁻¹ Rᵀ, infinite where numbers overflow."""
+    with np.errstate(all="ignore"):
+        matrix = rows @ inverse @ rows.T
+    return float(np.linalg.eigvalsh(matrix).max()) if np.isfinite(matrix).all() else float("inf")
 
 
 def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:

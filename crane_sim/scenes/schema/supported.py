@@ -139,17 +139,22 @@ class SupportedFile(SceneFile):
         return rotation @ jacobian_t.T @ inverse @ jacobian_t @ rotation.T
 
     def _friction_rate(self) -> float:
-        """Return an upper bound [1/s] of the eigenvalues that friction gives the joints of the support; 0 without."""
-        inverse, support = self.joint_mobility().inverse_inertia.diagonal().copy(), self.support()
+        """Return an upper bound [1/s] of the eigenvalues that friction gives the joints of the support; 0 without.
+
+        Of joints that move each other it is the sum: no eigenvalue of M⁻¹ D exceeds the trace.
+        """
+        matrix, support = self.joint_mobility().inverse_inertia, self.support()
+        inverse, coupled = matrix.diagonal().copy(), np.count_nonzero(matrix, axis=1) > 1
         if isinstance(support, FlexibleSupport):  # friction is on the side of the drives
             inner = inner_inertias(support, self._elevation_and_length(self._initial.q))
             for i, mode in enumerate((support.lateral, support.vertical)):
                 inverse[i] = 1.0 / inner[i] if mode is not None and np.isfinite(inner[i]) else inverse[i]
-        rates = [0.0]
-        for (name, _, _), mobility in zip(self.support_joints, inverse, strict=False):
+        rates = np.zeros(len(inverse))
+        for i, ((name, _, _), mobility) in enumerate(zip(self.support_joints, inverse, strict=False)):
             friction_models = (group.get(name) for group in (self.friction, self.lugre))
-            rates += [friction_rate(part, 1.0 / mobility) for part in friction_models if mobility > 0.0]
-        return max(rates)
+            if mobility > 0.0:
+                rates[i] = max(friction_rate(part, 1.0 / mobility) for part in friction_models)
+        return float(max(rates.max(), rates[coupled].sum()))
 
     def _check_inputs(self, inputs: Any) -> None:
         """Raise SceneError for an input of a slew that is locked: it would have no effect."""

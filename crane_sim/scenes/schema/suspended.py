@@ -109,7 +109,10 @@ class SuspendedFile(SupportedFile, RiggedFile):
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        stiffest = max(shaft_frequency(self.backlash), self._twist_frequency(), self._friction_rate())
+        ns, mobility = len(self.support_joints), self.tip_mobility()
+        rates = shaft_frequency(self.backlash), self._twist_frequency(float(mobility[3, 3])), self._friction_rate()
+        rope = min((self._initial.q[ns], *(self.target or ())[ns:]))
+        stiffest = max(*rates, self._swing_frequency(rope, mobility))
         if self._bending:
             stiffest = max(stiffest, structure_frequency(self.support(), self._elevation_and_length(self._initial.q)))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
