@@ -129,6 +129,9 @@ def _write_reference(rows: Sequence[Row]) -> Array | None:
 NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}
 """Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
 
+MOST_REFERENCES = 20
+"""References in a block at which the crane's rest is solved for, some ms each: a stream of setpoints has more."""
+
 
 def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, base: Array | None) -> Array:
     """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
@@ -146,7 +149,20 @@ def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, b
     if "payload_x" in scene.joint_names:
         above = to_base(derive(scene, t, neutral_q, *still).nodes, base)[:, system.tip_index(scene.model)]
         neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = above[:, :2]
+    _fill_resting_joints(scene, reference, neutral_q)
     return derive(scene, t, neutral_q, *still).nodes
+
+
+def _fill_resting_joints(scene: Scene, reference: Array, q: Array) -> None:
+    """Fill into positions (K, nq) those of loads on falls and of what bends at rest at the references (K, nu)."""
+    rows, of = np.unique(reference, axis=0, return_inverse=True)
+    for i, row in enumerate(rows.tolist() if len(rows) <= MOST_REFERENCES else ()):
+        try:
+            resting = scene.file.resting_joints(tuple(row))
+        except (ArithmeticError, ValueError):  # no rest there: a topic may carry any numbers
+            continue
+        for name, position in resting.items():
+            q[of.ravel() == i, scene.joint_names.index(name)] = position
 
 
 def _lyapunov(scene: Scene, t: Array, q: Array, v: Array) -> Array | None:

@@ -15,6 +15,7 @@ from crane_sim.files.document import SHARED, nominal, plain_copy, read, set_valu
 from crane_sim.files.errors import SceneError, foreign_path, nearest, one_line, one_word, shorten
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
+from crane_sim.scenes.extreme_numbers import refuse_extreme_numbers
 from crane_sim.scenes.hardware_settings import CLOSE, commands_of, equipment_of, is_nonideal
 from crane_sim.scenes.instrument_settings import instruments_of
 from crane_sim.scenes.registry import SCHEMAS, check_cable, key_of_other_cranes, places_of, schema_of
@@ -220,8 +221,9 @@ def draft_scene(document: dict[str, Any], period: float | None = None) -> Draft:
 
 def draft_file(file: SceneFile, notes: dict[str, Any], document: dict[str, Any], period: float | None = None) -> Draft:
     """Return the draft of a document that has been read; arguments of `draft_scene`."""
-    crane = file.model()  # first: it rejects scenes of which nothing else can be computed
-    return Draft(file, notes, crane, _clock(file, period), _file_fields(file, document), document)
+    with refuse_extreme_numbers(document):
+        crane = file.model()  # first: it rejects scenes of which nothing else can be computed
+        return Draft(file, notes, crane, _clock(file, period), _file_fields(file, document), document)
 
 
 def finish_scene(draft: Draft, law: Law | None) -> Scene:
@@ -232,11 +234,11 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
     """
     file, notes, crane, (period, duration, rounded), fields, document = draft
     control, continuous = file.control, _is_continuous(file)
-    if continuous and control is not None and not system.effort.has_implementation(type(law)):
-        raise SceneError(f"control.period = 'continuous': {control.law!r} is a sampled law: give a period, in seconds")
+    _check_continuous(file, law)
     sampled = control is not None and not continuous
-    source = law if continuous else None if control is not None else file.open_loop()
-    method, reason = choose_method(file.integrator, file.method_requirements(sampled), crane)
+    with refuse_extreme_numbers(document):
+        source = law if continuous else None if control is not None else file.open_loop()
+        method, reason = choose_method(file.integrator, file.method_requirements(sampled), crane)
     devices, noted = _devices(file, period, law)
     model = system.with_meter(crane, (sampled or type(source) is tuple) and not is_nonideal(devices["hardware"]))
     check_fit(method, model, continuous)
@@ -255,6 +257,14 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         file=file,
         **devices,
     )
+
+
+def _check_continuous(file: SceneFile, law: Law | None) -> None:
+    """Raise SceneError where the equations should evaluate a law that they cannot."""
+    if file.control is not None and _is_continuous(file) and not system.effort.has_implementation(type(law)):
+        raise SceneError(
+            f"control.period = 'continuous': {file.control.law!r} is a sampled law: give a period, in seconds"
+        )
 
 
 def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:

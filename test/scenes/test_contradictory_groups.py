@@ -62,6 +62,8 @@ CONTRADICTIONS: list[tuple[str, dict[str, Any], str, str]] = [
     ("tower_flexible_jib", LOCKED, "flexibility", "slew.drive"),
     ("tower_gust", LOCKED | {"friction": {"slew": DRY}}, "friction.slew", "slew.drive"),
     ("tower_gust", LOCKED | {"backlash": {"slew": PLAY}}, "backlash.slew", "slew.drive"),
+    ("tower_gust", LOCKED | {"inputs.slew": SINE}, "inputs.slew", "slew.drive"),
+    ("tower_set_down", LOCKED | {"friction.slew": None, "inputs.slew": SINE}, "inputs.slew", "slew.drive"),
     ("tower_gust", {"rope.friction": DRY}, "rope.friction", "'rate'"),
     ("reeved_twelve_falls", {"rope.drive": "locked"}, "rope.", "'locked'"),
     ("reeved_twelve_falls", {"base_motion": HEAVE}, "rope.reeving.mass_per_length", "base_motion"),

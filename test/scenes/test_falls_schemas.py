@@ -1,5 +1,6 @@
 """Scene files of loads on falls, for each support: rest, balance of energy on a moving base, contact, refused keys."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -101,3 +102,22 @@ def test_what_contradicts_falls_is_a_single_line_error(name: str, changes: Any, 
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene(scene_document(name) | changes)
     assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("changes", [{"payload": LOAD | {"mass": 1e308}}, {"gravity": 1e308}], ids=["mass", "gravity"])
+def test_a_search_for_rest_that_fails_is_a_single_line_error(changes: Any) -> None:
+    """Weights beyond all numbers end the search for the load at rest in one line, without a warning of NumPy."""
+    with warnings.catch_warnings(), pytest.raises(crane_sim.SceneError, match="falls: no position of rest was found"):
+        warnings.simplefilter("error")
+        load_scene(scene_document("pendulum") | changes)
+
+
+def test_a_search_for_rest_goes_on_where_ends_meet() -> None:
+    """Of two falls, one of them hung lower by twice its length, both ends are at one place at first: it finds rest."""
+    body, ends = {"mass": 100.0, "inertia": [30.0, 20.0, 40.0]}, {"bottom": [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]}
+    falls = FALLS | ends | {"top": [[1.0, 0.0, 0.0], [-1.0, 0.0, -2.0]]}
+    start = {"initial": {"length": 1.0}}
+    scene = load_scene(scene_document("pendulum") | start | {"payload": body, "falls": falls})
+    q = np.array(scene.initial_q)
+    qdd = acceleration(scene, q, 0.0 * q, np.zeros(2))
+    assert np.abs(qdd[3:]).max() < 1e-6  # m/s² or 1/s²: a place is rounded to 1e-10 m

@@ -49,6 +49,13 @@ def test_quantiles(distribution: Any, reference: Any) -> None:
     assert values == pytest.approx(reference.ppf(PROBABILITIES), rel=1e-12)
 
 
+def test_a_lognormal_draw_beyond_all_numbers_is_refused() -> None:
+    """A deviation by which a value overflows is named; with an upper limit the value is drawn."""
+    with pytest.raises(ValueError, match="deviation = 1000: draws a value beyond the largest number"):
+        LogNormal(1000.0).quantile(0.9, 3.0)
+    assert LogNormal(1000.0, high=4.0).quantile(0.9, 3.0) <= 4.0
+
+
 def test_limits_of_a_lognormal_distribution() -> None:
     """A lognormal value within limits is the exponential of a normal one within their logarithms."""
     values = [LogNormal(0.3, 3.0, 2.0, 4.0).quantile(p, 0.0) for p in PROBABILITIES]

@@ -62,6 +62,26 @@ REJECTED: list[tuple[Any, dict[str, Any], str]] = [
         {"boom.mass": 0, "boom.inertia": 0, "jib.inertia": 0},
         "boom.mass = 0: with boom and jib in line nothing resists",
     ),
+    ("spreader_skew", {"falls.parts": True}, "falls.parts = True: must be a number"),
+    (PLANE, {"cable.links": True}, "cable.links = True: must be a number"),
+    (
+        PLANE,
+        {"forces": [{"node": True, "axis": "x", "force": {"kind": "constant", "value": 1.0}}]},
+        "forces[0].node = True: must be a number",
+    ),
+    (
+        PLANE,
+        {
+            "base_motion": {
+                "sea": {
+                    "significant_height": 1.0,
+                    "peak_period": 8.0,
+                    "response": {"heave": {"frequencies": [0.1, 1.0], "amplitudes": [1.0, 0.5], "phases": []}},
+                }
+            }
+        },
+        "base_motion.sea.response.heave.phases: has 0 values, frequencies has 2",
+    ),
     (PLANE, sea(9.0, 6.0), "significant_height = 9: such waves break; at a peak period of 6 s at most 8.03 m are"),
     (
         SPACE,

@@ -46,6 +46,20 @@ def values_of(document: dict[str, Any], key: str) -> list[float] | None:
     return [factor * own for factor in FACTORS] if isinstance(own, int | float) else None
 
 
+@pytest.mark.parametrize("name", ["overhead_swing", "overhead_chain", "overhead_spring", "overhead_coulomb"])
+def test_cranes_whose_fixed_step_is_judged_are_made_at_once_or_one_by_one(name: str) -> None:
+    """Numbers that the fastest motion depends on, with a step that it bounds: as alone, or left to be made alone."""
+    event = {"events": [{"at": 0.5, "set": {"payload": {"mass": 5.0}}}]}
+    fixed = event | {"control": None, "integrator": {"method": "rk4", "step": 1e-5}, "payload": {"mass": 10.0}}
+    document = load_scene(name).to_dict() | fixed
+    for key in (*KEYS, "events.0.set.payload.mass"):
+        if (values := values_of(document, key)) is not None:
+            found = load_columns(document, {}, {key: values})
+            alone = load_scenes(document, [{key: value} for value in values])
+            chosen = np.flatnonzero(found.covered) if found is not None else ()
+            assert all(found is not None and differences(found.at(int(i)), alone[i]) == [] for i in chosen)
+
+
 def test_overhead_cranes_of_the_catalogue_are_made_at_once_as_alone() -> None:
     """Models and initial states of every overhead scene without its law, one key after the other; most are made."""
     made = asked = 0

@@ -61,17 +61,24 @@ def drive_names(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
 
 
 def shaft_frequency(backlash: Backlash) -> float:
-    """Return a bound [rad/s] of the frequencies of drives on their shafts, 0 without drives.
+    """Return a bound [rad/s] of the frequencies and decay rates of drives on their shafts, 0 without drives.
 
     ω² ≤ max(k / m) + Σ k / M of the shafts k and drives m of a joint with the inertia M; a joint counts as no lighter
-    than its heaviest drive.
+    than its heaviest drive. Where the shafts' damping c is strong, motions decay at up to max(c / m) + Σ c / M.
     """
-    squares = [
-        max(drive.stiffness / drive.inertia for drive in drives)
-        + sum(drive.stiffness for drive in drives) / max(drive.inertia for drive in drives)
-        for drives in backlash.values()
-    ]
-    return max(squares, default=0.0) ** 0.5
+    rates = [0.0]
+    for drives in backlash.values():
+        rates += [_largest_ratio(drives, "stiffness") ** 0.5, _largest_ratio(drives, "damping")]
+    return max(rates)
+
+
+def _largest_ratio(drives: Sequence[Drive], key: str) -> float:
+    """Return max(k / m) + Σ k / M of a joint's drives, k being the key of their shafts."""
+    ratios, total = (
+        [getattr(drive, key) / drive.inertia for drive in drives],
+        sum(getattr(each, key) for each in drives),
+    )
+    return max(ratios) + total / max(drive.inertia for drive in drives)
 
 
 def drive_units(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:

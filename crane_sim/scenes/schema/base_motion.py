@@ -208,7 +208,8 @@ class Answer(Group):
         Raises:
             SceneError: its columns do not fit together.
         """
-        count, phases = len(self.frequencies), self.phases or (0.0,) * len(self.frequencies)
+        count = len(self.frequencies)
+        phases = self.phases if self.phases is not None else (0.0,) * count
         where = f"base_motion.sea.response.{name}"
         for column, values in (("amplitudes", self.amplitudes), ("phases", phases)):
             if len(values) != count:

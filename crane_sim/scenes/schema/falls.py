@@ -4,10 +4,10 @@ from math import cos, sin
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.types import NonNegative, Positive, Real
+from crane_sim.files.types import NonNegative, Positive, Real, reject_bool
 from crane_sim.models.contact.surface import CompliantContact
 from crane_sim.models.falls.crane import Falls
 from crane_sim.models.loads import RigidLoad
@@ -33,7 +33,9 @@ class FallsGroup(Group):
     bottom: Ends  # m, lower ends, from the spreader's origin, in its axes
     offsets: tuple[Real, ...] | None = None  # m, added to the length of each fall: what skews, trims or lists the load
     axial_stiffness: Positive  # N, E A of one rope
-    parts: Annotated[int, Field(ge=1, le=100)] = 1  # -, of the rope in one fall, which share its tension
+    parts: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=100)] = (
+        1  # -, of the rope in one fall, which share its tension
+    )
     relaxation: NonNegative = 0.0  # s, damping: T = (E A / L) (e + relaxation × rate of e)
 
     def falls(self, length: float, load: RigidLoad) -> Falls:
@@ -54,6 +56,7 @@ class FallsGroup(Group):
         return Falls(np.array(self.top, dtype=float), bottom, length, np.array(offsets), stiffness, relaxation)
 
 
+@np.errstate(all="ignore")  # the largest numbers overflow
 def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | None) -> Any:
     """Return (x, y, z) [m] of the load's centre at rest and its attitude (w, x, y, z), from the tip, in its axes.
 
@@ -72,12 +75,17 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
     for _ in range(TRIALS):
         residual = _loads(falls, load, gravity, y)[:free]
         rounding = 1e-14 * float(falls.axial_stiffness.max())
+        if not np.isfinite(residual).all():
+            break
         if np.abs(residual).max() <= CLOSE * load.mass * gravity * max(1.0, depth) + rounding:
             y = np.round(y, DECIMALS) + 0.0  # no negative zero
             return y[:3], _quaternion(y[3:])
         ahead = np.array([_loads(falls, load, gravity, y + h)[:free] for h in step * np.eye(6)[:free]])
         behind = np.array([_loads(falls, load, gravity, y - h)[:free] for h in step * np.eye(6)[:free]])
-        move = np.linalg.lstsq((ahead - behind).T / (2.0 * step), -residual, rcond=1e-12)[0]
+        slope = (ahead - behind).T / (2.0 * step)
+        if not np.isfinite(slope).all():
+            break
+        move = np.linalg.lstsq(slope, -residual, rcond=1e-12)[0]
         y[:free] += np.clip(move, -0.5, 0.5)
     raise SceneError("falls: no position of rest was found; give initial.position and initial.orientation")
 
@@ -112,7 +120,7 @@ def check_ends(falls: Falls, start: FallsStart) -> None:
 def stiffest_frequency(
     falls: Falls, load: RigidLoad, mobility: tuple[Any, float | None], start: FallsStart, contact: Any
 ) -> float:
-    """Return the largest frequency [rad/s] of the load on all of its falls, and on springs of a contact.
+    """Return the largest frequency or decay rate [rad/s] of the load on all of its falls, and on springs of a contact.
 
     Args:
         falls, load: parameters; the falls' length is that at t = 0.
@@ -125,19 +133,26 @@ def stiffest_frequency(
     n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation_matrix(start.load[3:])
     yawing = np.cross(over, n)[:, 2:]
     rows = [np.hstack([n, np.cross(arms, n) @ rotation, n, yawing, np.ones((len(n), 1))])]
-    springs = [falls.axial_stiffness / (falls.length + falls.offset)]
+    springs, relaxations = [falls.axial_stiffness / (falls.length + falls.offset)], [falls.relaxation]
     if isinstance(contact, CompliantContact):
         levers = contact.points @ rotation.T
         up = np.tile([0.0, 0.0, 1.0], (len(levers), 1))
         rows.append(np.hstack([up, np.cross(levers, up) @ rotation, np.zeros((len(levers), 5))]))
         springs.append(np.full(len(levers), contact.stiffness))
+        relaxations.append(np.zeros(len(levers)))
     weighted = np.vstack(rows) * np.sqrt(np.concatenate(springs))[:, None]
     inverse = np.zeros((11, 11))
     inverse[:3, :3], inverse[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
     inverse[6:10, 6:10], inverse[10, 10] = mobility[0], 1.0 / mobility[1] if mobility[1] is not None else 0.0
-    with np.errstate(all="ignore"):  # the largest numbers overflow
-        matrix = weighted @ inverse @ weighted.T
-    return float(np.sqrt(np.linalg.eigvalsh(matrix).max())) if np.isfinite(matrix).all() else float("inf")
+    damped = weighted * np.sqrt(np.concatenate(relaxations))[:, None]
+    return max(_largest_eigenvalue(weighted, inverse) ** 0.5, _largest_eigenvalue(damped, inverse))
+
+
+def _largest_eigenvalue(rows: Any, inverse: Any) -> float:
+    """Return the largest eigenvalue of R M⁻¹ Rᵀ, infinite where numbers overflow."""
+    with np.errstate(all="ignore"):
+        matrix = rows @ inverse @ rows.T
+    return float(np.linalg.eigvalsh(matrix).max()) if np.isfinite(matrix).all() else float("inf")
 
 
 def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:
@@ -145,7 +160,7 @@ def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:
     rotation = _rotation_matrix(_quaternion(y[3:]))
     arms = falls.bottom @ rotation.T
     apart = falls.top - (y[:3] + arms)
-    distance, rest = np.linalg.norm(apart, axis=1), falls.length + falls.offset
+    distance, rest = np.maximum(np.linalg.norm(apart, axis=1), CLOSE), falls.length + falls.offset
     tension = np.maximum(falls.axial_stiffness / rest * (distance - rest), 0.0)
     pulls = tension[:, None] * apart / distance[:, None]
     force = pulls.sum(0) - np.array([0.0, 0.0, load.mass * gravity])

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import cos, inf, sin, sqrt
-from typing import Any
+from typing import Any, Self
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, NonNegative, Positive
@@ -39,6 +39,12 @@ class BoomFlexibility(Group):
         """The modes by the name of their joint, in the order of the joints."""
         modes = {"lateral": self.lateral, "vertical": self.vertical}
         return {name + DEFLECTION: mode for name, mode in modes.items() if mode is not None}
+
+    def left_to_rest(self) -> Self:
+        """Return the group without deflections at t = 0."""
+        modes = {"lateral": self.lateral, "vertical": self.vertical}
+        left = {key: mode.model_copy(update={"deflection": None}) for key, mode in modes.items() if mode is not None}
+        return self.model_copy(update=left)
 
 
 class MastBending(Group):

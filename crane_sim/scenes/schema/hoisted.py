@@ -72,7 +72,8 @@ class HoistedFile(SupportedFile, FallsFile):
         starts = [
             target[[name for name, _, _ in self.support_joints].index(name.split("_drive_")[0])] for name in drives
         ]
-        return (*target, *self._rest_pose(target, target[-1], None), *self._deflections(target), *starts)
+        file = self._left_to_rest()
+        return (*target, *file._rest_pose(target, target[-1], None), *file._deflections(target), *starts)
 
     @property
     def target(self) -> tuple[float, ...] | None:
@@ -108,10 +109,15 @@ class HoistedFile(SupportedFile, FallsFile):
         return Ropes(len(self.falls.top), self.falls.parts)
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`."""
+        """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`.
+
+        Raises:
+            SceneError: there is an input of a slew that no drive moves.
+        """
         inputs: Any = getattr(self, "inputs", None)
         if inputs is None:
             return (0.0,) * len(self.actuated)
+        self._check_inputs(inputs)
         chain = Inputs(inputs.hoist, None)
         for name, _, _ in reversed(self.support_joints):
             chain = Inputs(getattr(inputs, name, Constant(0.0)), chain)

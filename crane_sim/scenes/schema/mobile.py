@@ -97,14 +97,24 @@ class MobileGroups(SupportedFile):
         Raises:
             SceneError: the telescoped section's centre of mass lies behind the foot pin, or nothing can bend.
         """
-        start = self._initial.q
-        shortest = min(start[2], *(self.telescope.limits or (start[2],))[:1])
+        self._check_shortest()
+        rigid = TelescopicBoom(self.superstructure, self.boom, self.telescope)
+        return flexible_boom(rigid, self.flexibility, self._initial.q)
+
+    def _check_shortest(self) -> None:
+        """Raise SceneError where the telescoped section does not fit the shortest boom."""
+        start = self._initial.q[2]
+        shortest = min(start, *(self.telescope.limits or (start,))[:1])
         if shortest < self.telescope.centre:
             raise SceneError(
                 f"telescope.centre = {self.telescope.centre}: exceeds the shortest boom length, {shortest:g} m at "
                 "initial.q[2] or telescope.limits[0]: the section's centre of mass would lie behind the foot pin"
             )
-        return flexible_boom(TelescopicBoom(self.superstructure, self.boom, self.telescope), self.flexibility, start)
+        if self.flexibility is not None and self.telescope.inertia == 0.0 and shortest == self.telescope.centre:
+            raise SceneError(
+                "telescope.inertia = 0: must be greater than 0 below `flexibility` where telescope.centre is the "
+                f"shortest boom length, {shortest:g} m: what bends would have no inertia about the foot pin"
+            )
 
 
 class MobileFile(MobileGroups, SuspendedFile):

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from crane_sim.files.types import NonNegative, Positive, Real, Tilt, as_list
+from crane_sim.files.types import NonNegative, Positive, Real, Tilt, as_list, reject_bool
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
@@ -31,6 +31,7 @@ Size = Annotated[Positive, AfterValidator(_check_size)]
 SizeOrZero = Annotated[NonNegative, AfterValidator(_check_size)]
 BoundedReal = Annotated[Real, AfterValidator(_check_bound)]
 MAX_LINKS = 500
+LinkCount = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=MAX_LINKS)]
 _Some = (BeforeValidator(as_list), Field(min_length=1, max_length=MAX_LINKS))
 Lengths = Annotated[tuple[Size, ...], *_Some]
 Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
@@ -52,7 +53,7 @@ class CableGroup(Group):
 
     model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"  # `rigid` links; `elastic` ones; `straight`: one
     # rod; `auto`: `straight` where the cable is light and straight and nothing bends it, else `rigid`
-    links: Annotated[int, Field(ge=1, le=MAX_LINKS)] | None = None  # -, number of links; left out: as many as the
+    links: LinkCount | None = None  # -, number of links; left out: as many as the
     # longer one of `lengths` and `node_masses`
     lengths: Lengths  # m, of the links, from the top; elastic: at rest
     node_masses: Masses  # kg, at the lower ends of the links; the last one is the payload; rigid nodes without mass
@@ -147,7 +148,7 @@ class BristleGroup(Group):
 class ForceGroup(Group):
     """A given force on a node of the cable, along an axis of the base."""
 
-    node: Annotated[int, Field(ge=1, le=MAX_LINKS)]  # -, from the top, 1 at the lower end of the first link
+    node: LinkCount  # -, from the top, 1 at the lower end of the first link
     axis: Literal["x", "y", "z"]  # of the base
     force: Channel  # N, over time
 

@@ -6,6 +6,7 @@ import numpy.typing as npt
 from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.friction import steepest_slope
 from crane_sim.scenes.schema.friction_checks import friction_rate
+from crane_sim.scenes.schema.oscillation import row_frequency
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.trajectories.profiles import Shape
 
@@ -13,21 +14,31 @@ Array = npt.NDArray[np.float64]
 
 
 def stiffest(file: OverheadCrane) -> float:
-    """Return the largest angular frequency or decay rate [rad/s] of the cable that hangs still, or initial rate."""
-    masses, lengths = np.array(file.parts.masses), np.array(file.parts.lengths)
+    """Return the largest frequency or decay rate [rad/s] of the cable that hangs still with any of its payloads.
+
+    Or the largest initial rate, where that is larger.
+    """
+    *nodes, payload = file.parts.masses
+    payloads = (payload, *(event.set.payload.mass for event in file.events))
+    return max(_stiffest_with(file, np.array([*nodes, mass], dtype=float)) for mass in payloads)
+
+
+def _stiffest_with(file: OverheadCrane, masses: Array) -> float:
+    """Return what `stiffest` does, of the cable with nodes of these masses (N,) [kg]."""
+    gravity, lengths = float(file.gravity), np.array(file.parts.lengths, dtype=float)  # of columns: one by one
     lengths[0] = _shortest_first(file)
     rates = max((float(np.linalg.norm(rate)) for rate in file.parts.rates), default=0.0)
     if file.cable_model == "straight":
         reach = np.cumsum(lengths)
-        swing = float(np.sqrt(file.gravity * (masses @ reach) / (masses @ reach**2)))
+        swing = float(np.sqrt(gravity * (masses @ reach) / (masses @ reach**2)))
         return max(rates, swing, _friction_rate(file))
-    tension = file.gravity * np.cumsum(masses[::-1])[::-1]
+    tension = gravity * np.cumsum(masses[::-1])[::-1]
     across = tension / lengths
-    frequencies = [rates, _largest(file, across), _friction_rate(file)]
+    frequencies = [rates, _largest(file, masses, across), _friction_rate(file)]
     if file.cable_model == "elastic" and file.cable.stiffness is not None:
         stiffness = np.array(fill_list(file.cable.stiffness, len(lengths), "cable.stiffness"))
         damping = np.array(fill_list(file.cable.damping or (0.0,), len(lengths), "cable.damping"))
-        frequencies += [_largest(file, stiffness), _largest(file, damping) ** 2]
+        frequencies += [_largest(file, masses, stiffness), _largest(file, masses, damping) ** 2]
     joints = file.joints or file.cable.joints
     if joints is not None:  # a bound: at most four times two neighbours' moments act on a node
         turned = np.min(masses) * np.min(lengths) ** 2
@@ -102,11 +113,6 @@ def _lightest_axis(file: OverheadCrane) -> float:
     return min(masses)
 
 
-def _largest(file: OverheadCrane, springs: Array) -> float:
+def _largest(file: OverheadCrane, masses: Array, springs: Array) -> float:
     """Return the largest frequency of trolley and nodes, neighbours of which are joined by `springs` (N,) [N/m]."""
-    inverse = np.sqrt(1.0 / np.array([_lightest_axis(file), *file.parts.masses]))
-    diagonal = np.append(springs, 0.0) + np.append(0.0, springs)
-    from scipy.linalg import eigvalsh_tridiagonal  # here: few scenes ask, and it takes long to import
-
-    values = eigvalsh_tridiagonal(diagonal * inverse**2, -springs * inverse[1:] * inverse[:-1])
-    return float(np.sqrt(values[-1]))
+    return row_frequency(springs, 1.0 / np.array([_lightest_axis(file), *masses], dtype=float))

@@ -3,6 +3,8 @@
 from math import sqrt
 from typing import Any, Literal
 
+import numpy as np
+
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.models.cables.rope import LockedRope
@@ -221,7 +223,8 @@ class PendulumFile(PendulumGroups, RiggedFile):
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""
-        smooth, stiffest = not sampled and self._stops() is None, self._twist_frequency()
+        smooth = not sampled and self._stops() is None
+        stiffest = max(self._twist_frequency(0.0), self._swing_frequency(self.rope.length, np.zeros((4, 4))))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _stops(self) -> Stops | None:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.hoist import MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
@@ -10,7 +12,9 @@ from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
+from crane_sim.scenes.schema.integrator import needs_frequency
 from crane_sim.scenes.schema.load_file import LoadFile
+from crane_sim.scenes.schema.oscillation import swing_frequency
 from crane_sim.scenes.schema.rigging import Link, chain_of, check_equipment, twist_frequency
 
 
@@ -29,10 +33,29 @@ class RiggedFile(LoadFile):
         """Windages of the bodies by key, None where a body has none."""
         return windages_of(self.payload, self.events)
 
-    def _twist_frequency(self) -> float:
-        """Return the largest frequency [rad/s] of a payload on the rope's torsion, 0 without."""
+    def _twist_frequency(self, mobility: float) -> float:
+        """Return the largest frequency or decay rate [rad/s] of a payload on the rope's torsion, 0 without.
+
+        The mobility is that of the tip's yaw [1/(kg m²)].
+        """
         payloads = [self.payload, *(event.payload for event in self.events)]
-        return twist_frequency(self._torsion, [payload.inertia for payload in payloads if payload.inertia])
+        return twist_frequency(self._torsion, [payload.inertia for payload in payloads if payload.inertia], mobility)
+
+    def _swing_frequency(self, length: float, mobility: Any) -> float:
+        """Return a bound [rad/s] of the frequencies of all payloads on rope and links that hang still.
+
+        Only for methods that depend on it, else 0.
+
+        Args:
+            length: of the rope [m].
+            mobility: of its upper end (4, 4): x, y, z [1/kg], and yaw.
+        """
+        if not needs_frequency(self.integrator):
+            return 0.0
+        lengths, masses = [length, *(link.length for link in self.links)], [link.mass for link in self.links]
+        payloads = [self.payload, *(event.payload for event in self.events)]
+        upper = float(np.linalg.eigvalsh(mobility[:3, :3])[-1])
+        return max(swing_frequency(lengths, masses, upper, payload, self.gravity) for payload in payloads)
 
     def suspended_crane(
         self,

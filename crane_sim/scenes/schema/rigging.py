@@ -117,11 +117,18 @@ def chain_of(rope_length: float, links: Sequence[Link], payload: float) -> Chain
     return Chain(np.array(masses, dtype=float), np.array(lengths, dtype=float))
 
 
-def twist_frequency(torsion: Torsion | None, inertias: Sequence[Any]) -> float:
-    """Return the largest frequency [rad/s] of payloads with these inertias (3, 3) on the rope's torsion, 0 without."""
+def twist_frequency(torsion: Torsion | None, inertias: Sequence[Any], mobility: float) -> float:
+    """Return the largest frequency or decay rate [rad/s] of payloads on the rope's torsion, 0 without.
+
+    Args:
+        torsion: of the rope.
+        inertias: of the payloads, each (3, 3) [kg m²].
+        mobility: of the tip's yaw [1/(kg m²)].
+    """
     if torsion is None:
         return 0.0
-    return (torsion.stiffness / min(float(np.linalg.eigvalsh(inertia)[0]) for inertia in inertias)) ** 0.5
+    turned = mobility + 1.0 / min(float(np.linalg.eigvalsh(inertia)[0]) for inertia in inertias)
+    return max((torsion.stiffness * turned) ** 0.5, torsion.damping * turned)
 
 
 def link_names(count: int, first: int = 2) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """Base class of scene files: groups of any crane, and the interface between schemas and `scenes/scene.py`."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from crane_sim.files.types import Name, Positive, Seed
@@ -153,6 +154,17 @@ class SceneFile(HardwareGroups, ABC):
         None where they are known without the schema: the cable hangs straight down.
         """
         return None
+
+    def resting_joints(self, target: tuple[float, ...]) -> Mapping[str, float]:
+        """Return the positions of joints, by name, that the schema knows of the crane at rest at a target (nu,).
+
+        All other joints are at the target, or the cable hangs straight down.
+
+        Raises:
+            SceneError: the crane cannot rest there.
+        """
+        rest = self.rest_positions(target)
+        return {} if rest is None else dict(zip(self.joint_names, rest, strict=True))
 
     @abstractmethod
     def method_requirements(self, sampled: bool) -> MethodRequirements:

@@ -3,14 +3,16 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from math import cos, sin
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from pydantic import ValidationInfo, field_validator
 
+from crane_sim.files.errors import SceneError
 from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
+from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.actuated import add_friction_and_motors
 from crane_sim.scenes.schema.backlash import (
     JointDrives,
@@ -116,6 +118,11 @@ class SupportedFile(SceneFile):
         gravity, structure = getattr(self, "gravity", 0.0), self._elevation_and_length(q)
         return deflections(self.support(), group, structure, gravity, self._suspended_mass)
 
+    def _left_to_rest(self) -> Self:
+        """Return the file without deflections given for t = 0: its structure bends as it does at rest."""
+        group = getattr(self, "flexibility", None)
+        return self if group is None else self.model_copy(update={"flexibility": group.left_to_rest()})
+
     def tip(self, q: Any) -> Tip:
         """Return the pose of the support's frame at joint positions q, the structure bent by the first payload."""
         angles = dict(zip(self._bending, self._deflections(q), strict=True))
@@ -132,17 +139,27 @@ class SupportedFile(SceneFile):
         return rotation @ jacobian_t.T @ inverse @ jacobian_t @ rotation.T
 
     def _friction_rate(self) -> float:
-        """Return an upper bound [1/s] of the eigenvalues that friction gives the joints of the support; 0 without."""
-        inverse, support = self.joint_mobility().inverse_inertia.diagonal().copy(), self.support()
+        """Return an upper bound [1/s] of the eigenvalues that friction gives the joints of the support; 0 without.
+
+        Of joints that move each other it is the sum: no eigenvalue of M⁻¹ D exceeds the trace.
+        """
+        matrix, support = self.joint_mobility().inverse_inertia, self.support()
+        inverse, coupled = matrix.diagonal().copy(), np.count_nonzero(matrix, axis=1) > 1
         if isinstance(support, FlexibleSupport):  # friction is on the side of the drives
             inner = inner_inertias(support, self._elevation_and_length(self._initial.q))
             for i, mode in enumerate((support.lateral, support.vertical)):
                 inverse[i] = 1.0 / inner[i] if mode is not None and np.isfinite(inner[i]) else inverse[i]
-        rates = [0.0]
-        for (name, _, _), mobility in zip(self.support_joints, inverse, strict=False):
+        rates = np.zeros(len(inverse))
+        for i, ((name, _, _), mobility) in enumerate(zip(self.support_joints, inverse, strict=False)):
             friction_models = (group.get(name) for group in (self.friction, self.lugre))
-            rates += [friction_rate(part, 1.0 / mobility) for part in friction_models if mobility > 0.0]
-        return max(rates)
+            if mobility > 0.0:
+                rates[i] = max(friction_rate(part, 1.0 / mobility) for part in friction_models)
+        return float(max(rates.max(), rates[coupled].sum()))
+
+    def _check_inputs(self, inputs: Any) -> None:
+        """Raise SceneError for an input of a slew that is locked: it would have no effect."""
+        if "slew" in inputs.model_fields_set and isinstance(getattr(self, "slew", None), LockedSlew):
+            raise SceneError("inputs.slew: drives nothing, slew.drive = 'locked'; leave it out")
 
     @property
     def _initial_drive_state(self) -> tuple[Any, Any]:

@@ -1,5 +1,6 @@
 """Base class of scene files of cranes whose support turns: a rope below it, further links, a rigid-body payload."""
 
+from collections.abc import Mapping
 from math import cos, sin
 from typing import Any
 
@@ -97,10 +98,21 @@ class SuspendedFile(SupportedFile, RiggedFile):
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
         return self.tip(q).position[2] - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
 
+    def resting_joints(self, target: tuple[float, ...]) -> Mapping[str, float]:
+        """Return the angles [rad] of the structure's modes, by joint, at rest at a target (nu,); none of a rigid one.
+
+        Raises:
+            SceneError: it bends too far.
+        """
+        return dict(zip(self._bending, self._left_to_rest()._deflections(target), strict=True))
+
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
         smooth = not sampled and self._stops() is None
-        stiffest = max(shaft_frequency(self.backlash), self._twist_frequency(), self._friction_rate())
+        ns, mobility = len(self.support_joints), self.tip_mobility()
+        rates = shaft_frequency(self.backlash), self._twist_frequency(float(mobility[3, 3])), self._friction_rate()
+        rope = min((self._initial.q[ns], *(self.target or ())[ns:]))
+        stiffest = max(*rates, self._swing_frequency(rope, mobility))
         if self._bending:
             stiffest = max(stiffest, structure_frequency(self.support(), self._elevation_and_length(self._initial.q)))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
@@ -132,11 +144,12 @@ class SuspendedFile(SupportedFile, RiggedFile):
         """Return the open-loop inputs, zero where one is left out; constant zero efforts without `inputs`.
 
         Raises:
-            SceneError: there is an input of a rope that no drive moves.
+            SceneError: there is an input of a slew or a rope that no drive moves.
         """
         inputs = getattr(self, "inputs", None)
         if inputs is None:
             return (0.0,) * len(self.actuated)
+        self._check_inputs(inputs)
         if "rope" in inputs.model_fields_set and not self.rope.effort_unit:
             raise SceneError(f"inputs.rope: drives nothing, rope.drive = {self.rope.drive!r}; leave it out")
         names, chain = [name for name, _, _ in self.support_joints], None

@@ -121,6 +121,11 @@ class LogNormal(NamedTuple):
         low = log(self.low) if self.low > 0.0 else -inf
         try:
             return exp(_truncated_normal(p, log(median), self.deviation, low, log(self.high)))
+        except OverflowError:
+            raise ValueError(
+                f"deviation = {self.deviation:g}: draws a value beyond the largest number; take a smaller one, or give "
+                "high"
+            ) from None
         except ValueError:
             raise ValueError(
                 f"low .. high is out of reach of a median of {median:g} and a deviation of {self.deviation:g} "
