@@ -32,14 +32,14 @@ def with_rest_at_ends(times: Array, coefficients: Array) -> PiecewisePolynomial:
     return PiecewisePolynomial(np.array([times[0] - 1.0, *times]), np.concatenate([before, coefficients, after]))
 
 
-def check_durations(times: Array) -> Array:
-    """Return the times (K + 1,) [s] of pieces, checked: their durations follow from limits.
+def check_durations(times: Array, cause: str = "limits so large") -> Array:
+    """Return the times (K + 1,) [s] of pieces, checked: their durations follow from limits, or from another `cause`.
 
     Raises:
         ValueError: a piece is shorter than the resolution of doubles.
     """
     if not np.min(np.diff(times)) >= MIN_INTERVAL:
-        raise ValueError("limits so large that the motion, or a part of it, takes no time")
+        raise ValueError(f"{cause} that the motion, or a part of it, takes no time")
     return times
 
 

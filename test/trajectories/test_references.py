@@ -194,7 +194,10 @@ def test_minimum_jerk_takes_the_time_that_limits_ask() -> None:
     assert polynomials.starts[1] == 3.0
 
 
-@pytest.mark.parametrize("side", ["shorter", "left", "right"])
+SIDES: tuple[Side, ...] = ("shorter", "left", "right")
+
+
+@pytest.mark.parametrize("side", SIDES)
 def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
     """The motion from A to B stays clear of the circle on the side asked for, and not by much."""
     obstacle = ObstacleDetour((1.35, 0.0), (0.0, -1.35), (0.8, -0.8), 0.3, 0.1, 40.0, start=10.0, side=side)
@@ -202,7 +205,7 @@ def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
     t = np.linspace(10.0, 50.0, 4001)
     place = evaluate(polynomials, t)
     gap = np.linalg.norm(place - (0.8, -0.8), axis=1)
-    assert gap.min() > 0.4 - 1e-6  # the motion is looked at in fifty instants a piece
+    assert gap.min() > 0.4 - ROUNDING
     assert gap.min() < 0.41
     assert (np.linalg.norm(place[2000]) > np.hypot(0.8, 0.8)) == (side == "left")  # A to B, B is clockwise of A
     assert evaluate(polynomials, np.array([0.0, 60.0])) == pytest.approx(
@@ -224,3 +227,45 @@ def test_an_obstacle_aside_changes_nothing() -> None:
     polynomials = ObstacleDetour((0.0, 0.0), (2.0, 0.0), (1.0, 1.0), 0.5, 0.4, 5.0).to_polynomials()
     assert np.max(np.abs(evaluate(polynomials, np.linspace(0.0, 5.0, 51))[:, 1])) < ROUNDING
     assert min_distance(polynomials, np.array([1.0, 1.0])) >= 0.9
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_distances_are_kept_at_every_instant(side: Side) -> None:
+    """Motions around random obstacles, one in ten with an end near the circle, are never within radius + clearance."""
+    rng = np.random.default_rng(0)
+    for i in range(60):
+        ends, (radius, clearance) = rng.uniform(-5.0, 5.0, (2, 2)), rng.uniform((0.2, 0.0), (2.0, 0.5))
+        ends[0] *= (radius + clearance) * 1.01 / np.hypot(*ends[0]) if i % 10 == 0 else 1.0
+        (a, b), (x, y) = ends.tolist()
+        detour = ObstacleDetour((a, b), (x, y), (0.0, 0.0), radius, clearance, 10.0, side=side)
+        if not detour.find_error():
+            gap = np.linalg.norm(evaluate(detour.to_polynomials(), np.linspace(0.0, 10.0, 4001)), axis=1)
+            assert gap.min() >= (radius + clearance) * (1.0 - ROUNDING)
+
+
+DETOURS: dict[str, tuple[tuple[float, ...], float, float]] = {
+    "the straight way misses by millimetres": ((-4.87494, -2.56157, -0.190668, 1.702322), 0.983961, 0.479962),
+    "an end almost on the circle": ((-1.0017023, -1.6624166, 2.698846, 0.216292), 1.4723816, 0.4530062),
+}
+
+
+@pytest.mark.parametrize("case", DETOURS)
+def test_a_way_is_found_beside_the_circle(case: str) -> None:
+    """Where the spline overshoots more the larger the circle, closer waypoints keep clearance and a moderate speed."""
+    (a, b, x, y), radius, clearance = DETOURS[case]
+    for side in SIDES:
+        detour = ObstacleDetour((a, b), (x, y), (0.0, 0.0), radius, clearance, 10.0, side=side)
+        polynomials = detour.to_polynomials()
+        assert min_distance(polynomials, np.zeros(2)) >= (radius + clearance) * (1.0 - ROUNDING)
+        length = np.sum(np.linalg.norm(np.diff(detour.waypoints()[0], axis=0), axis=1))
+        # at rest at both ends: 15 / 8 of the mean speed in one piece, about 1 in many; tiny pieces would give hundreds
+        assert max_derivatives(polynomials, 1).max() < 2.5 * length / 10.0
+
+
+def test_a_detour_that_is_not_possible_says_why() -> None:
+    """An end too near for any path, and a duration too short for its pieces, are named; limits are not, without any."""
+    near = ObstacleDetour((1.0, 0.0), (-3.0, 0.0), (0.0, 0.0), 0.9, 0.1, 10.0)
+    with pytest.raises(ValueError, match=r"no path was found that keeps clearance = 0.1 m: take less of it, or from"):
+        near.to_polynomials()
+    with pytest.raises(ValueError, match=r"duration = 2e-06 at start = 0: so short that the motion, or a part of it"):
+        near._replace(begin=(3.0, 0.0), duration=2e-6).to_polynomials()
