@@ -73,9 +73,14 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
     """Return the law for its nominal scene.
 
     Raises:
-        SceneError: a setting is wrong, there is neither a target nor a speed, or nothing swings.
+        SceneError: a setting is wrong, there is a path, neither a target nor a speed, or nothing swings.
     """
     options = read_settings(Settings, settings)
+    if nominal.trajectory is not None:
+        raise SceneError(
+            "reference.path: control.law = 'anti_swing' follows no path, "
+            "it goes to reference.q or takes control.speeds; leave the path out"
+        )
     length, gains = swing_gains(nominal)
     frequency, tables = sqrt(gravity(nominal) / length), _tables(options, nominal)
     weights, delays = [1.0], [0.0]

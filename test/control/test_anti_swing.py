@@ -13,6 +13,7 @@ from crane_sim.simulation.rollout import simulate
 
 LENGTH = 4.0  # m
 OMEGA = sqrt(9.81 / LENGTH)
+PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [1.0], "velocity": 0.1, "acceleration": 0.1}
 TABLE = {"trolley": {"times": [0.0, 0.5, 1.3], "values": [0.0, 0.0, 0.4]}}
 
 
@@ -109,11 +110,15 @@ def test_angles_ahead_of_every_joint() -> None:
             {"law": "lqr", "nominal": {"reference": {"q": [1.0]}}},
             "control.law = 'lqr': commands effort of the trolley, whose drive takes velocity",
         ),
+        (
+            {"speeds": TABLE, "nominal": {"reference": {"path": PATH}}},
+            "reference.path: control.law = 'anti_swing' follows no path",
+        ),
     ],
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
 def test_mistakes_are_reported_in_one_line(control: dict[str, Any], message: str) -> None:
-    """What the law cannot do, and a law that commands something else, are a single-line error."""
+    """What the law cannot do, a path too, and a law that commands something else, are a single-line error."""
     with pytest.raises(SceneError) as caught:
         scene(control)
     assert message in str(caught.value) and "\n" not in str(caught.value)
