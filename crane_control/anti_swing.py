@@ -22,6 +22,7 @@ from crane_sim.simulation.metrics import derive
 from crane_sim.trajectories.inputs import Table
 from crane_sim.trajectories.shaping import Shaping, impulses
 
+TIME_TOLERANCE = 1e-9  # s, of instants that differ by rounding
 STEP = 1e-4  # rad or m, of differences: their error is its square
 
 
@@ -63,9 +64,10 @@ class AntiSwingLaw(NamedTuple):
         swing = sum(gain * q[j] for j, gain in enumerate(joint.feedback) if gain)
         if joint.table is None:
             return swing + joint.gain * (joint.target - q[i])
-        shaped = zip(self.weights, self.delays, strict=True)
         return swing + sum(
-            weight * float(np.interp(t - delay, joint.table.times, joint.table.values)) for weight, delay in shaped
+            weight * float(np.interp(t - delay, joint.table.times, joint.table.values))
+            for weight, delay in zip(self.weights, self.delays, strict=True)
+            if delay <= t + TIME_TOLERANCE  # before the run nothing was commanded
         )
 
 

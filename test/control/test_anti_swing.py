@@ -84,6 +84,16 @@ def test_shaped_speeds_leave_no_swing(kind: str) -> None:
     assert run_speed(plain) == pytest.approx(0.4, abs=1e-9) == run_speed(shaped)
 
 
+@pytest.mark.parametrize(("kind", "sums"), [("zv", (0.5, 1.0)), ("zvd", (0.25, 0.75, 1.0))])
+def test_speeds_that_begin_with_the_run_are_shaped(kind: str, sums: tuple[float, ...]) -> None:
+    """A speed that is commanded from the start on is passed on in impulses half a swing apart, as any other step is."""
+    speeds = {"trolley": {"times": [0.0], "values": [0.4]}}
+    law: Any = scene({"damping": 0.0, "speeds": speeds, "shaping": {"kind": kind}}).law
+    commands = [law((i + 0.5) * pi / OMEGA, (0.0, 0.0), (0.0, 0.0))[0] for i in range(len(sums))]
+    assert commands == pytest.approx([0.4 * part for part in sums], abs=1e-12)  # rounding of the weights
+    assert law(0.0, (0.0, 0.0), (0.0, 0.0))[0] == pytest.approx(0.4 * sums[0], abs=1e-12)
+
+
 def run_speed(run: Any) -> float:
     """Return the trolley's speed [m/s] at the end."""
     return float(run.v[-1, 0])
