@@ -24,6 +24,7 @@ from crane_sim.trajectories.shaping import Shaping, impulses
 
 TIME_TOLERANCE = 1e-9  # s, of instants that differ by rounding
 STEP = 1e-4  # rad or m, of differences: their error is its square
+CUTOFF = 1e-4  # -, of singular values: above the rounding of directions that are parallel, below that of a short lever
 
 
 class Settings(NamedTuple):
@@ -141,7 +142,7 @@ def swing_geometry(scene: Scene, t: float = 0.0) -> SwingGeometry:
     directions = (derived.tip[:n] - derived.tip[n : 2 * n])[actuated, :2] / (2.0 * STEP)
     moved[actuated] = 0.0
     sizes = np.sum(directions**2, axis=1, keepdims=True)
-    ahead = np.divide(directions, sizes, out=np.zeros((nu, 2)), where=sizes > STEP)
+    ahead = np.linalg.pinv(np.where(sizes > STEP, directions, 0.0).T, rcond=CUTOFF)
     return SwingGeometry(float(np.linalg.norm(offset[-1])), ahead, moved)
 
 
