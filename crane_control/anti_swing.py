@@ -22,7 +22,9 @@ from crane_sim.simulation.metrics import derive
 from crane_sim.trajectories.inputs import Table
 from crane_sim.trajectories.shaping import Shaping, impulses
 
+TIME_TOLERANCE = 1e-9  # s, of instants that differ by rounding
 STEP = 1e-4  # rad or m, of differences: their error is its square
+CUTOFF = 1e-4  # -, of singular values: above the rounding of directions that are parallel, below that of a short lever
 
 
 class Settings(NamedTuple):
@@ -63,9 +65,10 @@ class AntiSwingLaw(NamedTuple):
         swing = sum(gain * q[j] for j, gain in enumerate(joint.feedback) if gain)
         if joint.table is None:
             return swing + joint.gain * (joint.target - q[i])
-        shaped = zip(self.weights, self.delays, strict=True)
         return swing + sum(
-            weight * float(np.interp(t - delay, joint.table.times, joint.table.values)) for weight, delay in shaped
+            weight * float(np.interp(t - delay, joint.table.times, joint.table.values))
+            for weight, delay in zip(self.weights, self.delays, strict=True)
+            if delay <= t + TIME_TOLERANCE  # before the run nothing was commanded
         )
 
 
@@ -73,9 +76,14 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
     """Return the law for its nominal scene.
 
     Raises:
-        SceneError: a setting is wrong, there is neither a target nor a speed, or nothing swings.
+        SceneError: a setting is wrong, there is a path, neither a target nor a speed, or nothing swings.
     """
     options = read_settings(Settings, settings)
+    if nominal.trajectory is not None:
+        raise SceneError(
+            "reference.path: control.law = 'anti_swing' follows no path, "
+            "it goes to reference.q or takes control.speeds; leave the path out"
+        )
     length, gains = swing_gains(nominal)
     frequency, tables = sqrt(gravity(nominal) / length), _tables(options, nominal)
     weights, delays = [1.0], [0.0]
@@ -134,7 +142,7 @@ def swing_geometry(scene: Scene, t: float = 0.0) -> SwingGeometry:
     directions = (derived.tip[:n] - derived.tip[n : 2 * n])[actuated, :2] / (2.0 * STEP)
     moved[actuated] = 0.0
     sizes = np.sum(directions**2, axis=1, keepdims=True)
-    ahead = np.divide(directions, sizes, out=np.zeros((nu, 2)), where=sizes > STEP)
+    ahead = np.linalg.pinv(np.where(sizes > STEP, directions, 0.0).T, rcond=CUTOFF)
     return SwingGeometry(float(np.linalg.norm(offset[-1])), ahead, moved)
 
 

@@ -74,9 +74,11 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> JointTrajectoryLaw:
     """Return the law for its nominal scene.
 
     Raises:
-        SceneError: a setting is wrong, or the path is the payload's.
+        SceneError: a setting is wrong, no joint is actuated, or the path is the payload's.
     """
     options = read_settings(Settings, settings)
+    if not nominal.actuated:
+        raise SceneError("control.law = 'joint_trajectory': no joint of this crane is actuated")
     if nominal.trajectory is not None and not nominal.trajectory.of_joints:
         line = "control.law = 'joint_trajectory' follows paths of the joints only"
         raise SceneError(f"reference.path.of = 'payload': {line}")

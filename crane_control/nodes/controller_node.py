@@ -49,7 +49,7 @@ class ControllerNode(LawNode):
         self._next_reference, self._referred = 0, self._law  # ns; the law whose path ends at the reference
         self._command = b""  # the newest, serialized
         self._command_codec = CommandCodec(scene)
-        self._reference = messages.reference_message(scene.actuated, scene.reference or ())
+        self._reference = self._reference_of_scene()
         self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM_QOS)
         outer, lockstep = outer_loop_of(self._law), settings.mode == RunMode.LOCKSTEP
         self._setpoints = Setpoints(node, outer.names, lockstep, self._answer) if outer else None
@@ -84,7 +84,7 @@ class ControllerNode(LawNode):
 
     def _reset(self) -> None:
         self._next_reference, self._referred = 0, self._law
-        self._reference = messages.reference_message(self._scene.actuated, self._scene.reference or ())
+        self._reference = self._reference_of_scene()
         self._goals.reset()
         if self._setpoints:
             self._setpoints.reset()
@@ -93,7 +93,7 @@ class ControllerNode(LawNode):
         if state != self._last_state and not self._evaluate(state):
             return
         self._answers.publish(self._command)  # first of all: the plant waits for it
-        if state.stamp >= self._next_reference and self._scene.reference:
+        if self._reference is not None and state.stamp >= self._next_reference:
             self._next_reference = state.stamp + messages.NS_PER_S
             messages.set_stamp(self._reference.header.stamp, state.stamp)
             self._references.publish(self._reference)
@@ -104,12 +104,18 @@ class ControllerNode(LawNode):
             return False
         self._law = self._goals.apply_to(self._law, state)
         effort = self._ask_law(state)
+        self._goals.abort_replaced(self._law)
         if effort is None:
             return False
         self._command = self._command_codec.encode(state.stamp, effort)
         self._last_state = state
         self._update_reference()
         return True
+
+    def _reference_of_scene(self) -> JointTrajectory | None:
+        """Return the message of the scene's target, None where it has none."""
+        target = self._scene.reference
+        return messages.reference_message(self._scene.actuated, target) if target else None
 
     def _update_reference(self) -> None:
         """Let the reference be where the joints' path ends, if the law has a new one: the next message has it."""

@@ -145,7 +145,7 @@ def axis_setpoint(gains, t, omega_sq, estimates, tip, goal, jerk, base_acc, i):
 
     The velocity neglects the rate of ω²; the payload's acceleration in it is that of the model.
     """
-    acceleration = omega_sq * (tip[i] - estimates.position[i]) + estimates.d[i]
+    acceleration = omega_sq * (tip[i] - estimates.position[i]) + estimates.d[i] + base_acc[i]
     e, de = estimates.position[i] - goal[0][i], estimates.velocity[i] - goal[1][i]
     (factor, factor_rate), initial_kd = compute_ramp(gains.ramp, t), 2.0 * INITIAL_DAMPING * sqrt(omega_sq)
     kp, kd = factor * gains.kp + (1.0 - factor) * omega_sq, factor * gains.kd + (1.0 - factor) * initial_kd

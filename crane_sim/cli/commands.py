@@ -165,7 +165,9 @@ def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
 @click.argument("file")
 @change_options
 @click.option("--ros2-control", "urdf", type=click.Path(path_type=Path), help="Its <ros2_control> tag is checked, too.")
-@click.option("--namespace", default="", help="Namespace of the run that the tag is for (default: the crane's name).")
+@click.option(
+    "--namespace", default="", help="Namespace of the run that the tag is for, / the root (default: the crane's name)."
+)
 def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
     """Validate a scene file, and with --ros2-control URDF the tag with which ros2_control is to drive its crane."""
     loaded = load_scene_with_options(file, **changes)

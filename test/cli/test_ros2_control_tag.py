@@ -97,6 +97,18 @@ def test_the_tag_that_is_written_passes(
     assert result.returncode == 0 and f"{file}: fine (commands slew, boom, jib, rope" in result.stdout
 
 
+def test_a_tag_of_the_root_namespace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The tag of a plant in the root namespace is fine for the namespace `/`, and not for that of the crane."""
+    file = tmp_path / "mine.urdf"
+    file.write_text(urdf_with_ros2_control(load_scene(SCENE), "/"))
+    result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file), "--namespace", "/")
+    assert result.returncode == 0, result.stderr
+    result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
+    assert "joint_states_topic '/joint_states': possible: /knuckle/joint_states" in result.stderr
+
+
 def test_each_tag_on_the_topics_of_the_crane_is_checked(
     urdf: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

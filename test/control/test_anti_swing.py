@@ -1,18 +1,21 @@
 """The law `anti_swing`: its poles, its shaping and its feedback below drives that follow speeds."""
 
-from math import inf, pi, sqrt
+from dataclasses import replace
+from math import acos, cos, inf, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
 import pytest
 
-from crane_control.anti_swing import swing_gains
+from crane_control.anti_swing import swing_gains, swing_geometry
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.metrics import derive_instant
 from crane_sim.simulation.rollout import simulate
 
 LENGTH = 4.0  # m
 OMEGA = sqrt(9.81 / LENGTH)
+PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [1.0], "velocity": 0.1, "acceleration": 0.1}
 TABLE = {"trolley": {"times": [0.0, 0.5, 1.3], "values": [0.0, 0.0, 0.4]}}
 
 
@@ -83,6 +86,16 @@ def test_shaped_speeds_leave_no_swing(kind: str) -> None:
     assert run_speed(plain) == pytest.approx(0.4, abs=1e-9) == run_speed(shaped)
 
 
+@pytest.mark.parametrize(("kind", "sums"), [("zv", (0.5, 1.0)), ("zvd", (0.25, 0.75, 1.0))])
+def test_speeds_that_begin_with_the_run_are_shaped(kind: str, sums: tuple[float, ...]) -> None:
+    """A speed that is commanded from the start on is passed on in impulses half a swing apart, as any other step is."""
+    speeds = {"trolley": {"times": [0.0], "values": [0.4]}}
+    law: Any = scene({"damping": 0.0, "speeds": speeds, "shaping": {"kind": kind}}).law
+    commands = [law((i + 0.5) * pi / OMEGA, (0.0, 0.0), (0.0, 0.0))[0] for i in range(len(sums))]
+    assert commands == pytest.approx([0.4 * part for part in sums], abs=1e-12)  # rounding of the weights
+    assert law(0.0, (0.0, 0.0), (0.0, 0.0))[0] == pytest.approx(0.4 * sums[0], abs=1e-12)
+
+
 def run_speed(run: Any) -> float:
     """Return the trolley's speed [m/s] at the end."""
     return float(run.v[-1, 0])
@@ -99,6 +112,47 @@ def test_angles_ahead_of_every_joint() -> None:
     assert np.abs(gains[:, 3:]) == pytest.approx(np.array([[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]), abs=1e-6)
 
 
+POSTURES = {
+    "knuckle_setpoint": ((0.0, 0.6, -0.5, 2.0, 0.0, 0.0), (0.7, 0.6, -0.5, 2.0, 0.0, 0.0)),
+    "mobile_lift": (None,),
+    "bridge_speed_drive": (None,),
+    "tower_gust": (None,),
+}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(("name", "q"), [(name, q) for name, postures in POSTURES.items() for q in postures])
+def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, ...] | None) -> None:
+    """All actuated joints together move the tip by the payload's offset: boom and jib, or telescope, share the way."""
+    loaded = load_scene(name)
+    initial = np.array(loaded.initial_q if q is None else q)
+    ahead, step = swing_geometry(replace(loaded, initial_q=tuple(initial))).ahead, 1e-4
+    actuated = [loaded.joint_names.index(joint) for joint in loaded.actuated]
+    for offset in np.eye(2):
+        ways = np.zeros((2, len(initial)))
+        ways[:, actuated] = np.outer((step, -step), ahead @ offset)
+        forward, back = (derive_instant(loaded, 0.0, initial + way, np.zeros(len(initial))).tip for way in ways)
+        moved = (forward - back)[0, :2] / (2.0 * step)
+        np.testing.assert_allclose(moved, offset, atol=1e-6)  # of the differences: step² and rounding / step
+
+
+@pytest.mark.interpreted
+def test_parallel_joints_that_span_one_direction() -> None:
+    """Where the tip is on the axis of the slew, boom and jib move it in one direction alone, and none to infinity.
+
+    Turned by 40 degrees on a ship that has drifted by 20 m, their directions differ by rounding.
+    """
+    drift = {"sway": {"amplitude": 20.0, "frequency": 0.01, "phase": "90 deg"}}
+    loaded = load_scene("knuckle_setpoint", {"base_motion": drift, "control": None})
+    boom, slew = 1.0, np.deg2rad(40.0)
+    jib = acos(-5.0 * cos(boom) / 4.0)  # by the lengths of the scene
+    ahead = swing_geometry(replace(loaded, initial_q=(slew, boom, jib, 2.0, 0.0, 0.0))).ahead
+    way = 1.0 / np.hypot(5.0 * sin(boom), 4.0 * sin(jib))  # rad/m, the least of both for a metre
+    across = np.array([-sin(slew), cos(slew)])
+    assert np.linalg.norm(ahead) == pytest.approx(way, rel=1e-6)  # the differences: step²
+    assert np.max(np.abs(ahead @ across)) < 1e-6
+
+
 @pytest.mark.parametrize(
     ("control", "message"),
     [
@@ -109,11 +163,15 @@ def test_angles_ahead_of_every_joint() -> None:
             {"law": "lqr", "nominal": {"reference": {"q": [1.0]}}},
             "control.law = 'lqr': commands effort of the trolley, whose drive takes velocity",
         ),
+        (
+            {"speeds": TABLE, "nominal": {"reference": {"path": PATH}}},
+            "reference.path: control.law = 'anti_swing' follows no path",
+        ),
     ],
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
 def test_mistakes_are_reported_in_one_line(control: dict[str, Any], message: str) -> None:
-    """What the law cannot do, and a law that commands something else, are a single-line error."""
+    """What the law cannot do, a path too, and a law that commands something else, are a single-line error."""
     with pytest.raises(SceneError) as caught:
         scene(control)
     assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -66,9 +66,11 @@ def test_without_a_path_the_joints_stay() -> None:
 
 
 def test_what_the_law_cannot_follow_is_refused() -> None:
-    """A path of the payload, and drives that take something else than the law commands, are errors of one line."""
+    """A path of the payload, drives that take something else, and a crane without any are errors of one line."""
     of_payload = {key: value for key, value in PATH.items() if key != "of"} | {"from": [0.0, 0.0], "to": [1.0, 0.0]}
     with pytest.raises(SceneError, match="joint_trajectory' follows paths of the joints only"):
         scene("velocity", of_payload)
     with pytest.raises(SceneError, match="commands velocity of the trolley, whose drive takes position"):
         scene("position", None, control={"drive": "velocity"})
+    with pytest.raises(SceneError, match="'joint_trajectory': no joint of this crane is actuated"):
+        load_scene("overhead_pole", {"control.law": "joint_trajectory"})

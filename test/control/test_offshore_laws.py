@@ -8,6 +8,7 @@ import pytest
 
 import crane_sim
 from crane_control.adaptive import DeadZone, learning_factor
+from crane_control.tracking.tracker import Estimate, Gains, axis_setpoint
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import load_scene
@@ -86,6 +87,27 @@ def test_a_law_that_begins_mid_run_learns_from_one_period() -> None:
     assert not np.any(law.tracker.disturbance_estimator.state.weights)
     law(50.004, Q, V)
     assert np.any(law.tracker.disturbance_estimator.state.weights)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("base", [0.0, 0.3])
+def test_the_velocity_fed_forward_is_the_setpoints_rate(base: float) -> None:
+    """The setpoint's velocity is its rate of change along the model y'' = w² (tip - y) + d + what the base imposes."""
+    gains, omega_sq, tip, d, jerk = Gains(2.0, 1.5, 1.0, 0.0, 1.6), 5.0, 1.2, 0.05, 0.4
+
+    def setpoint(h: float) -> tuple[float, float]:
+        """Return the setpoint h [s] later, the tip at rest; the compensation is constant."""
+        y, dy, acceleration = 1.35, -0.1, omega_sq * (tip - 1.35) + d + base
+        y, dy = y + h * dy + 0.5 * h * h * acceleration, dy + h * acceleration
+        x, v, a = 1.3 + 0.2 * h + 0.3 * h * h, 0.2 + 0.6 * h + 0.5 * jerk * h * h, 0.6 + jerk * h
+        zero, one = (0.0, 0.0), (1.0, 1.0)
+        estimates = Estimate((y, 0.0), (dy, 0.0), (-d, 0.0), zero, (d, 0.0), one)
+        goal = (x, 0.0), (v, 0.0), (a, 0.0)
+        return axis_setpoint(gains, 0.7 + h, omega_sq, estimates, (tip, 0.0), goal, (jerk, 0.0), (base, 0.0), 0)
+
+    step = 1e-5
+    rate = (setpoint(step)[0] - setpoint(-step)[0]) / (2.0 * step)
+    assert setpoint(0.0)[1] == pytest.approx(rate, abs=1e-8)  # the difference: rounding / step, and step²
 
 
 def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> float:

@@ -1,9 +1,8 @@
 """Reset of a two-rate law's inner loop, without DDS: the outer loop's setpoints of the previous run are dropped."""
 
-from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
 
+from fake_node import FakeNode
 from trajectory_msgs.msg import JointTrajectory
 from two_rate_messages import make_setpoint_fixture, make_setpoint_message, make_state
 
@@ -35,30 +34,6 @@ def test_a_reset_drops_the_setpoint_of_the_previous_run() -> None:
     assert setpoints.metrics()["late"] == 0
 
 
-class FakeNode:
-    """A node without a middleware.
-
-    Attributes:
-        callbacks: of its subscriptions, by topic.
-        commands: what was published.
-    """
-
-    def __init__(self) -> None:
-        """Create it without topics."""
-        self.callbacks: dict[str, Callable[[Any], None]] = {}
-        self.commands: list[bytes] = []
-        self.get_name, self.get_namespace = (lambda: "controller"), (lambda: "/pendulum")
-
-    def create_publisher(self, _kind: type, topic: str, _qos: Any) -> SimpleNamespace:
-        """Return a publisher, which records commands."""
-        publish = self.commands.append if topic == "joint_commands" else (lambda _: None)
-        return SimpleNamespace(publish=publish)
-
-    def create_subscription(self, _kind: type, topic: str, callback: Any, _qos: Any, **_: Any) -> None:
-        """Record the callback."""
-        self.callbacks[topic] = callback
-
-
 def setpoint_at_first_state(x: float) -> JointTrajectory:
     """Return the tracker's setpoint at the first state: the suspension point at tip_x = `x` [m], at rest."""
     names = SCENE.law.outer_loop.names  # type: ignore[union-attr]
@@ -76,7 +51,7 @@ def test_every_new_run_waits_for_its_own_setpoint() -> None:
     for run in range(3):
         velocity = (0.01 * run, *SCENE.initial_v[1:])
         node.callbacks["joint_states"](codec.encode(SCENE.period_ns, SCENE.initial_q, velocity, velocity))
-        assert len(node.commands) == run
+        assert len(node.published["joint_commands"]) == run
         node.callbacks["tip_demand"](setpoint_at_first_state(0.1 * run))
-        assert len(node.commands) == run + 1
-    assert len(set(node.commands)) == 3
+        assert len(node.published["joint_commands"]) == run + 1
+    assert len(set(node.published["joint_commands"])) == 3

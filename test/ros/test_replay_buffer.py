@@ -66,6 +66,39 @@ def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
     assert 19 - SECONDS < 11  # what was skipped was still buffered: it had been written
 
 
+OTHERS = ("applied_effort", "payload_pose", "base/odometry", "base/imu", "camera/payload_pose", "tip_demand")
+DELAY = 2  # s, of the camera
+
+
+@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("after", [0, 3])
+def test_what_was_recorded_is_not_replayed(clock: list[float], name: str, after: int) -> None:
+    """Of every topic that follows the states only what came after the last recorded one is replayed, late or not."""
+    received: list[bytes] = []
+    buffer = ReplayBuffer(["joint_states", name])
+    callbacks = buffer.callbacks()
+    delay = DELAY if name == "camera/payload_pose" else 0
+    for second in range(1, 6):
+        callbacks["joint_states"](state(second))
+        callbacks[name](state(second - delay))  # of which only the header is read
+    buffer.replay_to([{name: received.append}], [after * NS_PER_S])
+    assert received == [state(second - delay) for second in range(after + 1, 6)]
+
+
+def test_commands_without_a_stamp_are_replayed(clock: list[float]) -> None:
+    """A command stamped 0 belongs to the state before it; what came before the first state is replayed at 0 alone."""
+    for after, expected in ((0, [0, 1, 2]), (1, [2])):
+        received: list[bytes] = []
+        buffer = ReplayBuffer(["joint_states", "joint_commands"])
+        callbacks = buffer.callbacks()
+        for second in range(3):
+            if second:
+                callbacks["joint_states"](state(second))
+            callbacks["joint_commands"](state(0, float(second)))
+        buffer.replay_to([{"joint_commands": received.append}], [after * NS_PER_S])
+        assert received == [state(0, float(second)) for second in expected]
+
+
 def test_every_broadcaster_is_replayed(clock: list[float]) -> None:
     """Static transforms of several broadcasters are all replayed, however old, each once, the newest hundred."""
     received: list[bytes] = []

@@ -46,6 +46,11 @@ class Gains(NamedTuple):
         return {name: float(f"{value:.4g}") + 0.0 for name, value in values.items()}
 
 
+def prefix_of_topics(scene: Scene, namespace: str = "") -> str:
+    """Return what the names of a crane's topics begin with in a namespace: "/knuckle"; empty in the root, "/"."""
+    return f"/{(namespace or scene.crane).strip('/')}".rstrip("/")
+
+
 def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
     """Return the URDF of a scene with the tag of ros2_control.
 
@@ -55,7 +60,7 @@ def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
     control = ElementTree.SubElement(robot, "ros2_control", name=f"{scene.crane}_topics", type="system")
     hardware = ElementTree.SubElement(control, "hardware")
     ElementTree.SubElement(hardware, "plugin").text = PLUGIN
-    topics = f"/{(namespace or scene.crane).strip('/')}".rstrip("/")
+    topics = prefix_of_topics(scene, namespace)
     parameters = {
         "joint_states_topic": f"{topics}/joint_states",
         "joint_commands_topic": f"{topics}/joint_commands",

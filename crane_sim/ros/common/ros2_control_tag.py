@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from crane_sim.files.errors import SceneError
-from crane_sim.ros.common.ros2_control import PLUGIN
+from crane_sim.ros.common.ros2_control import PLUGIN, prefix_of_topics
 from crane_sim.scenes.scene import Scene
 
 _PLUGINS = (PLUGIN, "topic_based_ros2_control/TopicBasedSystem")  # the second is its former name
@@ -22,12 +22,12 @@ def check_tag(scene: Scene, path: Path, namespace: str = "") -> None:
     Args:
         scene: of the crane.
         path: of the URDF.
-        namespace: of the crane's topics, default: the kind of crane.
+        namespace: of the crane's topics, default: the kind of crane; "/" is the root.
 
     Raises:
         SceneError: it cannot drive the crane: one line with what is wrong and what is possible.
     """
-    tags, topics = _find_tags(path), "/" + (namespace.strip("/") or scene.crane)
+    tags, topics = _find_tags(path), prefix_of_topics(scene, namespace)
     name, topic = next(iter(_TOPICS.items()))
     own = [tag for tag in tags if _parameters(tag).get(name) == f"{topics}/{topic}"]
     for tag in own or tags[:1]:
@@ -72,11 +72,11 @@ def _parameters(tag: Element) -> dict[str, str]:
     return {str(each.get("name")): str(each.text).strip() for each in tag.findall("hardware/param")}
 
 
-def _check_parameters(tag: Element, path: Path, namespace: str) -> None:
+def _check_parameters(tag: Element, path: Path, topics: str) -> None:
     given = _parameters(tag)
     for name, topic in _TOPICS.items():
-        if given.get(name) != f"{namespace}/{topic}":
-            raise SceneError(f"{path}: {name} {given.get(name, 'missing')!r}: possible: {namespace}/{topic}")
+        if given.get(name) != f"{topics}/{topic}":
+            raise SceneError(f"{path}: {name} {given.get(name, 'missing')!r}: possible: {topics}/{topic}")
     threshold = _number(given.get(_THRESHOLD, ""))
     if threshold is None or threshold >= 0.0:
         what = given.get(_THRESHOLD, "missing")

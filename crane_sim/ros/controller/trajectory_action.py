@@ -51,7 +51,7 @@ class _Followed(NamedTuple):
 
     handle: ServerGoalHandle
     goal: Goal
-    trajectory: Trajectory  # the law's, as long as nothing else has replaced it
+    trajectory: Trajectory  # the law's, until another one replaces it
     polynomials: PiecewisePolynomial  # the same
     first_stamp: int  # ns, of the state with which it began
 
@@ -95,8 +95,6 @@ class TrajectoryAction:
             return law
         self._now = state.t
         self.serve_cancellations()
-        if self._followed and self._followed.trajectory is not path:
-            self._abort_followed("a trajectory of the topic joint_trajectory has taken over")
         law = self._begin(law, path, state) if self._is_due(state.t) else law
         if self._followed and self._follow(self._followed, state):
             self._stops = True
@@ -104,6 +102,11 @@ class TrajectoryAction:
             self._stops, path = False, trajectory_of_law(law)
             law = with_trajectory(law, stop_trajectory(path, state.t, self._settings.stop_time)) if path else law
         return law
+
+    def abort_replaced(self, law: Any) -> None:
+        """End the goal that is followed if the law has another path: at once, or a cancellation would stop that one."""
+        if self._followed and self._followed.trajectory is not trajectory_of_law(law):
+            self._abort_followed("a trajectory of the topic joint_trajectory has taken over")
 
     def serve_cancellations(self) -> None:
         """End the goals that are to be cancelled; the joints stop from the next state on."""

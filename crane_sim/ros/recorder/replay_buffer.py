@@ -22,6 +22,7 @@ _FOLLOWING = ("/clock", "/tf", "/diagnostics")  # of the present state; not repl
 class _Message(NamedTuple):
     received: float  # s of the monotonic clock
     resets: int  # resets of the plant before it
+    state: int  # ns, stamp of the newest state before it: a sample of an instrument may be stamped earlier
     name: str  # of its topic
     data: bytes
 
@@ -48,7 +49,8 @@ class ReplayBuffer:
 
         Args:
             outputs: callbacks of a message per topic, for each output.
-            after: stamp [ns] for each output; buffered messages with a stamp are replayed where it is later.
+            after: stamp [ns] for each output, up to which it has been recorded: buffered messages of states and
+                commands are replayed where they have a later one, others where the newest state had. 0: all are.
             resets: number of resets of the plant before the steps of these stamps: messages before the last
                 one are not replayed, those after it all are.
         """
@@ -61,9 +63,9 @@ class ReplayBuffer:
         for message in self._newest:
             if message.name in _FOLLOWING:
                 continue
-            counts = message.name in _STAMPED and message.resets == resets
-            stamp = stamp_of(message.data) if counts else inf
-            self._pass_on(message.name, message.data, [stamp > last for last in after])
+            lasts = message.name in _LASTING or message.resets != resets
+            stamp = inf if lasts else _stamp_in_run(message)
+            self._pass_on(message.name, message.data, [not last or stamp > last for last in after])
         self._newest.clear()
 
     def _on_message(self, name: str, data: bytes) -> None:
@@ -73,7 +75,7 @@ class ReplayBuffer:
         if name == "joint_states":
             self._count_reset(stamp_of(data))
         now = time.monotonic()
-        self._newest.append(_Message(now, self._resets, name, data))
+        self._newest.append(_Message(now, self._resets, self._stamp, name, data))
         while self._newest[0].received < now - SECONDS:
             self._drop()
 
@@ -97,3 +99,8 @@ class ReplayBuffer:
         for callbacks, enabled in zip(self._outputs, selected, strict=False):
             if enabled and name in callbacks:
                 callbacks[name](data)
+
+
+def _stamp_in_run(message: _Message) -> int:
+    """Return the stamp [ns] of the state that a message belongs to, by its own stamp or by when it came."""
+    return (stamp_of(message.data) if message.name in _STAMPED else 0) or message.state
