@@ -37,14 +37,14 @@ class RawRun(NamedTuple):
     saturated: int  # periods in which a command was limited
     commands: Array  # (periods, nu), of the law before limits; NaN without one
     hardware: HardwareRun | None = None  # of a scene with hardware
-    loads: Array = np.empty((0, 2))  # (periods, 2) of the payload: kg, and J that its changes supplied up to there
+    loads: Array = np.empty((0, 2))  # (begun periods, 2) of the payload: kg, J that its changes supplied up to there
 
     def segments(self, scene: Scene) -> list[tuple[int, int, Any]]:
         """Return (first period, the one after the last, model) of the stretches in which the payload keeps its mass."""
         periods = len(self.rows) - 1
         if self.hardware is None or scene.hardware.payload_fault is None:
             return [(0, periods, scene.model)]
-        first = [0, *(np.flatnonzero(np.diff(self.loads[:periods, 0])) + 1).tolist()]
+        first = [0, *(np.flatnonzero(np.diff(self.loads[:, 0])) + 1).tolist()]
         hardware, after = self.hardware, [*first[1:], periods]
         laden = [hardware.model_with_payload(scene.model, float(self.loads[k, 0])) for k in first]
         return list(zip(first, after, laden, strict=True))

@@ -1,5 +1,7 @@
 """Metrics of a run: when a joint has settled, what the energy balance says, and that blocks change neither."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -8,9 +10,18 @@ from crane_sim.simulation.energy_balance import EnergyBalance
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 from crane_sim.simulation.settling import RESOLUTION, STAY, Settling
-from crane_sim.simulation.status import list_kinds
+from crane_sim.simulation.status import SimulationError, list_kinds
 
 PERIOD = 0.01
+PUSHED: dict[str, Any] = {
+    "crane": "overhead",
+    "duration": 1.0,
+    "trolley": {"drive": "force", "mass": 20.0, "limits": [-1.0, 1.0]},
+    "cable": {"lengths": [3.0], "node_masses": [10.0]},
+    "initial": {"angles": ["10 deg"]},
+    "inputs": {"trolley": {"kind": "constant", "value": 100.0}},
+}
+"""A trolley that is pushed against the end of its travel, where the run ends."""
 T = np.arange(1000) * PERIOD
 
 
@@ -102,3 +113,19 @@ def test_many_events_are_listed_by_kind() -> None:
     kinds = list_kinds(events)
     assert [(kind["what"], kind["count"]) for kind in kinds] == [("sticks", 3), ("slips", 2)]
     assert (kinds[0]["first"], kinds[0]["last"]) == (events[0][0], events[4][0])
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("instants", [None, [0.1, 0.2]])
+def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(instants: list[float] | None) -> None:
+    """A payload taken up in the period in which the run fails counts in the energy audit, as it does of a `Plant`."""
+    scene = load_scene(PUSHED | {"faults": {"heavy": {"kind": "payload", "mass": 40.0, "at": 0.60}}})
+    with pytest.raises(SimulationError, match="t = 0.605.* s: the trolley reached its travel limit") as caught:
+        simulate(scene, sample_times=instants)
+    run, plant = caught.value.run, Plant(scene)
+    for _ in range(60):
+        plant.advance()
+    with pytest.raises(SimulationError):
+        plant.advance()
+    assert run.summary["energy_audit_error"] == plant.summary()["energy_audit_error"] < 1e-12  # rounding
+    assert len(run.t) == (61 if instants is None else 2)
