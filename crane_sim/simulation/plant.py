@@ -63,6 +63,7 @@ class Plant:
         self.model = self.scene.model
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
         self._integration, self.q, self.v, self.seen, self._hardware = make_initial(start)
+        self._failed: Any = None  # the integration that ended within the period that begins, until one succeeds
         self.rates_before = self.v
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
@@ -148,9 +149,11 @@ class Plant:
         self._check_efforts(u)
         integration, q, v, measured, applied = self._advance_period(None if u is None else tuple(map(float, u)))
         if integration.status != OK and integration.t < (self.k + 1) * self.scene.period:
+            self._failed = integration
             check_status(integration, self.model)
         self.rates_before = self.v
         self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
+        self._failed = None
         self.seen = (self.q, self.v) if measured is None else (as_tuple(measured[0]), as_tuple(measured[1]))
         self.k += 1
         self._filled += 1
@@ -212,4 +215,5 @@ class Plant:
         self._flush()
         metrics = self._metrics.summary(self.t, self.q, self.v, self._integration, self.saturated)
         further = self._hardware.summary() if self._hardware is not None else {}
-        return metrics | noted_events(self._integration, self.model, self.t) | further
+        ended = self._integration if self._failed is None else self._failed
+        return metrics | noted_events(ended, self.model, self.t, self._failed is not None) | further
