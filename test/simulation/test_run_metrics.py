@@ -163,3 +163,22 @@ def test_a_plant_lists_the_event_that_ended_its_run() -> None:
     assert plant.summary()["events"] == expected.summary["events"] != []
     led.advance((-1e4,))  # N: turns the trolley in time
     assert led.summary()["events"] == []
+
+
+@pytest.mark.interpreted
+def test_brakes_do_not_change_what_counts_as_near() -> None:
+    """A joint that began 10 m away, by a reset, settles within 0.2 m of its target, with brakes on the way or without.
+
+    2 % of the scene's own start would be 0.01 m, where the joint does not arrive.
+    """
+    scene = load_scene(PUSHED | {"inputs": None, "reference": {"q": [0.0]}, "initial": {"x": 0.5}, "duration": 10.0})
+    scene, times = load_scene(scene, {"trolley.limits": None, "control": {"law": "lqr", "period": 0.05}}), []
+    for braked in (False, True):
+        plant = Plant(scene)
+        plant.reset([10.0, 0.0], [0.0, 0.0])
+        for k in range(280):
+            plant.braking = braked and k == 250
+            plant.advance((-8.0 * plant.q[0] - 18.0 * plant.v[0],))
+        times.append(plant.summary()["settling_time"]["trolley"])
+        assert 0.01 < abs(plant.q[0]) < 0.2
+    assert times[0] == times[1] and 0.0 < times[0] < 12.5  # s, before the brakes
