@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, shorten
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.linearisation import equilibrium, state_matrices, tangent_basis, without_dry_friction
 
@@ -79,10 +79,13 @@ def _equilibrium_positions(scene: Scene, at: Sequence[float] | None) -> tuple[fl
     if at is None:
         own = dict(zip(scene.joint_names, scene.initial_q, strict=True))
         return scene.reference or tuple(own[name] for name in scene.actuated)
-    positions = tuple(map(float, at))
+    try:
+        positions = tuple(map(float, at))
+    except (TypeError, ValueError, OverflowError):
+        positions = ()
     if len(positions) != len(scene.actuated) or not np.all(np.isfinite(positions)):
         names = ", ".join(scene.actuated)
-        raise SceneError(f"at = {list(at)}: must be a finite position for each actuated joint: {names}")
+        raise SceneError(f"at = {shorten(at)}: must be a finite position for each actuated joint: {names}")
     return positions
 
 

@@ -59,15 +59,16 @@ class Plant:
         Raises:
             SceneError: the crane cannot be in that state; the plant is unchanged.
         """
-        start = with_initial(self.scene, q, v)
+        self._start = with_initial(self.scene, q, v)  # the scene with the state that this run began in
         self.model = self.scene.model
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
-        self._integration, self.q, self.v, self.seen, self._hardware = make_initial(start)
+        self._integration, self.q, self.v, self.seen, self._hardware = make_initial(self._start)
+        self._failed: Any = None  # the integration that ended within the period that begins, until one succeeds
         self.rates_before = self.v
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
         self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
-        self._metrics = Metrics(start, self.model, self._integration.x)
+        self._metrics = Metrics(self._start, self.model, self._integration.x)
 
     @property
     def t(self) -> float:
@@ -108,8 +109,8 @@ class Plant:
         self._flush()
         metered = system.with_meter(self.model, False)
         self._integration = resume(self.scene, self.model, metered, self._integration, self.k, (self.q, self.v))
-        self._metrics.change(self.scene, metered, self.q)
-        self.model, self._hardware = metered, HardwareRun(self.scene)
+        self._metrics.change(self._start, metered, self.q)
+        self.model, self._hardware = metered, HardwareRun(self._start)
         self._hardware.set_initial_effort(self.applied)
         return self._hardware
 
@@ -148,9 +149,11 @@ class Plant:
         self._check_efforts(u)
         integration, q, v, measured, applied = self._advance_period(None if u is None else tuple(map(float, u)))
         if integration.status != OK and integration.t < (self.k + 1) * self.scene.period:
+            self._failed = integration
             check_status(integration, self.model)
         self.rates_before = self.v
         self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
+        self._failed = None
         self.seen = (self.q, self.v) if measured is None else (as_tuple(measured[0]), as_tuple(measured[1]))
         self.k += 1
         self._filled += 1
@@ -197,7 +200,7 @@ class Plant:
             self._flush()
             self._rows[0] = row
             mass, energy = hardware.payload_mass, hardware.payload_energy - energy
-            scene = replace(self.scene, model=hardware.model_with_payload(self.scene.model, mass))
+            scene = replace(self._start, model=hardware.model_with_payload(self.scene.model, mass))
             self._metrics.change(scene, hardware.model_with_payload(self.model, mass), self.q, energy)
         return integration, q, v, measured if self.scene.hardware is not None else None, applied
 
@@ -212,4 +215,5 @@ class Plant:
         self._flush()
         metrics = self._metrics.summary(self.t, self.q, self.v, self._integration, self.saturated)
         further = self._hardware.summary() if self._hardware is not None else {}
-        return metrics | noted_events(self._integration, self.model, self.t) | further
+        ended = self._integration if self._failed is None else self._failed
+        return metrics | noted_events(ended, self.model, self.t, self._failed is not None) | further

@@ -282,10 +282,10 @@ def simulate(
     counted |= {"rejected": integration.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
     shown = (periods, rows) if sample_times is None else (times[: len(samples)], samples)
-    result = make_rollout(
-        scene, run, *shown, counted, summarize(scene, run), events_of(integration, model, periods[-1])
-    )
-    if len(rows) <= scene.steps:
+    failed = len(rows) <= scene.steps
+    events = events_of(integration, model, periods[-1], failed)
+    result = make_rollout(scene, run, *shown, counted, summarize(scene, run), events)
+    if failed:
         _end_early(result, integration, model)
     return result
 
@@ -349,7 +349,7 @@ def summarize(scene: Scene, run: RawRun) -> dict[str, Any]:
     found = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), integration, run.saturated)
     head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
     further = run.hardware.summary() if run.hardware is not None else {}
-    return head | found | noted_events(integration, model, t[-1]) | further
+    return head | found | noted_events(integration, model, t[-1], len(rows) <= scene.steps) | further
 
 
 def make_rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:

@@ -30,24 +30,27 @@ def check_status(integration: Any, model: Any) -> None:
     raise SimulationError(f"stopped at t = {integration.t:.6g} s: {cause}; {remedy}")
 
 
-def events_of(integration: Any, model: Any, end: float) -> list[tuple[float, str]]:
+def events_of(integration: Any, model: Any, end: float, failed: bool = False) -> list[tuple[float, str]]:
     """Return (time [s], what happened) of every event that was kept, in the order of time.
 
-    Steps that follow the solution may reach beyond `end` [s]: what happens there is not part of the run, unless it is
-    what ended it.
+    Steps that follow the solution may reach beyond `end` [s], the end of the last whole period: what happens there is
+    part of a run that `failed` in the period after it, and of no other.
     """
     if integration.event_log is None:
         return []
     rows = integration.event_log.rows[: min(integration.event_log.total, len(integration.event_log.rows))]
-    last = end if integration.status == Status.OK else integration.t
+    last = integration.t if failed else end
     return [(float(t), system.describe_event(model, int(which))[0]) for t, which in rows if t <= last]
 
 
-def noted_events(integration: Any, model: Any, end: float) -> dict[str, Any]:
-    """Return events for the summary: the first ones, their number, and kinds where there are more; else nothing."""
+def noted_events(integration: Any, model: Any, end: float, failed: bool = False) -> dict[str, Any]:
+    """Return what `events_of` returns for the summary: the first ones, their number, kinds where there are more.
+
+    Nothing of a model without events.
+    """
     if integration.event_log is None:
         return {}
-    events = events_of(integration, model, end)
+    events = events_of(integration, model, end, failed)
     unkept = max(0, integration.event_log.total - len(integration.event_log.rows))
     kinds = {"event_kinds": list_kinds(events)} if len(events) > MAX_EVENTS_IN_SUMMARY else {}
     return {

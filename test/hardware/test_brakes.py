@@ -36,6 +36,20 @@ def energy(scene: Scene, plant: Plant) -> float:
     return 0.5 * 10.0 * v * v + 0.5 * 5.0 * (vx * vx + vz * vz) - 5.0 * 9.81 * 2.0 * np.cos(angle)
 
 
+@pytest.mark.interpreted
+def test_brakes_hold_the_posture_that_a_run_began_in() -> None:
+    """After a reset the brakes of a boom hold what a scene that begins in that posture has them hold."""
+    q, hung = (0.0, 1.0, 0.4, 3.0, 0.0, 0.0), load_scene("knuckle_setpoint")
+    there, fitted = load_scene(hung, {"initial.q": list(q)}), list[Any]()
+    for plant, start in ((Plant(hung), q), (Plant(there), None)):
+        plant.reset(start)
+        plant.braking = True
+        hardware: Any = plant._hardware
+        fitted.append(hardware.state.drives)
+    for name in ("stiffness", "damping", "capacity"):
+        np.testing.assert_array_equal(fitted[0][name], fitted[1][name])
+
+
 @pytest.mark.slow
 def test_a_boom_stays_and_a_payload_swings() -> None:
     """Under brakes a slewing crane comes to rest, its boom and load stay where they are, and the payload swings on."""

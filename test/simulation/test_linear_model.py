@@ -1,6 +1,7 @@
 """The linear equations of a scene against closed forms and against the motion itself."""
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -68,7 +69,21 @@ def test_an_elastic_cable_is_linearised_where_it_hangs(angle: str, hoisted: bool
     assert model.u[-1] == pytest.approx(-G * masses.sum() if hoisted else 0.0, abs=1e-6)
 
 
-def test_a_scene_that_nothing_holds_is_refused() -> None:
-    """Positions of another number of joints are refused in one line."""
-    with pytest.raises(SceneError, match="at = \\[1.0, 2.0\\]: must be a finite position for each actuated joint"):
-        crane_sim.linearise("overhead_energy", [1.0, 2.0])
+@pytest.mark.parametrize(
+    ("at", "shown"),
+    [
+        ([1.0, 2.0], "[1.0, 2.0]"),
+        (1.0, "1.0"),
+        (["a"], "['a']"),
+        ([float("nan")], "[nan]"),
+        (np.ones((1, 2)), "array([[1., 1.]])"),
+        ([10**400], "[1000"),
+    ],
+)
+def test_positions_that_are_none_are_refused(at: Any, shown: str) -> None:
+    """What is not a finite number for each actuated joint is refused in one line with what was given."""
+    with pytest.raises(SceneError) as caught:
+        crane_sim.linearise("overhead_energy", at)
+    line = str(caught.value)
+    assert f"at = {shown}" in line and ": must be a finite position for each actuated joint: trolley" in line
+    assert "\n" not in line

@@ -129,3 +129,56 @@ def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(instants: list[f
         plant.advance()
     assert run.summary["energy_audit_error"] == plant.summary()["energy_audit_error"] < 1e-12  # rounding
     assert len(run.t) == (61 if instants is None else 2)
+
+
+@pytest.mark.interpreted
+def test_events_beyond_the_end_are_not_of_the_run() -> None:
+    """A run that ends before the trolley reaches its limit at 0.605 s lists no event, however far its last step went.
+
+    Nor does the summary of a `Plant` under way.
+    """
+    for duration in (0.56, 0.60):  # from 0.55 s on the step that follows the solution reaches the limit
+        run, plant = simulate(PUSHED, duration=duration), Plant(load_scene(PUSHED))
+        for _ in range(run.scene.steps):
+            plant.advance()
+        assert run.events == run.summary["events"] == plant.summary()["events"] == []
+        assert run.summary["event_count"] == plant.summary()["event_count"] == 0
+
+
+@pytest.mark.interpreted
+def test_a_plant_lists_the_event_that_ended_its_run() -> None:
+    """The summary of a `Plant` that cannot go on has the events of `simulate`, until other efforts let it go on."""
+    with pytest.raises(SimulationError) as caught:
+        simulate(PUSHED)
+    expected, plant = caught.value.run, Plant(load_scene(PUSHED))
+    led = Plant(plant.scene.with_external_commands())
+    for _ in range(60):
+        plant.advance()
+        led.advance((100.0,))
+    for each, efforts in ((plant, None), (led, (100.0,))):
+        assert each.summary()["events"] == []
+        with pytest.raises(SimulationError):
+            each.advance(efforts)
+        assert each.summary()["event_count"] == 1
+    assert plant.summary()["events"] == expected.summary["events"] != []
+    led.advance((-1e4,))  # N: turns the trolley in time
+    assert led.summary()["events"] == []
+
+
+@pytest.mark.interpreted
+def test_brakes_do_not_change_what_counts_as_near() -> None:
+    """A joint that began 10 m away, by a reset, settles within 0.2 m of its target, with brakes on the way or without.
+
+    2 % of the scene's own start would be 0.01 m, where the joint does not arrive.
+    """
+    scene = load_scene(PUSHED | {"inputs": None, "reference": {"q": [0.0]}, "initial": {"x": 0.5}, "duration": 10.0})
+    scene, times = load_scene(scene, {"trolley.limits": None, "control": {"law": "lqr", "period": 0.05}}), []
+    for braked in (False, True):
+        plant = Plant(scene)
+        plant.reset([10.0, 0.0], [0.0, 0.0])
+        for k in range(280):
+            plant.braking = braked and k == 250
+            plant.advance((-8.0 * plant.q[0] - 18.0 * plant.v[0],))
+        times.append(plant.summary()["settling_time"]["trolley"])
+        assert 0.01 < abs(plant.q[0]) < 0.2
+    assert times[0] == times[1] and 0.0 < times[0] < 12.5  # s, before the brakes
