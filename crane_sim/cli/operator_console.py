@@ -26,6 +26,7 @@ END = "q"
 _REFRESH_PERIOD = 0.1  # s
 _BAR = 12  # characters of each half of a speed's bar
 _NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
+_SEQUENCE = re.compile(r"\x1b(?:\[\[\w?|[\[O][0-9;]*(?P<last>[A-Za-z~])?)?")  # [[ begins function keys of the console
 _INCOMPLETE = re.compile(rb"\x1b(?:\[\[|[\[O][0-9;]*)?\Z")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _COLORS = {Mode.STOPPED: "bold white on red", Mode.DEVICE_LOST: "bold white on red", Mode.MOVING: "bold green"}
@@ -35,12 +36,9 @@ def read_keys(data: bytes) -> list[str]:
     """Return the names of the keys in what a terminal has sent; sequences other than arrows are dropped."""
     keys, text, i = list[str](), data.decode(errors="ignore"), 0
     while i < len(text):
-        if text.startswith("\x1b[[", i):  # a function key of the Linux console: one letter follows
-            i += 4
-        elif text[i] == "\x1b" and text[i + 1 : i + 2] in ("[", "O"):
-            last = next((j for j in range(i + 2, len(text)) if text[j].isalpha() or text[j] == "~"), len(text) - 1)
-            keys += [_ARROWS[text[last]]] if text[last] in _ARROWS else []
-            i = last + 1
+        if sequence := _SEQUENCE.match(text, i):
+            keys += [_ARROWS[sequence["last"]]] if sequence["last"] in _ARROWS else []
+            i = sequence.end()
         else:
             keys.append(_NAMES.get(text[i], text[i].lower()))
             i += 1
@@ -113,6 +111,8 @@ class OperatorConsole:
                     desk.end() if key == END else desk.send(f"key {key}")
             elif not self._keys:
                 self._closing.wait(_REFRESH_PERIOD)
+            else:
+                unread = b""  # its rest would have come: it was a person's key, and the next one counts
             if self._live and (state := desk.panel()):
                 self._live.update(make_panel(self._title, self._joints, state, self._keys), refresh=True)
 

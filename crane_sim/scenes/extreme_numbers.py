@@ -19,7 +19,7 @@ def refuse_extreme_numbers(document: Mapping[str, Any]) -> Iterator[None]:
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         key, size = max(_sizes(document, ""), key=lambda each: abs(log10(each[1])), default=("a number", inf))
         raise SceneError(
-            f"{key} = {size:g}: the equations cannot be evaluated ({error.args[-1]}); this is the number of the scene "
+            f"{key} = {size:g}: the equations cannot be evaluated ({error}); this is the number of the scene "
             "that is the largest or smallest"
         ) from None
 

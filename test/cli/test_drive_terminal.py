@@ -10,6 +10,7 @@ import termios
 import time
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from command_line import CRANE, crane_here
@@ -17,6 +18,7 @@ from process_helpers import started_program
 from rich.console import Console
 
 from crane_sim.cli import drive as drive_command
+from crane_sim.cli import operator_console
 from crane_sim.cli.operator_console import (
     OperatorConsole,
     format_bar,
@@ -48,6 +50,8 @@ LEVERS = make_lever_assignment(("slew", "rope"))
         (b"\x00\x07\xff\x1b", []),
         (b"\x1b[", []),
         (b"\x1b[[Aw", ["w"]),
+        (b"\x1b[ ", ["space"]),  # Alt and [, then the emergency stop
+        (b"\x1bO ", ["space"]),
     ],
 )
 def test_names_of_keys(data: bytes, keys: list[str]) -> None:
@@ -228,3 +232,22 @@ def test_levers_are_mapped_of_devices_only(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: True))
     with pytest.raises(SceneError, match="--map slew=2: belongs to --input gamepad or joy, here is --input keyboard"):
         drive_command._check_device({"device": "keyboard", "joy_topic": None, "gamepad": "", "mapping": ("slew=2",)})
+
+
+def test_a_key_after_a_pause_is_none_of_a_sequence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Alt and [ looks like the begin of an arrow: what is pressed a moment later counts, as the emergency stop must."""
+    reads, console = [b"\x1b[", b"", b" "], OperatorConsole({}, "tower_gust", (SLEW,), True)
+    console._keys, sent = True, list[str]()
+
+    def select_next(*_: object) -> tuple[bool]:
+        if not reads:
+            console._closing.set()
+            return (False,)
+        return (bool(reads[0]) or bool(reads.pop(0)),)
+
+    monkeypatch.setattr(operator_console, "select", SimpleNamespace(select=select_next))
+    monkeypatch.setattr(operator_console.sys, "stdin", SimpleNamespace(fileno=lambda: 0))
+    monkeypatch.setattr(operator_console.os, "read", lambda *_: reads.pop(0))
+    desk: Any = SimpleNamespace(send=sent.append, panel=lambda: None)
+    console._serve(desk)
+    assert sent == ["key space"]

@@ -1,13 +1,16 @@
 """Where a recording shows the target: the crane at rest there, with falls stretched and a structure that bends bent."""
 
 from math import inf, nan
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import crane_sim
+from crane_sim.evaluation.report.page_data import page_data
 from crane_sim.recording.blocks import MOST_REFERENCES, block_of
+from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
 from crane_sim.simulation.metrics import world_points
 
@@ -83,3 +86,18 @@ def test_a_stream_of_references_costs_no_more_than_a_few(monkeypatch: pytest.Mon
     assert asked == references[:2]
     targets_of(scene, references)
     assert asked == references[:2]
+
+
+def test_a_reference_may_begin_in_the_middle_of_a_run(tmp_path: Path) -> None:
+    """A scene without a reference gets one by a goal: the recording is read, NaN before it, and has a page."""
+    scene = crane_sim.load_scene("knuckle_setpoint", {"control": None, "reference": None})
+    session, effort = Session(scene, tmp_path / "run.rrd"), (0.0,) * len(scene.actuated)
+    goal, q, v = scene.initial_q[: len(effort)], scene.initial_q, scene.initial_v
+    rows = [Row(k, q, v, effort, effort, goal if k > 15 else None) for k in range(1, 31)]
+    for first in range(0, 30, 10):
+        session.write(rows[first : first + 10])
+    file = session.close({"scene": scene.name, "steps": 30, "recorded_steps": 30}, 0)["recording"]
+    run = crane_sim.read_recording(file)
+    assert run.reference is not None
+    assert np.isnan(run.reference[:10]).all() and np.array_equal(run.reference[20:], [goal] * 10)
+    assert page_data(run)["frames"]["rows"] > 0

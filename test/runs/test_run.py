@@ -22,8 +22,9 @@ PERIOD = 10_000_000  # ns, of the default scene
 SUPERVISOR = """
 import json, sys
 from crane_sim import load_scene, orchestration
-from crane_sim.orchestration import process_group, supervisor
-process_group._SHUTDOWN_TIMEOUT = supervisor._SHUTDOWN_SUMMARY_TIMEOUT = 60.0  # as `patient_shutdown` in conftest.py
+from crane_sim.orchestration import process_group, shutdown, supervisor
+process_group._SHUTDOWN_TIMEOUT = 60.0  # as `patient_shutdown` in conftest.py
+supervisor._SHUTDOWN_SUMMARY_TIMEOUT = shutdown._SHUTDOWN_SUMMARY_TIMEOUT = 60.0
 scene = load_scene("knuckle_setpoint", {overrides})
 print(json.dumps(orchestration.run(scene, record=None, on_progress=lambda step, steps: print(step, flush=True))))
 """

@@ -86,7 +86,7 @@ def read_run(path: Path) -> RecordedRun:
 
 
 _OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")}
-_OPTIONAL |= {"reference": "q_ref", "reeved": "reeved_tension"}
+_OPTIONAL |= {"reeved": "reeved_tension"}
 _OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} | {"tensions": "tension"}
 _OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
 
@@ -108,6 +108,11 @@ class _Plots(NamedTuple):
             raise UnreadableRecording(f"{self.path}: is damaged: plots/{entity} has {counts}")
         return curves.values
 
+    def find_reference(self) -> Any:
+        """Return the references (K, nu), NaN in steps before the first one of a scene without one; None without any."""
+        curves = _curves(self.batches, "plots/q_ref")
+        return None if curves is None else _spread(curves, self.step)
+
     def get(self, entity: str) -> Any:
         """Return the values (K, curves) of an entity that every run has."""
         values = self.find(entity)
@@ -123,7 +128,7 @@ def _arrays(batches: Batches, path: Path, driven: bool, summary: dict[str, Any])
         reason = summary.get("error") or "its recorder was killed before the first ones"
         raise UnreadableRecording(f"{path}: has no steps: {reason}")
     plots = _Plots(batches, path, states.step)
-    arrays = {name: plots.find(entity) for name, entity in _OPTIONAL.items()}
+    arrays = {name: plots.find(entity) for name, entity in _OPTIONAL.items()} | {"reference": plots.find_reference()}
     arrays |= {name: plots.get(entity) for name, entity in _OF_EVERY_RUN.items()}
     for name, entity in _OF_DRIVES.items():
         arrays[name] = plots.get(entity) if driven else np.empty((len(states.step), 0))
@@ -141,7 +146,8 @@ def _frames(batches: Batches) -> AnimationFrames:
         return AnimationFrames(np.empty(0), np.empty((0, 0, 3)), None, None)
     count = len(nodes.time)
     ends = None if falls is None else falls.values.reshape(count, -1, 2, 3)
-    return AnimationFrames(nodes.time, nodes.values.reshape(count, -1, 3), target and target.values, ends)
+    targets = None if target is None else _spread(target, nodes.step)
+    return AnimationFrames(nodes.time, nodes.values.reshape(count, -1, 3), targets, ends)
 
 
 def _events(batches: Batches) -> list[tuple[float, str]]:
@@ -202,6 +208,14 @@ def _curves(batches: Batches, entity: str) -> Curves | None:
     values = np.concatenate([_rows(batch[SCALARS], batch.num_rows) for batch in found])
     _, order = np.unique(step, return_index=True)  # where two recorders wrote one step, they wrote the same
     return Curves(step[order], 1e-9 * time[order].astype(np.float64), values[order])
+
+
+def _spread(curves: Curves, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the values (K, curves) of curves at all steps (K,), NaN where they have none."""
+    values = np.full((len(steps), curves.values.shape[1]), np.nan)
+    _, rows, own = np.intersect1d(steps, curves.step, return_indices=True)
+    values[rows] = curves.values[own]
+    return values
 
 
 def read_summary(path: Path) -> dict[str, Any]:
