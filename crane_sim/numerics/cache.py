@@ -158,7 +158,7 @@ def cache_folder() -> Path:
 
 @cache
 def _temporary_folder() -> Path:
-    """Return a folder of this user's below that of temporary files, where everybody could have made one by that name.
+    """Return a folder of this user's below that of temporary files, where any user could have made one by that name.
 
     What it contains is executed: where the folder is another user's, or a link, there is a new one for this process.
     """
