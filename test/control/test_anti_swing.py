@@ -131,7 +131,8 @@ def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, .
     for offset in np.eye(2):
         ways = np.zeros((2, len(initial)))
         ways[:, actuated] = np.outer((step, -step), ahead @ offset)
-        forward, back = (derive_instant(loaded, 0.0, initial + way, np.zeros(len(initial))).tip for way in ways)
+        still = [0.0] * len(initial)
+        forward, back = (derive_instant(loaded, 0.0, (initial + way).tolist(), still).tip for way in ways)
         moved = (forward - back)[0, :2] / (2.0 * step)
         np.testing.assert_allclose(moved, offset, atol=1e-6)  # of the differences: step² and rounding / step
 
