@@ -77,14 +77,9 @@ def replay(run: RecordedRun) -> Replay:
             return Replay(k + 1, max(true, shown, key=lambda each: each.step), _version_changes(run.versions))
         if commanded:
             plant.braking = all(map(isnan, run.commands[k]))
-            command = _brake_modes(scene, command) if plant.braking else tuple(map(float, run.commands[k]))
+            command = scene.zero_command(command) if plant.braking else tuple(map(float, run.commands[k]))
         plant.advance(command if commanded else None)
     return Replay(len(run.t), None, _version_changes(run.versions))
-
-
-def _brake_modes(scene: Scene, last: Vector) -> tuple[float, ...]:
-    """Return the command (nu,) of a period in which the brakes act: zero, or a position's before them."""
-    return tuple(x if position else 0.0 for position, x in zip(scene.position_commands, last, strict=True))
 
 
 def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]) -> Difference | None:

@@ -85,17 +85,19 @@ class Scene:
         return tuple(units[kind].format(own[name]) if kind in units else unit for name, kind, unit in named)
 
     @property
-    def position_commands(self) -> tuple[bool, ...]:
-        """Whether each command (nu,) is a position: of a position drive, or of a suspension point that is moved."""
-        own = dict(zip(self.joint_names, self.joint_units, strict=True))
-        return tuple(unit == own[name] for name, unit in zip(self.actuated, self.command_units, strict=True))
-
-    @property
     def idle_command(self) -> tuple[float, ...]:
         """The command (nu,) that moves nothing at the start: the initial position where it is one, else zero."""
         start = dict(zip(self.joint_names, self.initial_q, strict=True))
-        named = zip(self.actuated, self.position_commands, strict=True)
-        return tuple(start[name] if position else 0.0 for name, position in named)
+        return self.zero_command([start[name] for name in self.actuated])
+
+    def zero_command(self, last: Sequence[float]) -> tuple[float, ...]:
+        """Return the command (nu,) of zero efforts and speeds; positions are those of the `last` one (nu,).
+
+        A command is a position of a position drive, or of a suspension point that is moved.
+        """
+        own = dict(zip(self.joint_names, self.joint_units, strict=True))
+        named = zip(self.actuated, self.command_units, last, strict=True)
+        return tuple(held if unit == own[name] else 0.0 for name, unit, held in named)
 
     @property
     def path(self) -> Any:

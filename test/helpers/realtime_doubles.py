@@ -35,7 +35,7 @@ class FakeSimulation:
             period=PERIOD,
             sampled=True,
             commands=("effort",) * 2,
-            position_commands=(False, False),
+            zero_command=lambda last: (0.0, 0.0),
             idle_command=(0.0, 0.0),
         )
         self.validator = CommandValidator(JOINTS, (1e9, 1e9))

@@ -79,6 +79,16 @@ def test_overhead_cranes_of_the_catalogue_are_made_at_once_as_alone() -> None:
     assert made > 0.6 * asked  # prescribed motions, text and elastic cables that need an automatic method are not
 
 
+def check_all_are_as_alone(document: dict[str, Any], varied: dict[str, list[float]]) -> None:
+    """Check that three scenes are all made at once, and equal those that are made alone."""
+    found = load_columns(document, {}, varied)
+    assert found is not None
+    assert found.covered.all()
+    for i in range(3):
+        alone = load_scene(document, {key: values[i] for key, values in varied.items()})
+        assert differences(found.at(i), alone) == []
+
+
 @pytest.mark.parametrize("nodes", [[10.0], [2.0, 10.0]])
 def test_regulators_are_designed_at_once_as_alone(nodes: list[float]) -> None:
     """LQR laws of cranes made at once have the gains, targets and poles of those made alone."""
@@ -86,12 +96,7 @@ def test_regulators_are_designed_at_once_as_alone(nodes: list[float]) -> None:
     document["cable"] = {"lengths": [1.2] * len(nodes), "node_masses": nodes}
     document["initial"] = {"angles": [0.1] * len(nodes)}
     varied = {"trolley.mass": [18.0, 20.0, 30.0], "cable.lengths.0": [1.0, 2.0, 3.0]}
-    found = load_columns(document, {}, varied)
-    assert found is not None
-    assert found.covered.all()
-    for i in range(3):
-        alone = load_scene(document, {key: values[i] for key, values in varied.items()})
-        assert differences(found.at(i), alone) == []
+    check_all_are_as_alone(document, varied)
 
 
 def test_regulators_of_elastic_cables_are_designed_at_once_as_alone() -> None:
@@ -100,12 +105,7 @@ def test_regulators_of_elastic_cables_are_designed_at_once_as_alone() -> None:
     cable = {"model": "elastic", "lengths": [2.0], "node_masses": [10.0], "stiffness": [1e5], "damping": [1e3]}
     document |= {"integrator": {"method": "dop853"}, "cable": cable}
     varied = {"cable.node_masses.0": [5.0, 10.0, 7.0], "trolley.mass": [5.0, 20.0, 8.0], "gravity": [9.81, 3.7, 9.8]}
-    found = load_columns(document, {}, varied)
-    assert found is not None
-    assert found.covered.all()
-    for i in range(3):
-        alone = load_scene(document, {key: values[i] for key, values in varied.items()})
-        assert differences(found.at(i), alone) == []
+    check_all_are_as_alone(document, varied)
 
 
 def test_what_is_not_alike_is_left_out() -> None:

@@ -85,8 +85,7 @@ def read_run(path: Path) -> RecordedRun:
     )
 
 
-_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")}
-_OPTIONAL |= {"reeved": "reeved_tension"}
+_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")} | {"reeved": "reeved_tension"}
 _OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} | {"tensions": "tension"}
 _OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
 

@@ -158,12 +158,7 @@ class Realtime:
         self._watchdog.update()
         self._set_timed_out(self._watchdog.expired)
         zero = self._timed_out and self._settings.on_silence == CommandTimeoutAction.ZERO
-        return self._zero_command() if zero else self._held
-
-    def _zero_command(self) -> tuple[float, ...]:
-        """Return zero efforts and speeds; positions keep their last command."""
-        kinds = zip(self._simulation.scene.position_commands, self._held, strict=True)
-        return tuple(held if position else 0.0 for position, held in kinds)
+        return self._simulation.scene.zero_command(self._held) if zero else self._held
 
     def _set_timed_out(self, timed_out: bool) -> None:
         """Begin or end the action at a time-out of commands, with its warning."""

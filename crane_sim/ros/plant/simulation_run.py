@@ -171,8 +171,7 @@ class SimulationRun:
         if effort is None or not self.plant.braking:
             self._last_command = self._last_command if effort is None else tuple(effort)
             return effort
-        kinds = zip(self.scene.position_commands, self._last_command, strict=True)
-        return tuple(last if position else 0.0 for position, last in kinds)
+        return self.scene.zero_command(self._last_command)
 
     def throttle_for_recorder(self, block: int, should_stop: Callable[[], bool]) -> None:
         """Wait for a recorder every `block` steps, unless `should_stop`: the publishers' queues are limited."""
