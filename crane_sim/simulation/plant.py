@@ -175,11 +175,11 @@ class Plant:
             return self._advance_with_hardware(self._hardware, u)
         if u is None:
             step_args = (self._integration, self.k, scene.steps, scene.period, self._rows, self._filled)
-            integration, q, v, applied = continuous_step(scene.method, self.model, scene.source, *step_args)
+            integration, q, v, applied, u = continuous_step(scene.method, self.model, scene.source, *step_args)
         else:
             step_args = (self._restart_at_period(), end, self._rows, self._filled)
             integration, q, v, applied = zero_order_hold_step(scene.method, self.model, u, *step_args)
-            self._saturated += applied != u
+        self._saturated += applied != u
         return integration, q, v, None, applied
 
     def _restart_at_period(self) -> Any:

@@ -74,19 +74,14 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     out = Output(rows, np.empty((scene.steps, nu)), times, samples)
     if scene.hardware is not None and not scene.hardware.ideal:
         return _with_hardware(scene, law, integration, out)
-    if not scene.sampled:
-        integration, periods_done = continuous_rollout(
-            scene.method, model, scene.source, integration, scene.period, out
-        )
-        return RawRun(
-            *_whole(scene, out, periods_done), integration, 0, np.full_like(out.commands[:periods_done], np.nan)
-        )
-    integration, periods_done = zero_order_hold_rollout(
-        scene.method, model, _compile_law(scene, law), integration, scene.period, out
+    roll_out, source = (
+        (zero_order_hold_rollout, _compile_law(scene, law)) if scene.sampled else (continuous_rollout, scene.source)
     )
+    integration, periods_done = roll_out(scene.method, model, source, integration, scene.period, out)
     commands = out.commands[:periods_done]
     limited = np.any(commands != split(rows[:periods_done], nq, nu).u, axis=1)
-    return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()), commands)
+    given = commands if scene.sampled else np.full_like(commands, np.nan)
+    return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()), given)
 
 
 def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> RawRun:
