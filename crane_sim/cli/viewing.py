@@ -43,9 +43,12 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
     if port is not None and not live:
         raise SceneError(f"--port = {port}: only with --live, whose run serves it")
     from crane_sim.recording.rerun.live import live_address
-    from crane_sim.recording.rerun.viewer import ENVIRONMENT, web_page, window_command
+    from crane_sim.recording.rerun.viewer import ENVIRONMENT, check_viewable, web_page, window_command
 
-    source = live_address(port or VIEWER_PORT) if live else str(find_recording(run))
+    recording = None if live else find_recording(run)
+    if recording is not None:
+        check_viewable(recording)
+    source = live_address(port or VIEWER_PORT) if recording is None else str(recording)
     if web:
         command, address = web_page(source)
         print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)

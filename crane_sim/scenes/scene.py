@@ -121,7 +121,12 @@ class Scene:
 
     def dump(self, path: Path | str) -> None:
         """Write the scene as a file that `load_scene` reads back."""
-        Path(path).write_text(yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True))
+        style: dict[str, Any] = {
+            "sort_keys": False,
+            "allow_unicode": True,
+            "default_flow_style": None,
+        }  # lists in lines
+        Path(path).write_text(yaml.safe_dump(self.to_dict(), **style))
 
 
 SceneSource = str | Path | Mapping[str, Any] | Scene
@@ -379,7 +384,7 @@ def _validate(document: dict[str, Any]) -> SceneFile:
         raise SceneError(f"{what}{', '.join(SCHEMAS)})")
     schema = schema_of(document)
     if schema is None:
-        raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(SCHEMAS)}")
+        raise SceneError(f"crane = {shorten(document['crane'])}: possible: {', '.join(SCHEMAS)}")
     check_cable(document)
     try:
         return schema.model_validate(without_nulls(document))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pydantic import BeforeValidator, Field
 
 from crane_sim.files.csv_table import read_table
-from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.errors import PATH, SceneError, shorten, unknown_key
 from crane_sim.files.types import Angle, NonNegative, Positive, Real, Seed, Tilt, reject_bool
 from crane_sim.scenes.schema.base_smoothing import MAX_ROWS, smooth
 from crane_sim.scenes.schema.groups import Group
@@ -57,7 +57,7 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
     """
     from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
 
-    where = f"base_motion.file = {file!r}"
+    where = f"base_motion.file = {shorten(file, PATH)}"
     head, rows, lines = _read_columns(where, file)
     times = rows[:, head.index("time")]
     _check_times(where, times, lines, duration)
@@ -368,7 +368,7 @@ class BaseMotion(Group):
         """Return the notes for the summary on the motion `base` of this group over `duration` [s]."""
         if self.file is not None:
             vessel = base.vessel if isinstance(base, MountedBase) else base
-            return peak_notes(f"base_motion.file = {self.file!r}", vessel, duration)
+            return peak_notes(f"base_motion.file = {shorten(self.file, PATH)}", vessel, duration)
         return self.sea.notes() if self.sea is not None else {}
 
     def _sum(self, sea: dict[str, SineSum]) -> Base:
