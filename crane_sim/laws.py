@@ -100,7 +100,12 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         SceneError: no such law, or it does not accept the settings or the scene.
     """
     with _errors_in_one_line(name):
-        return _make_own_law(name, settings, nominal) if ":" in name else _find_builder(name)(settings, nominal)
+        return _make_own_law(name, settings, nominal) if is_own(name) else _find_builder(name)(settings, nominal)
+
+
+def is_own(name: str) -> bool:
+    """Return whether a law is named by its code, FILE.py:FUNCTION or MODULE:FUNCTION, and not an installed one."""
+    return ":" in name
 
 
 def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]) -> list["Law | SceneError"]:
@@ -169,8 +174,8 @@ def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         law = found(settings, nominal)
         if callable(law):
             return cast(Law, law)
-        line = f"control.law = {shorten(name, PATH)}: a function of (settings, scene) must return a law, a function of (t, q, v)"
-        raise SceneError(f"{line}; it returned {shorten(law)}")
+        line = "a function of (settings, scene) must return a law, a function of (t, q, v); it returned"
+        raise SceneError(f"control.law = {shorten(name, PATH)}: {line} {shorten(law)}")
     if settings:
         raise ForeignSetting(next(iter(settings)), (), name)
     return found
