@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import click
-import yaml
 
-from crane_sim.files.document import YAML_ERRORS, function_from
+from crane_sim.files.document import function_from
 from crane_sim.files.errors import SceneError, shorten
+from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
 
 DEFAULT_SCENE = "knuckle_setpoint"
 as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
@@ -65,7 +65,7 @@ def _parse_settings(settings: tuple[str, ...]) -> dict[str, Any]:
         if not (key and equals):
             raise SceneError(f"--set {shorten(setting)}: must be GROUP.KEY=VALUE")
         try:
-            changes[key] = yaml.safe_load(value)
+            changes[key] = parse_yaml(value)
         except YAML_ERRORS:
             raise SceneError(f"--set {shorten(setting)}: {shorten(value)} is not a value") from None
     return changes

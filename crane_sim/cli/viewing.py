@@ -14,6 +14,7 @@ from rich.progress import Progress
 from crane_sim.cli.help_lines import FiniteRange
 from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
+from crane_sim.files.document import function_from
 from crane_sim.files.errors import SceneError
 
 RUNS = Path("runs")  # where `crane run` puts recordings
@@ -43,9 +44,12 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
     if port is not None and not live:
         raise SceneError(f"--port = {port}: only with --live, whose run serves it")
     from crane_sim.recording.rerun.live import live_address
-    from crane_sim.recording.rerun.viewer import ENVIRONMENT, web_page, window_command
+    from crane_sim.recording.rerun.viewer import ENVIRONMENT, check_viewable, web_page, window_command
 
-    source = live_address(port or VIEWER_PORT) if live else str(find_recording(run))
+    recording = None if live else find_recording(run)
+    if recording is not None:
+        check_viewable(recording)
+    source = live_address(port or VIEWER_PORT) if recording is None else str(recording)
     if web:
         command, address = web_page(source)
         print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
@@ -101,8 +105,9 @@ def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any)
 
 @click.command()
 @_RUN
+@click.option("--law", help="Execute this law, a name or FILE.py:FUNCTION, where the run was driven without commands.")
 @as_json_option
-def replay(run: Path | None, as_json: bool) -> None:
+def replay(run: Path | None, law: str | None, as_json: bool) -> None:
     """Integrate a recorded run anew from its commands and compare every state bit for bit: RUN, or the newest.
 
     Exit code 0 where all states agree, else 1.
@@ -111,7 +116,8 @@ def replay(run: Path | None, as_json: bool) -> None:
     from crane_sim.recording.replay import replay as replay_run
 
     recording = find_recording(run)
-    outcome = replay_run(read_recording(recording))
+    own = None if law is None else function_from(law, Path.cwd())
+    outcome = replay_run(read_recording(recording), own)
     if as_json:
         difference = outcome.difference and outcome.difference._asdict() | {"bit": outcome.difference.bit}
         print(json.dumps({"steps": outcome.steps, "difference": difference, "changed": outcome.changed}))

@@ -6,11 +6,9 @@ from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import yaml
-
 from crane_sim.recording.bag_messages import UnreadableBag, read_messages
 from crane_sim.recording.mcap.metadata import RUN, read_metadata
-from crane_sim.recording.run import UnreadableRecording
+from crane_sim.recording.run import UnreadableRecording, parse_scene
 from crane_sim.recording.step_assembler import StepAssembler
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.hardware import is_sensed
@@ -46,7 +44,7 @@ def read_bag(path: Path) -> RunFromBag:
     properties = read_metadata(path, RUN)
     if "scene_file" not in properties:
         raise UnreadableRecording(f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version")
-    scene = load_scene(yaml.safe_load(properties["scene_file"]))
+    scene = load_scene(parse_scene(properties["scene_file"], path), own_law=False)
     if properties.get("law") == "external":  # another node commanded, whatever law the scene has
         scene = scene.with_external_commands()
     try:

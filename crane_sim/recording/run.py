@@ -9,10 +9,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import yaml
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import PATH, SceneError, join_lines, shorten
 from crane_sim.files.installation import how_to_install
+from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
 from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
@@ -162,13 +162,29 @@ class RecordedRun:
     @cached_property
     def scene_values(self) -> dict[str, Any]:
         """The values of the scene file."""
-        return yaml.safe_load(self.scene_text)
+        return parse_scene(self.scene_text, self.path)
 
-    def load_scene(self) -> Scene:
-        """Return the scene as `crane_sim.load_scene` does: `crane_sim.simulate` of it repeats the run."""
+    def load_scene(self, law: str | None = None) -> Scene:
+        """Return the scene as `crane_sim.load_scene` does: `crane_sim.simulate` of it repeats the run.
+
+        Args:
+            law: in place of the run's. A law FILE.py:FUNCTION or MODULE:FUNCTION is only executed if it is named here.
+
+        Raises:
+            SceneError: the run's law is such code, and no law is named; or the scene is none of this version.
+        """
         from crane_sim.scenes.scene import load_scene
 
-        return load_scene(self.scene_values)
+        scene = load_scene(self.scene_values if law is None else self._with_law(law), own_law=law is not None)
+        if scene.law_name is not None and scene.law is None:
+            line = f"its law is the code of {shorten(scene.law_name, PATH)}, which is executed only where it is named"
+            raise SceneError(f"{self.path or self.name}: {line}: load_scene(law=...), crane replay --law ...")
+        return scene
+
+    def _with_law(self, law: str) -> dict[str, Any]:
+        """Return the values of the scene file with another law, which has the settings of the run's."""
+        control = self.scene_values.get("control")
+        return self.scene_values | {"control": (control if isinstance(control, dict) else {}) | {"law": law}}
 
     @cached_property
     def path_unit(self) -> str:
@@ -259,6 +275,21 @@ class RecordedRun:
     def show(self, height: int = 900) -> Any:
         """Return the page of `crane report` for a notebook: it plays the run in a frame `height` pixels high."""
         return import_module("crane_sim.evaluation.report.page").Frame(self, height)
+
+
+def parse_scene(text: str, path: Path | None) -> dict[str, Any]:
+    """Return the values of a recording's scene file.
+
+    Raises:
+        UnreadableRecording: it cannot be read, as of a damaged file.
+    """
+    try:
+        values = parse_yaml(text)
+    except YAML_ERRORS as error:
+        raise UnreadableRecording(f"{path}: its scene cannot be read: {join_lines(error)}") from None
+    if not isinstance(values, dict):
+        raise UnreadableRecording(f"{path}: its scene holds {type(values).__name__}, not groups of keys")
+    return values
 
 
 def crane_of(properties: Mapping[str, Any]) -> Crane:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import SceneError, did_you_mean
-from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, headless_viewer
+from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, check_viewable, headless_viewer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -77,8 +77,7 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[ViewCamera]:
         SceneError: there is no such recording, tab or view.
         PictureError: no viewer, no Vulkan driver to draw with.
     """
-    if not recording.is_file():
-        raise SceneError(f"{recording}: no such file")
+    check_viewable(recording)
     with headless_viewer() as viewer:
         yield ViewCamera(viewer, recording, shown or Shown())
 
