@@ -16,6 +16,7 @@ from crane_sim.recording.replay import replay
 PROGRAM = Path(__file__).parents[1] / "programs" / "hostile_node.py"
 SCENE = load_scene("overhead_energy", {"duration": 40.0})
 NAMESPACE = f"/{SCENE.crane}"
+LIMIT = 240.0  # s for the node, only so that a failure ends
 PLANT_TOPICS = ("joint_states", "applied_effort", "held_command")
 
 
@@ -23,7 +24,7 @@ def run_beside(mode: str, seed: int, number: int, domain: int, env: dict[str, st
     """Run the scene, recorded, beside a node that sends `number` hostile messages; return the run's summary."""
     command = [sys.executable, PROGRAM, str(seed), str(number), SCENE.name]
     files = {"record": folder / "run.rrd", "mcap": folder / "run.mcap"}
-    with started_program(command, env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, grace=10.0) as process:
+    with started_program(command, limit=LIMIT, env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, grace=10.0) as process:
         rate = 2.0 if mode == "realtime" else None
         summary = orchestration.run(SCENE, mode=mode, rate=rate, paused=True, domain_id=domain, **files)
         sent = json.loads(process.communicate(timeout=60.0)[0])

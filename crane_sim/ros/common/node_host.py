@@ -134,9 +134,9 @@ class NodeHost:
             self.node.get_logger().warning(line)
 
     def notify_refused(self, refused: Iterable[str]) -> None:
-        """Say once of each of these, topics of nodes, that its messages are refused."""
-        for each in refused:
-            self.notify(f"messages on {each} are refused: only those of the run's own nodes count")
+        """Say once of each node that its messages are refused; `refused`: topics, each with the node's name."""
+        for name in {each.partition(" of ")[2] for each in refused} - {""}:
+            self.notify(f"messages of {name} on topics of the run's own nodes are refused")
 
     def poll(self) -> None:
         """Read and apply the supervisor's requests."""

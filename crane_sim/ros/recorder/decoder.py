@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from math import isfinite, isnan
+from math import isnan
 from typing import TYPE_CHECKING, cast
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -32,6 +32,7 @@ TOPICS = (
     "simulation_state",
     "/diagnostics",
 )
+_LARGEST_REFERENCE = 1e9  # m or rad: beyond it is no crane's, and soon no picture's single precision
 STATE_NAMES = tuple(state.name.lower() for state in SimulationState)
 
 
@@ -133,9 +134,12 @@ class MessageDecoder:
             return True
         point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
         target = self._sort_by_joint(list(message.joint_names), list(point.positions))
-        if target is not None and all(map(isfinite, target)):
+        if target is None:
+            return True  # coordinates of another kind are the payload's
+        fits = all(abs(value) < _LARGEST_REFERENCE for value in target)
+        if fits:
             self._recorder.add_reference(stamp, target)
-        return True  # coordinates of another kind are the payload's
+        return fits
 
     def _on_simulation_state(self, data: bytes) -> bool:
         state = messages.decode_simulation_state(data)

@@ -74,6 +74,7 @@ class Outputs:
         self, node: Node, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
     ) -> None:
         """Open the files; raises Fault where one cannot be written. `keep_alive` gets what must outlive a failure."""
+        self._node = node
         self._bag = bag = _open_bag(node, scene, settings, resume)
         self.recorder = _open_recorder(scene, settings, keep_alive, bag, resume)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
@@ -96,7 +97,8 @@ class Outputs:
 
     def misfits(self) -> Counter[str]:
         """Return the number of messages that no recording can have, by topic."""
-        return Counter({f"{topic}, malformed": n for topic, n in self._decoder.refused.items()} if self._decoder else {})
+        refused = self._decoder.refused if self._decoder else Counter[str]()
+        return Counter({f"{self._node.resolve_topic_name(topic)}, malformed": n for topic, n in refused.items()})
 
     def save(self) -> None:
         """Write all that is buffered: no more messages are coming."""
