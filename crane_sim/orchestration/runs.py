@@ -12,7 +12,7 @@ from crane_sim.orchestration.desk_link import OPERATOR, Operator, desk_link
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
-from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording
+from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording, merge_summaries
 from crane_sim.orchestration.supervisor import READY_TIMEOUT, Callbacks, RunError, Supervisor
 from crane_sim.process_signals import collect_signals
 
@@ -172,9 +172,8 @@ def _supervise(supervisor: Supervisor, roles: list[Role], scene: "Scene", settin
         supervisor.stop_early()
     head: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "mode": settings.plant["mode"]}
     head |= {"seed": scene.seed}
-    summary = (
-        (plant.summary or head) | collect_controller_summary(supervisor, roles) | ({"error": error} if error else {})
-    )
+    summary = merge_summaries(plant.summary or head, collect_controller_summary(supervisor, roles))
+    summary |= {"error": error} if error else {}
     if settings.restart:
         summary |= {"restarts": {role.name: role.restarts for role in roles[1:]}}
     recorder = next((role for role in roles if isinstance(role, RecorderRole)), None)

@@ -32,6 +32,7 @@ class RunFromBag(NamedTuple):
     scene: Scene
     rows: list[Row]  # control steps
     lost_steps: int  # number of steps before the last one that lack a message
+    lost_commands: int  # number of rows without their command, while no brakes acted
     has_true_states: bool  # the rows' states are not those that sensors measure
 
 
@@ -58,7 +59,8 @@ def read_bag(path: Path) -> RunFromBag:
     rows = decoder.steps.pop_rows(final=True)
     if not rows:
         raise UnreadableRecording(f"{path}: has no control step: no joint_states with an applied_effort of its stamp")
-    return RunFromBag(properties, scene, rows, decoder.steps.lost_steps, has_true_states or not is_sensed(scene))
+    lost = decoder.steps.lost_steps, decoder.steps.lost_commands
+    return RunFromBag(properties, scene, rows, *lost, has_true_states or not is_sensed(scene))
 
 
 class _Decoder:

@@ -44,5 +44,8 @@ def _record(bag: RunFromBag, path: Path) -> Path:
 def _summary(bag: RunFromBag) -> dict[str, Any]:
     scene, steps = bag.scene, len(bag.rows)
     entries: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    entries |= {"steps": steps + bag.lost_steps, "recorded_steps": steps, "lost_steps": bag.lost_steps}
-    return entries | ({"error": f"{bag.lost_steps} steps are not in the bag"} if bag.lost_steps else {})
+    lost = bag.lost_steps + bag.lost_commands
+    entries |= {"steps": steps + bag.lost_steps, "recorded_steps": steps, "lost_steps": lost}
+    subjects = {"steps": bag.lost_steps, "commands": bag.lost_commands}
+    missing = [f"{number} {name}" for name, number in subjects.items() if number]
+    return entries | ({"error": f"{' and '.join(missing)} are not in the bag"} if missing else {})
