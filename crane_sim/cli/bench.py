@@ -19,6 +19,7 @@ from crane_sim.evaluation.bench.store import merge_suite, read_store, write_stor
 from crane_sim.evaluation.bench.suites import SUITES
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.output import write_text
 
 SUITE_NAMES = ("scenes", *SUITES, "page")
 _HELP = f"""Benchmark speed against error (scenes), ROS transport and other suites.
@@ -107,7 +108,7 @@ def _write(data: dict[str, Any], folder: Path) -> None:
             if measured and save_figure(draw_benchmark, measured, folder / name, dpi=110):
                 written.append(name)
         drawn = any((folder / name).is_file() for name in FIGURES.values())
-        (folder / "performance.md").write_text(format_page(data, drawn=drawn))
+        write_text(folder / "performance.md", format_page(data, drawn=drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     Console(stderr=True).print(f"written to {folder}: {', '.join(written)}", markup=False)

@@ -23,6 +23,7 @@ from crane_sim.cli.tune import tune
 from crane_sim.cli.viewing import check_output, clip, find_recording, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_output
 from crane_sim.recording.read import read_recording
 
 if TYPE_CHECKING:
@@ -240,7 +241,7 @@ def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
         if folder is None:
             print(text)
         else:
-            Path(folder, name).write_text(f"{text.rstrip()}\n")
+            write_output("--save", Path(folder, name), lambda path, text=text: path.write_text(f"{text.rstrip()}\n"))
             print(Path(folder, name))
 
 

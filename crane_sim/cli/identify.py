@@ -19,6 +19,7 @@ from crane_sim.cli import report
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_text
 
 if TYPE_CHECKING:
     from crane_sim.identification import Identification
@@ -58,7 +59,10 @@ def identify_parameters(
     with _output_folder(folder):
         with report.compiling(quiet=as_json):
             found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
-        files = save(found, folder)
+        try:
+            files = save(found, folder)
+        except OSError as error:
+            raise SceneError(f"-o {folder}: cannot be written: {error.strerror or error}") from None
     if as_json:
         print(json.dumps(report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}))
     else:
@@ -99,8 +103,8 @@ def save(found: Identification, folder: Path) -> list[Path]:
     from crane_sim.evaluation.report.identification_figure import save_identification_figure
 
     scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))
-    scene.write_text(yaml.safe_dump(found.scene.to_dict(), sort_keys=False))
-    estimate.write_text(json.dumps(report.json_value(found.to_dict()), indent=1) + "\n")
+    write_text(scene, yaml.safe_dump(found.scene.to_dict(), sort_keys=False))
+    write_text(estimate, json.dumps(report.json_value(found.to_dict()), indent=1) + "\n")
     units = dict(zip(found.guess.joint_names, found.guess.joint_units, strict=True))
     save_identification_figure(found, units, picture)
     return [scene, estimate, picture]

@@ -16,6 +16,7 @@ from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.files.document import function_from
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.read import is_recording
 
 RUNS = Path("runs")  # where `crane run` puts recordings
 
@@ -139,7 +140,7 @@ def find_recording(run: Path | None) -> Path:
     Raises:
         SceneError: there is none.
     """
-    if run is not None and run.is_file():
+    if run is not None and is_recording(run):
         return run
     if run is not None:
         raise SceneError(f"RUN = {str(run)!r}: no such file; leave it out for the newest in {RUNS}/")

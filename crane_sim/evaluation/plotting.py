@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.files.installation import how_to_install
+from crane_sim.files.output import write_whole
 
 RED, BLUE, GREEN, GREY = "#c43d3d", "#2a78b8", "#2f9e62", "#555555"
 
@@ -26,5 +27,5 @@ def save_figure(draw: Callable[[Any, Any], None], data: Any, file: Path, dpi: in
         return False
     figure = Figure(layout="constrained")
     draw(figure, data)
-    figure.savefig(file, dpi=dpi)
+    write_whole(file, lambda path: figure.savefig(path, dpi=dpi))
     return True

@@ -13,6 +13,7 @@ import numpy as np
 from crane_sim.files.errors import PATH, SceneError, join_lines, shorten
 from crane_sim.files.installation import how_to_install
 from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
+from crane_sim.recording.completeness import Completeness
 from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
@@ -25,7 +26,12 @@ if TYPE_CHECKING:
     from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
-NO_SUMMARY = "not finished: the recording has no summary, its recorder was killed"
+ENDS = {
+    "orphaned": "its supervisor was killed",
+    "interrupted": "the recorder was interrupted",
+    "reset": "the plant was reset",
+}
+"""Ends of a run before its time, from what the recorder says in its summary."""
 
 
 class UnreadableRecording(SceneError):
@@ -93,6 +99,7 @@ class RecordedRun:
     states: dict[str, Changes]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
     events: list[tuple[float, str]]  # (s, what happened)
     summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
+    completeness: Completeness = Completeness()  # of the file, whose steps that are not good are left out
 
     def __repr__(self) -> str:
         """Return scene, law, length and how the run ended, in two lines."""
@@ -200,7 +207,17 @@ class RecordedRun:
     @property
     def error(self) -> str:
         """One line on what failed, empty where nothing did."""
-        return str(self.summary.get("error", "")) if self.summary else NO_SUMMARY
+        recording = f"the recording {self.completeness.extent}" if self.completeness.extent else ""
+        return "; ".join(filter(None, (str(self.summary.get("error", "")), self._early_end, recording)))
+
+    @property
+    def _early_end(self) -> str:
+        """One phrase on a run that ended before its time without an error, empty for another one."""
+        reason, planned = self.summary.get("ended_by", ""), round(self.properties["duration"] / self.period)
+        steps = self.summary.get("steps", len(self.t))
+        if not reason or steps >= planned:
+            return ""
+        return f"{ENDS.get(reason, reason)} after {steps} of {planned} steps"
 
     @property
     def finished(self) -> bool:

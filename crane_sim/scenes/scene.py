@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from crane_sim import system
 from crane_sim.files.document import SHARED, nominal, plain_copy, read, set_value, switch_law, without_nulls
 from crane_sim.files.errors import PATH, SceneError, foreign_path, nearest, one_line, one_word, shorten
+from crane_sim.files.output import write_text
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, is_own, make_law
 from crane_sim.scenes.extreme_numbers import refuse_extreme_numbers
@@ -126,7 +127,7 @@ class Scene:
             "allow_unicode": True,
             "default_flow_style": None,
         }  # lists in lines
-        Path(path).write_text(yaml.safe_dump(self.to_dict(), **style))
+        write_text(Path(path), yaml.safe_dump(self.to_dict(), **style))
 
 
 SceneSource = str | Path | Mapping[str, Any] | Scene

@@ -25,6 +25,7 @@ import yaml
 from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
+from crane_sim.files.output import write_whole
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import worst_joint
 from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
@@ -41,7 +42,6 @@ from crane_sim.study.store import (
     locked_folder,
     partial_files,
     read_identity,
-    write_whole,
 )
 from crane_sim.study.tuning_checks import (
     base_changes,

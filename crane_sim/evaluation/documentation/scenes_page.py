@@ -10,6 +10,7 @@ from crane_sim.description import urdf
 from crane_sim.evaluation.documentation.drawing import Robot
 from crane_sim.evaluation.plotting import BLUE, RED, save_figure
 from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.output import write_text
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.recording.rerun.cranes import fall_ends
 from crane_sim.scenes.scene import Scene, load_scene
@@ -57,7 +58,7 @@ def save_page(folder: str | Path, names: Sequence[str] = ()) -> None:
     for name in names or PORTS_AND_SITES:
         print(name, flush=True)
         sections[name] = write_section(name, Path(folder))
-    page.write_text("\n".join([_HEAD, *(sections[name] for name in PORTS_AND_SITES if name in sections)]))
+    write_text(page, "\n".join([_HEAD, *(sections[name] for name in PORTS_AND_SITES if name in sections)]))
 
 
 def read_sections(page: str) -> dict[str, str]:

@@ -11,6 +11,7 @@ from crane_sim.evaluation.report.decimation import rows_with_peaks
 from crane_sim.evaluation.report.panels import AXIS_COLOR, PALETTE, RUN_COLORS, TEXT_COLOR, Panel, panels_of
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
+from crane_sim.files.output import write_output
 from crane_sim.recording.quantities import moving_quantities
 from crane_sim.recording.states import get_color, make_spans
 
@@ -54,12 +55,8 @@ def _check_kind(file: Path) -> None:
 
 
 def _save(figure: Any, file: Path) -> None:
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with _matplotlib()[0](STYLE):  # for an SVG's identifiers, which are made here
-            figure.savefig(file, dpi=140)
-    except OSError as error:
-        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+    with _matplotlib()[0](STYLE):  # for an SVG's identifiers, which are made here
+        write_output("-o", file, lambda path: figure.savefig(path, dpi=140))
 
 
 def comparison_figure(comparison: Comparison) -> Any:

@@ -11,6 +11,7 @@ from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.soak.metrics import Metric
 from crane_sim.evaluation.soak.page import PARTS, write_findings
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_text
 
 _MAX_SAMPLES = 100  # of a series, saved
 
@@ -33,7 +34,7 @@ def save_findings(part: str, command: str, metrics: Sequence[Metric], data: Mapp
     document = {"command": command, "machine": machine(), "metrics": [list(metric) for metric in metrics], "data": kept}
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
-        (folder / "soak" / f"{part}.json").write_text(dump_points(round_floats(document)))
+        write_text(folder / "soak" / f"{part}.json", dump_points(round_floats(document)))
         (folder / "soak" / f"{part}.png").unlink(missing_ok=True)  # the plot of former data
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
@@ -53,7 +54,7 @@ def write_page(folder: Path) -> None:
         for part, document in documents.items():
             _draw_part(folder, part, document["data"])
         drawn = [part for part in documents if (folder / "soak" / f"{part}.png").is_file()]
-        (folder / "soak.md").write_text(write_findings(documents, drawn))
+        write_text(folder / "soak.md", write_findings(documents, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 

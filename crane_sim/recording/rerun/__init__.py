@@ -2,5 +2,5 @@
 
 import os
 
-# read when Rerun is imported; the footer of a long recording is left out on purpose
-os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
+# read when Rerun is imported; the writer reports what a disk refuses, and leaves out the footer of a long recording
+os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd=off,re_sdk::recording_stream=off,re_sdk::log_sink=off")

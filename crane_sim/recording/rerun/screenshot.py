@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import SceneError, did_you_mean
+from crane_sim.files.output import write_output
 from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, check_viewable, headless_viewer
 
 if TYPE_CHECKING:
@@ -102,7 +103,8 @@ def picture(recording: Path, output: Path, at: float | None = None, shown: Shown
         instant = viewer.end if at is None else at
         if not 0.0 <= instant <= viewer.end:
             raise SceneError(f"time {instant:g}: {recording} has 0 .. {viewer.end:g} s")
-        output.write_bytes(viewer.at(instant))
+        drawn = viewer.at(instant)
+        write_output("--output", output, lambda path: path.write_bytes(drawn))
         return viewer.reports()
 
 
