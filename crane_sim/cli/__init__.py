@@ -16,11 +16,16 @@ def main() -> int:
 
     from crane_sim.cli.commands import app
     from crane_sim.files.errors import SceneError
+    from crane_sim.files.installation import is_optional, missing_package
 
     try:
         return app(standalone_mode=False) or 0
     except SceneError as error:
         return _fail(str(error), 2)
+    except ModuleNotFoundError as error:
+        if not is_optional(error.name):
+            raise
+        return _fail(missing_package(str(error.name), "this command"), 2)
     except click.ClickException as error:
         if type(error).__name__ == "NoArgsIsHelpError":  # older versions of click print the usage themselves
             print(error.format_message(), file=sys.stderr)

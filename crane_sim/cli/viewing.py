@@ -42,10 +42,11 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
         raise SceneError(f"RUN and --live: only one of the two is possible, --live has no file yet ({run})")
     if port is not None and not live:
         raise SceneError(f"--port = {port}: only with --live, whose run serves it")
+    recording = None if live else find_recording(run)
     from crane_sim.recording.rerun.live import live_address
     from crane_sim.recording.rerun.viewer import ENVIRONMENT, web_page, window_command
 
-    source = live_address(port or VIEWER_PORT) if live else str(find_recording(run))
+    source = live_address(port or VIEWER_PORT) if live else str(recording)
     if web:
         command, address = web_page(source)
         print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
@@ -62,9 +63,9 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
 @_picture_options
 def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view: str) -> None:
     """Draw a recording as the viewer shows it into a PNG, without a display: RUN, or the newest in runs/."""
+    recording = find_recording(run)
     from crane_sim.recording.rerun.screenshot import Shown, picture
 
-    recording = find_recording(run)
     output = check_output(output, recording, ".png")
     for line in picture(recording, output, at, Shown(tab, view)):
         print(f"crane: {line}", file=sys.stderr)
@@ -88,10 +89,10 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
 @_picture_options
 def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any) -> None:
     """Make a clip of a recording, without a display: RUN, or the newest in runs/; about a second a picture."""
+    recording = find_recording(run)
     from crane_sim.recording.rerun.clip import Cut, write_clip
     from crane_sim.recording.rerun.screenshot import Shown
 
-    recording = find_recording(run)
     output = check_output(output, recording, ".gif", ".mp4")
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True) as bar:
         task = bar.add_task("pictures")

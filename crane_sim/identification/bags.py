@@ -52,8 +52,6 @@ def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds
         messages = read_messages(path, (STATES, COMMANDS))
     except UnreadableBag as error:
         raise SceneError(f"{path}: {error}") from None
-    except ModuleNotFoundError as error:
-        raise SceneError(f"{path}: reading needs the Python package rosbags ({error.name})") from None
     topics = {name: [each for each in messages if each.topic == name] for name in (STATES, COMMANDS)}
     stamped = all(any(message.stamp for message in messages) for messages in topics.values())
     states = _track(path, topics[STATES], "position", joints, stamped)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import shorten
+from crane_sim.files.installation import import_optional
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,14 +35,14 @@ def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] =
 
     Raises:
         UnreadableBag: the bag is damaged, or lacks a required topic.
-        ModuleNotFoundError: rosbags is not installed.
+        MissingPackage: rosbags is not installed.
     """
-    any_reader = import_module("rosbags.highlevel").AnyReader  # by name: optional
-    types = import_module("rosbags.typesys")
+    any_reader = import_optional("rosbags.highlevel", "a bag").AnyReader
+    types = import_optional("rosbags.typesys", "a bag")
     try:
         with any_reader([path], default_typestore=types.get_typestore(types.Stores.ROS2_JAZZY)) as reader:
             return list(_messages(reader, required, optional))
-    except (ModuleNotFoundError, UnreadableBag):
+    except UnreadableBag:
         raise
     except Exception as error:  # of a damaged file: rosbags raises many kinds
         line = shorten(str(error).splitlines()[0] if str(error) else error)

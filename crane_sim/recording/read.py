@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from crane_sim.files.installation import MissingPackage
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 
 
@@ -23,14 +24,13 @@ def read_recording(path: Path | str) -> RecordedRun:
     file = Path(path)
     if not file.is_file():
         raise UnreadableRecording(f"{file}: {'is no file' if file.exists() else 'there is no such file'}")
-    if file.suffix == ".mcap":
-        return _import_reader("bag_reader", file).read_bag_run(file)
-    return _import_reader("reader", file).read_run(file)
-
-
-def _import_reader(name: str, file: Path) -> ModuleType:
     try:
-        return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional
-    except ModuleNotFoundError as error:
-        package = "rosbags" if (error.name or "").startswith("rosbags") else "rerun-sdk"
-        raise UnreadableRecording(f"{file}: reading needs the Python package {package} ({error.name})") from None
+        if file.suffix == ".mcap":
+            return _import_reader("bag_reader").read_bag_run(file)
+        return _import_reader("reader").read_run(file)
+    except MissingPackage as error:
+        raise UnreadableRecording(f"{file}: {error}") from None
+
+
+def _import_reader(name: str) -> ModuleType:
+    return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional

@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import MissingPackage, import_optional
 from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
@@ -205,11 +205,9 @@ class RecordedRun:
         of a rope over sheaves.
         """
         try:
-            pandas = import_module("pandas")  # an optional package, wanted here only
-        except ImportError:
-            missing = f"pandas, which is not installed ({how_to_install('study', 'pandas')})"
-            line = f"a data frame needs the Python package {missing}; run.columns() has the same columns without it"
-            raise SceneError(line) from None
+            pandas = import_optional("pandas", "a data frame")
+        except MissingPackage as error:
+            raise MissingPackage(f"{error}; run.columns() has the same columns without it") from None
         columns = self.columns()
         frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
         frame.index.name = "t"
