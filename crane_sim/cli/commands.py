@@ -53,6 +53,7 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
     arguments = options.arguments(loaded.name)
     with report.compiling(quiet=as_json, evaluated=loaded):
         _warm_plant(loaded)
+    arguments["compile_time"] = report.compile_time()
     with report.progress(loaded, quiet=as_json or not sys.stderr.isatty()) as reporter:
         summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
     process_signals.exit_now(report.print_outcome(dict(loaded.notes) | summary, loaded, as_json))

@@ -11,6 +11,7 @@ import click
 from rich.console import Console
 from rich.progress import Progress
 
+from crane_sim.cli import report
 from crane_sim.cli.help_lines import FiniteRange
 from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
@@ -112,7 +113,8 @@ def replay(run: Path | None, as_json: bool) -> None:
     from crane_sim.recording.replay import replay as replay_run
 
     recording = find_recording(run)
-    outcome = replay_run(read_recording(recording))
+    with report.compiling(quiet=as_json):
+        outcome = replay_run(read_recording(recording))
     if as_json:
         difference = outcome.difference and outcome.difference._asdict() | {"bit": outcome.difference.bit}
         print(json.dumps({"steps": outcome.steps, "difference": difference, "changed": outcome.changed}))

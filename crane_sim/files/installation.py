@@ -81,14 +81,12 @@ def require(module: str, purpose: str) -> None:
 
 def missing_package(module: str, purpose: str) -> str:
     """Return one line on an optional package that `purpose` needs and that is not installed."""
-    package = PACKAGES[module.partition(".")[0]]
+    top = module.partition(".")[0]
+    package = PACKAGES.get(top, OptionalPackage(top, ""))
     if is_of_this_tree() and not package.group:
         how = f"remove {sys.prefix}, and ./crane makes it anew"
-    else:
+    elif package.extra:
         how = how_to_install(package.group, package.extra)
+    else:
+        how = f"pip install {top}"
     return f"{purpose} needs the Python package {package.name}, which is not installed ({how})"
-
-
-def is_optional(module: str | None) -> bool:
-    """Return whether a module is one of an optional package."""
-    return (module or "").partition(".")[0] in PACKAGES

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
+NOT_IN_REAL_TIME = "not in real time"
 NO_SUMMARY = "not finished: the recording has no summary, its recorder was killed"
 
 
@@ -185,6 +186,12 @@ class RecordedRun:
     def error(self) -> str:
         """One line on what failed, empty where nothing did."""
         return str(self.summary.get("error", "")) if self.summary else NO_SUMMARY
+
+    @property
+    def real_time_violation(self) -> str:
+        """One line on a run in real time that the machine was too slow for, empty for any other."""
+        violation = self.summary.get("real_time_violation")
+        return f"{NOT_IN_REAL_TIME}: {violation}" if violation else ""
 
     @property
     def finished(self) -> bool:

@@ -18,7 +18,7 @@ class Absent:
 
     def find_spec(self, name: str, path: Sequence[str] | None = None, target: object = None) -> None:
         """Raise ModuleNotFoundError for a module of an optional package, as an import of an absent one does."""
-        if installation.is_optional(name):
+        if name.partition(".")[0] in installation.PACKAGES:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 

@@ -91,7 +91,8 @@ def run_figure(run: RecordedRun) -> Any:
     rc_context, figure_class = _matplotlib()
     with rc_context(STYLE):
         figure, axes = _make_axes(figure_class, rows)
-        figure.suptitle(f"{run.name} · law {run.law} · {run.status}", color=TEXT_COLOR, wrap=True)
+        title = " · ".join(filter(None, (run.name, f"law {run.law}", run.status, run.real_time_violation)))
+        figure.suptitle(title, color=TEXT_COLOR, wrap=True)
         for axis, panel in zip(axes, panels, strict=False):
             _draw(axis, run, panel)
         for axis, plane in zip(axes[len(panels) :], planes, strict=False):
