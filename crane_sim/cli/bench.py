@@ -64,12 +64,14 @@ def bench(
         raise SceneError(f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes")
     if suite != "groups" and cranes:
         raise SceneError(f"bench {suite}: --crane only applies to groups")
+    cases = scenes.select_cases(ids, quick)
+    if cranes:
+        groups.select_cases(cranes)
     install_groups("plots")  # before anything is measured, which would be lost
     data = read_store(_make_folder(folder))
     if suite == "page" and not data:
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
     if suite == "scenes":
-        cases = scenes.select_cases(ids, quick)
         with Console(stderr=True).status("measuring") as status:
             measured = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
         data = merge_suite(data, suite, measured)

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from crane_sim.cli.report import compiling
 from crane_sim.files.document import function_from
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
@@ -55,7 +56,8 @@ def load_scene_with_options(
             raise SceneError(
                 f"--set {key}: --{key.removeprefix('control.')} sets the same key; leave out one of the two"
             )
-    return load_scene(scene, changes | options)
+    with compiling(quiet=True):  # the design of a law
+        return load_scene(scene, changes | options)
 
 
 def _parse_settings(settings: tuple[str, ...]) -> dict[str, Any]:

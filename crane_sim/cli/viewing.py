@@ -11,6 +11,7 @@ import click
 from rich.console import Console
 from rich.progress import Progress
 
+from crane_sim.cli import report
 from crane_sim.cli.help_lines import FiniteRange
 from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
@@ -44,10 +45,10 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
         raise SceneError(f"RUN and --live: only one of the two is possible, --live has no file yet ({run})")
     if port is not None and not live:
         raise SceneError(f"--port = {port}: only with --live, whose run serves it")
+    recording = None if live else find_recording(run)
     from crane_sim.recording.rerun.live import live_address
     from crane_sim.recording.rerun.viewer import ENVIRONMENT, check_viewable, web_page, window_command
 
-    recording = None if live else find_recording(run)
     if recording is not None:
         check_viewable(recording)
     source = live_address(port or VIEWER_PORT) if recording is None else str(recording)
@@ -67,9 +68,9 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
 @_picture_options
 def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view: str) -> None:
     """Draw a recording as the viewer shows it into a PNG, without a display: RUN, or the newest in runs/."""
+    recording = find_recording(run)
     from crane_sim.recording.rerun.screenshot import Shown, picture
 
-    recording = find_recording(run)
     output = check_output(output, recording, ".png")
     for line in picture(recording, output, at, Shown(tab, view)):
         print(f"crane: {line}", file=sys.stderr)
@@ -93,10 +94,10 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
 @_picture_options
 def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any) -> None:
     """Make a clip of a recording, without a display: RUN, or the newest in runs/; about a second a picture."""
+    recording = find_recording(run)
     from crane_sim.recording.rerun.clip import Cut, write_clip
     from crane_sim.recording.rerun.screenshot import Shown
 
-    recording = find_recording(run)
     output = check_output(output, recording, ".gif", ".mp4")
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True) as bar:
         task = bar.add_task("pictures")
@@ -118,7 +119,8 @@ def replay(run: Path | None, law: str | None, as_json: bool) -> None:
 
     recording = find_recording(run)
     own = None if law is None else function_from(law, Path.cwd())
-    outcome = replay_run(read_recording(recording), own)
+    with report.compiling(quiet=as_json):
+        outcome = replay_run(read_recording(recording), own)
     if as_json:
         difference = outcome.difference and outcome.difference._asdict() | {"bit": outcome.difference.bit}
         print(json.dumps({"steps": outcome.steps, "difference": difference, "changed": outcome.changed}))

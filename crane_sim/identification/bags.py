@@ -53,8 +53,6 @@ def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds
         contents = read_messages(path, (STATES, COMMANDS))
     except UnreadableBag as error:
         raise SceneError(f"{path}: {error}") from None
-    except ModuleNotFoundError as error:
-        raise SceneError(f"{path}: reading needs the Python package rosbags ({error.name})") from None
     topics = {name: [each for each in contents.messages if each.topic == name] for name in (STATES, COMMANDS)}
     if contents.damage:
         logging.getLogger(__name__).warning("%s is damaged: %s; what is whole of it is used", path, contents.damage)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import logging
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import shorten
+from crane_sim.files.installation import MissingPackage, import_optional
 from crane_sim.recording.mcap.reader import McapContents, StoredMessage, mcap_file, read_mcap
 
 if TYPE_CHECKING:
@@ -51,9 +51,9 @@ def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] =
 
     Raises:
         UnreadableBag: nothing of the bag is readable, or it lacks a required topic.
-        ModuleNotFoundError: rosbags is not installed.
+        MissingPackage: rosbags is not installed.
     """
-    types = import_module("rosbags.typesys")
+    types = import_optional("rosbags.typesys", "a bag")
     store = types.get_typestore(types.Stores.ROS2_JAZZY)
     is_mcap = path.name.removesuffix(".part").endswith(".mcap")
     contents, decode = _read_file(path, store) if is_mcap else _read_folder(path, store)
@@ -80,12 +80,12 @@ def _read_file(path: Path, store: Any) -> tuple[McapContents, Decode]:
 
 
 def _read_folder(path: Path, store: Any) -> tuple[McapContents, Decode]:
-    any_reader = import_module("rosbags.highlevel").AnyReader  # by name: optional
+    any_reader = import_optional("rosbags.highlevel", "a bag").AnyReader
     try:
         with any_reader([path], default_typestore=store) as reader:
             found = [StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in reader.messages()]
             return McapContents(found, {}, "", False), reader.deserialize
-    except ModuleNotFoundError:
+    except MissingPackage:
         raise
     except Exception as error:  # of a damaged file: rosbags raises many kinds
         line = shorten(str(error).splitlines()[0] if str(error) else error)

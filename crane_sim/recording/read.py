@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from crane_sim.files.installation import MissingPackage
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 
 
@@ -27,10 +28,11 @@ def read_recording(path: Path | str) -> RecordedRun:
     file = Path(path)
     if not is_recording(file):
         raise UnreadableRecording(f"{file}: {'is no file' if file.exists() else 'there is no such file'}")
-    if Path(file.name.removesuffix(".part")).suffix == ".mcap":
-        run = _import_reader("bag_reader", file).read_bag_run(file)
-    else:
-        run = _import_reader("reader", file).read_run(file)
+    is_bag = Path(file.name.removesuffix(".part")).suffix == ".mcap"
+    try:
+        run = _import_reader("bag_reader").read_bag_run(file) if is_bag else _import_reader("reader").read_run(file)
+    except MissingPackage as error:
+        raise UnreadableRecording(f"{file}: {error}") from None
     if run.completeness.extent:
         logging.getLogger(__name__).warning("%s %s", file, run.completeness.extent)
     return run
@@ -41,9 +43,5 @@ def is_recording(path: Path) -> bool:
     return path.is_file() or (path.is_dir() and path.name.endswith(".mcap.part"))
 
 
-def _import_reader(name: str, file: Path) -> ModuleType:
-    try:
-        return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional
-    except ModuleNotFoundError as error:
-        package = "rosbags" if (error.name or "").startswith("rosbags") else "rerun-sdk"
-        raise UnreadableRecording(f"{file}: reading needs the Python package {package} ({error.name})") from None
+def _import_reader(name: str) -> ModuleType:
+    return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from crane_sim.files.errors import PATH, SceneError, join_lines, shorten
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import MissingPackage, import_optional
 from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
 from crane_sim.recording.completeness import Completeness
 from crane_sim.recording.path_units import path_unit
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
+NOT_IN_REAL_TIME = "not in real time"
 ENDS = {
     "orphaned": "its supervisor was killed",
     "interrupted": "the recorder was interrupted",
@@ -220,6 +221,12 @@ class RecordedRun:
         return f"{ENDS.get(reason, reason)} after {steps} of {planned} steps"
 
     @property
+    def real_time_violation(self) -> str:
+        """One line on a run in real time that the machine was too slow for, empty for any other."""
+        violation = self.summary.get("real_time_violation")
+        return f"{NOT_IN_REAL_TIME}: {violation}" if violation else ""
+
+    @property
     def finished(self) -> bool:
         """Whether the run came to its end and all of it was recorded."""
         return not self.error
@@ -238,11 +245,9 @@ class RecordedRun:
         of a rope over sheaves.
         """
         try:
-            pandas = import_module("pandas")  # an optional package, wanted here only
-        except ImportError:
-            missing = f"pandas, which is not installed ({how_to_install('study', 'pandas')})"
-            line = f"a data frame needs the Python package {missing}; run.columns() has the same columns without it"
-            raise SceneError(line) from None
+            pandas = import_optional("pandas", "a data frame")
+        except MissingPackage as error:
+            raise MissingPackage(f"{error}; run.columns() has the same columns without it") from None
         columns = self.columns()
         frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
         frame.index.name = "t"

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.laws import evaluate_law, with_initial_state
+from crane_sim.numerics.compile_time import compile_time
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.metrics import Derived, Metrics, derive
@@ -146,7 +147,7 @@ class Rollout:
     tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
     commands: Array  # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
     derived: Derived  # what is computed from the states: nodes, energies, swing, ...
-    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
+    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time, and compile_time, which is no part of that [s]
     summary: dict[str, Any]  # the metrics that docs/summary.md explains
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
@@ -269,10 +270,11 @@ def simulate(
     named = {"control.law": law if isinstance(law, str) else None, "duration": duration}
     scene = _with_changes(scene, named, overrides)
     times = checked_times(sample_times, scene.steps * scene.period)
-    started = time.perf_counter()
+    started, compiled_before = time.perf_counter(), compile_time()
     scene = scene.with_external_commands() if callable(law) else scene
     run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
-    wall, (rows, samples, integration), model = time.perf_counter() - started, run[:3], scene.model
+    wall = time.perf_counter() - started - (compile_time() - compiled_before)
+    (rows, samples, integration), model = run[:3], scene.model
     counted = {"rhs_evaluations": integration.evaluations, "steps": integration.steps}
     counted |= {"rejected": integration.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
@@ -280,6 +282,7 @@ def simulate(
     failed = len(rows) <= scene.steps
     events = events_of(integration, model, periods[-1], failed)
     result = make_rollout(scene, run, *shown, counted, summarize(scene, run), events)
+    result.stats["compile_time"] = compile_time() - compiled_before
     if failed:
         _end_early(result, integration, model)
     return result

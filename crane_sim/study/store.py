@@ -14,14 +14,13 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
 from crane_sim.files.output import partial_files, write_whole
 from crane_sim.simulation.flat_summary import cell_of
 from crane_sim.study.columns import PARAMETER, OwnMetric
@@ -50,11 +49,7 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
     Raises:
         SceneError: it is not installed.
     """
-    try:
-        return import_module(module)
-    except ModuleNotFoundError:
-        line = f"pyarrow is not installed: tables of studies need it ({how_to_install('study')})"
-        raise SceneError(line) from None
+    return import_optional(module, "the table of a study")
 
 
 def identity_of(study: Study) -> dict[str, Any]:

@@ -8,12 +8,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
-from importlib import import_module
 from multiprocessing import resource_tracker
 from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
 from crane_sim.process_signals import blocked_interrupts, end_with_parent
 
 LOCAL = "local"
@@ -129,10 +128,7 @@ def _begin_worker(parent: int) -> None:
 @contextmanager
 def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
     """Yield the workers of a Dask cluster."""
-    try:
-        dask, distributed = import_module("dask"), import_module("distributed")
-    except ModuleNotFoundError:
-        raise SceneError(f"dask is not installed: --scheduler needs it ({how_to_install('study')})") from None
+    dask, distributed = (import_optional(module, "--scheduler") for module in ("dask", "distributed"))
     with ExitStack() as stack:
         if scheduler == LOCAL:
             stack.enter_context(dask.config.set(_QUIET))

@@ -41,15 +41,21 @@ def save_findings(part: str, command: str, metrics: Sequence[Metric], data: Mapp
     write_page(folder)
 
 
+def read_findings(folder: Path) -> dict[str, Any]:
+    """Return the data in a folder by soak test; raises SceneError where it has none."""
+    documents = {part: document for part in PARTS if (document := _read_part(folder, part))}
+    if not documents:
+        raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
+    return documents
+
+
 def write_page(folder: Path) -> None:
     """Write the page of all soak tests whose data are in the folder, and their plots where matplotlib is installed.
 
     Raises:
         SceneError: as in `save_findings`, or there are no data.
     """
-    documents = {part: document for part in PARTS if (document := _read_part(folder, part))}
-    if not documents:
-        raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
+    documents = read_findings(folder)
     try:
         for part, document in documents.items():
             _draw_part(folder, part, document["data"])

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from crane_sim.description.transforms import payload_orientation
+from crane_sim.numerics.compile_time import compile_time
 from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.command_stamps import clock_lag
 from crane_sim.ros.common.messages import SimulationState
@@ -230,6 +231,7 @@ class SimulationRun:
         head = {"scene": self.scene.name, "law": self.scene.law_name, "mode": mode, "seed": self.scene.seed}
         speed = {
             "wall_time": wall,
+            "compile_time": compile_time(),
             "real_time_factor": steps * self.scene.period / wall if wall else 0.0,
             "steps_per_second": steps / wall if wall else 0.0,
             "deadline_misses": self.deadline_misses,
