@@ -5,6 +5,7 @@ arbitrary statement. Here a thread handles a signal at once, or a run collects i
 no handler: the children of a killed process outlive it, unless they have a parent-death signal.
 """
 
+import fcntl
 import os
 import signal
 import sys
@@ -22,9 +23,13 @@ _PDEATHSIG = 1  # of prctl(2)
 
 
 def exit_on_signal(end: Callable[[], object]) -> None:
-    """Call `end` in a thread of its own as soon as a signal comes, from now on to the end of the process."""
+    """Call `end` in a thread of its own as soon as a signal comes, from now on to the end of the process.
+
+    Where compiled code hangs that lets no other thread run, the kernel ends the process ten seconds later.
+    """
     read_end, write_end = os.pipe()
     os.set_blocking(write_end, False)
+    _set_alarm_on_data(read_end)
     for number in NUMBERS:
         signal.signal(number, lambda *_: None)
     signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
@@ -35,6 +40,22 @@ def exit_on_signal(end: Callable[[], object]) -> None:
 
     threading.Thread(target=wait, name="signals", daemon=True).start()
     signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)  # the start script blocks them until there is a handler
+
+
+def _set_alarm_on_data(read_end: int) -> None:
+    """Have SIGALRM end the process ten seconds after the first byte in a pipe, without any statement of Python.
+
+    The kernel announces the byte by SIGUSR1, and the handler is alarm(2) itself: 10, the signal's number, is its
+    argument.
+    """
+    import ctypes
+
+    library = ctypes.CDLL(None)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    library.signal(int(signal.SIGUSR1), library.alarm)
+    fcntl.fcntl(read_end, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(read_end, fcntl.F_SETSIG, signal.SIGUSR1)
+    fcntl.fcntl(read_end, fcntl.F_SETFL, os.O_ASYNC)
 
 
 def exit_now(code: int) -> NoReturn:
@@ -77,6 +98,12 @@ def blocked_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def ignore_interrupts() -> None:
+    """Ignore SIGINT from now on, also where it is blocked since the process was started."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import sys
 import warnings
 from typing import TYPE_CHECKING, TextIO
 
-from crane_sim import process_signals
+from crane_sim import environment, process_signals
 
 if TYPE_CHECKING:
     import click
@@ -15,6 +15,12 @@ def main() -> int:
     """Run the command; return its exit code: 0 done, 1 a fault while running, 2 bad input."""
     process_signals.exit_on_signal(_on_interrupt)
     warnings.showwarning = _show_warning
+    shortage = environment.memory_shortage()
+    return _fail(shortage, 1) if shortage else _run()
+
+
+def _run() -> int:
+    """Run the command with what it imports, and print a failure in one line."""
     import click
 
     from crane_sim.cli.commands import app

@@ -13,6 +13,7 @@ import yaml
 from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.compare import compare_runs
+from crane_sim.cli.doctor import doctor
 from crane_sim.cli.help_lines import HELP, CommandGroup, IntAtLeast
 from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
@@ -363,7 +364,7 @@ def test(arguments: tuple[str, ...]) -> None:
     os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
 
 
-for command in (view, shot, clip, replay, compare_runs, sweep, tune, identify_parameters, install_packages):
+for command in (view, shot, clip, replay, compare_runs, sweep, tune, identify_parameters, install_packages, doctor):
     app.add_command(command)
 
 

@@ -61,7 +61,8 @@ def depth_of(scene: Scene) -> float:
 
 def portal_of(scene: Scene) -> Portal:
     """Return the structure of a scene's gantry: between its legs, and over all that the trolley reaches."""
-    assert isinstance(file := scene.file, GantryFile)
+    file = scene.file
+    assert isinstance(file, GantryFile)
     depth, limits = depth_of(scene), bare_support(scene.model.support).trolley.limits
     places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ()), *(file.legs or ())]
     beyond = 0.15 * depth if file.legs else 0.4 * depth

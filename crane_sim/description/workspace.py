@@ -72,8 +72,8 @@ def make_bounding_box(low: Array, high: Array, shortest: float, spatial: bool) -
 
 def validated_scene_file(scene: Scene) -> OverheadFile:
     """Return the validated file of a scene with an overhead crane, defaults included."""
-    assert isinstance(file := scene.file, OverheadFile)
-    return file
+    assert isinstance(scene.file, OverheadFile)
+    return scene.file
 
 
 def estimate_bounding_box(scene: Scene) -> BoundingBox:

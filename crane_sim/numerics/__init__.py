@@ -4,6 +4,7 @@ Numba imports two packages only to see whether they are there: all of scipy.lina
 and `coverage`, where it is installed, of which it has no use where nothing measures it.
 """
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,8 +27,12 @@ def _without_coverage() -> Iterator[None]:
         modules.pop("coverage", None)
 
 
-with _without_coverage():
-    import numba as numba
+try:
+    with _without_coverage():
+        import numba as numba
+except ValueError as error:  # a variable that it reads
+    variables = ", ".join(f"{name} = {value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
+    raise RuntimeError(f"numba rejects a variable of the environment: {variables}: {error}") from None
 
 
 @cache

@@ -111,7 +111,8 @@ class FileLock:
     def release(self) -> None:
         """Release it, and remove the file, where it was acquired."""
         if self._file >= 0:
-            self._path.unlink(missing_ok=True)
+            with suppress(OSError):  # it is removed already, or the folder has become one that cannot be written
+                self._path.unlink()
             self._close()
 
     def _open(self) -> None:
@@ -141,10 +142,14 @@ SOURCES_AT_IMPORT = SourceState()
 MAX_CACHES = 8  # folders of compiled code that are kept, one for each state of the sources
 
 
+def cache_root() -> Path:
+    """Return the folder below which compiled code is to be: $CRANE_SIM_CACHE, else the user's cache folder."""
+    return Path(os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
+
+
 def cache_folder() -> Path:
-    """Return the folder for compiled code of these sources: $CRANE_SIM_CACHE, else the user's cache folder."""
-    root = os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    folder = Path(root) / "crane_sim" / SOURCES_AT_IMPORT.digest
+    """Return the folder for compiled code of these sources, one of temporary files where `cache_root` is read-only."""
+    folder = cache_root() / "crane_sim" / SOURCES_AT_IMPORT.digest
     try:
         if not folder.is_dir():
             folder.mkdir(parents=True, exist_ok=True)

@@ -2,13 +2,15 @@
 
 import functools
 import hashlib
+import pickle
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from numba.core import sigutils, types
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, UserProvidedCacheLocator
 
 from crane_sim.numerics import import_array_functions
 from crane_sim.numerics.cache import SOURCES_AT_IMPORT, FileLock
@@ -18,14 +20,60 @@ from crane_sim.numerics.linked_library import linked_sources
 _LOCK_TIMEOUT = 120.0  # s; the largest function compiles in a third of that on a busy machine
 
 
+class _CheckedFiles(IndexDataCacheFile):
+    """Numba's files of one function, each behind a digest of its content: what is damaged is compiled anew.
+
+    Numba itself would execute machine code of which a bit is flipped.
+    """
+
+    def _load_index(self) -> dict[Any, str]:
+        stamp, overloads = self._read(self._index_path) or (None, {})
+        return overloads if stamp == self._source_stamp else {}
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._write(self._index_path, (self._source_stamp, overloads))
+
+    def _load_data(self, name: str) -> Any:
+        return self._read(self._data_path(name))
+
+    def _save_data(self, name: str, data: Any) -> None:
+        self._write(self._data_path(name), data)
+
+    def _read(self, path: str) -> Any:
+        """Return the object in a file, None where there is no whole one."""
+        try:
+            content = Path(path).read_bytes()
+        except OSError:
+            return None
+        digest, pickled = content[:_DIGEST_SIZE], content[_DIGEST_SIZE:]
+        return pickle.loads(pickled) if hashlib.sha256(pickled).digest() == digest else None
+
+    def _write(self, path: str, data: Any) -> None:
+        pickled = self._dump(data)
+        with self._open_for_write(path) as file:
+            file.write(hashlib.sha256(pickled).digest() + pickled)
+
+
+_DIGEST_SIZE = hashlib.sha256().digest_size
+
+
+class _Implementation(CompileResultCacheImpl):
+    _locator_classes = [UserProvidedCacheLocator]  # files beside a source would hold code of other sources, too
+
+
 class CheckedCache(FunctionCache):
     """Numba's on-disk cache of what the digest covers, disabled once sources on disk differ from the ones in memory.
 
     While a process compiles a function, others that need the same function wait for it, and load it from the disk.
     """
 
+    _impl_class = _Implementation
+
     def __init__(self, f: Callable[..., Any]) -> None:
+        """Create the cache of a function; raises RuntimeError where its folder cannot be written."""
         super().__init__(f)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _CheckedFiles(self._cache_path, self._impl.filename_base, stamp)
         self._locks: dict[Any, FileLock] = {}  # of functions that this process is compiling, by signature
 
     def load_overload(self, sig, target_context):
@@ -54,7 +102,8 @@ class CheckedCache(FunctionCache):
         # numba reads and writes the index of a function's signatures without a lock
         index = FileLock(self._lock_file("index"), _LOCK_TIMEOUT)
         try:
-            super().save_overload(sig, data)
+            with suppress(OSError):  # a full disk: the next process compiles it again
+                super().save_overload(sig, data)
         finally:
             index.release()
 

@@ -23,7 +23,7 @@ file implements a function of the packages for a type that is not its own.
 import functools
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, Protocol
 
 import numba
@@ -131,7 +131,8 @@ def entry_point(f: Function) -> Function:
     settings: Any = numba_config
     if not settings.DISABLE_JIT and is_digested(f):
         settings.CACHE_DIR, previous = str(cache_folder()), settings.CACHE_DIR
-        dispatcher._cache = CheckedCache(f)
+        with suppress(RuntimeError):  # a folder that cannot be written: each process compiles anew
+            dispatcher._cache = CheckedCache(f)
         settings.CACHE_DIR = previous
     return dispatcher
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.laws import inner_loop_of
-from crane_sim.process_signals import clear_parent_death_signal, set_parent_death_signal
+from crane_sim.process_signals import clear_parent_death_signal, ignore_interrupts, set_parent_death_signal
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import derive_instant
 
@@ -127,6 +127,7 @@ def _report_event(report_fd: int, event: str, **fields: int) -> None:
 def main() -> int:
     """Run the program: its argument is the channel's file descriptor."""
     (channel,) = sys.argv[1:]
+    ignore_interrupts()  # of itself and of each fork until that is a node: the supervisor ends both
     for module in MODULES:
         import_module(module)
     gc.freeze()  # a collection in a fork would copy all pages of what is imported

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.process import ForkServerClient
+from crane_sim.orchestration.process import ForkServerClient, is_stopped
 
 
 class _GracePeriods(NamedTuple):
@@ -127,6 +127,13 @@ class ProcessGroup:
         self.children.remove(child)
         child.close_control_pipe()
         child.close()
+
+    def find_stopped(self) -> dict[int, str]:
+        """Return the processes, the fork server included, that a signal has stopped: their names by process id."""
+        processes = {child.pid: child.name for child in self.children if child.pid}
+        if self._fork_server:
+            processes[self._fork_server.pid] = "fork server"
+        return {pid: name for pid, name in processes.items() if is_stopped(pid)}
 
     def listen(self, timeout: float) -> bool:
         """Read the reports of the children within `timeout` seconds; return whether there were any."""

@@ -2,11 +2,11 @@
 
 import os
 import socket
-import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
+from crane_sim.environment import admitted, own_ros
 from crane_sim.files.catalogue import config_folder
 
 DOMAINS = range(1, 102)  # above 101 the ports of a domain overlap the kernel's ephemeral ports
@@ -47,26 +47,35 @@ def _is_in_use(domain: int) -> bool:
 
 
 def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
-    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, PYTHONPATH with this package.
+    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this package and its ROS.
+
+    Of the variables that ROS, Fast DDS, Python and the loader read it has those of a list only (`environment`): any
+    other could choose another discovery, transport or ROS than the one that the simulator is tested with.
 
     Raises:
         RuntimeError: the environment names a profile of Fast DDS that does not exist; the message is one line.
     """
-    package_root = Path(__file__).parents[2]
     profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
     if not os.path.isfile(profile):  # Fast DDS would silently use every interface
         raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
     folder, name = os.path.split(profile)  # Fast DDS 3 rejects a file of version 2, where one element has another name
     newer = os.path.join(folder, name.replace("fastdds_", "fastdds3_", 1))
-    path = os.environ.get("PYTHONPATH")
     fixed = {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",  # LOCALHOST would override the profile's transports
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
         "FASTRTPS_DEFAULT_PROFILES_FILE": profile,  # Jazzy
         "FASTDDS_DEFAULT_PROFILES_FILE": newer if os.path.isfile(newer) else profile,  # Kilted and later
-        "PYTHONPATH": os.pathsep.join([str(package_root), *([path] if path else [])]),
+        "SKIP_DEFAULT_XML_FILE": "1",  # a profile in the working directory, which Fast DDS would read as well
     }
-    defaults = {"AMENT_PREFIX_PATH": sys.prefix, "ROS_LOG_DIR": str(log_folder)}
-    inherited = {key: value for key, value in os.environ.items() if key != "ROS_LOCALHOST_ONLY"}
-    return defaults | inherited | fixed
+    defaults = {"ROS_LOG_DIR": str(log_folder)}
+    return defaults | admitted(os.environ) | _search_paths() | fixed
+
+
+def _search_paths() -> dict[str, str]:
+    """Return the search paths of nodes: this package, and the ROS beside it, are found before any other."""
+    package_root, own = str(Path(__file__).parents[2]), own_ros()
+    own["PYTHONPATH"] = [package_root, *own.get("PYTHONPATH", [])]
+    paths = {name: [*folders, *filter(None, [os.environ.get(name)])] for name, folders in own.items()}
+    bootstrapped = {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"} if "LD_LIBRARY_PATH" in own else {}  # in no random order
+    return {name: os.pathsep.join(folders) for name, folders in paths.items()} | bootstrapped

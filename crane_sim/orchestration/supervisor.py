@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from math import inf
 from typing import NamedTuple
 
+from crane_sim.environment import describe_unusual
 from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import Role
@@ -13,6 +14,7 @@ from crane_sim.orchestration.roles import Role
 READY_TIMEOUT = 120.0  # s without a report allowed while the nodes compile and discover each other
 _REPORT_TIMEOUT = 60.0  # s; a running plant reports ten times a second
 _POLL = 0.1  # s between two checks of deadlines
+_STOPPED_POLL = 1.0  # s between two checks for stopped processes
 _ANSWER_TIMEOUT = 10.0  # s for which a plant waits for our own controller until that is killed
 _SUMMARY_TIMEOUT = 10.0  # s for the plant to report its summary after an early end
 _SHUTDOWN_SUMMARY_TIMEOUT = 0.8  # s for that once a shutdown is requested
@@ -50,6 +52,8 @@ class Supervisor:
         self._waiting_since = 0.0
         self._announced: dict[str, int] = {}
         self._notices: set[str] = set()
+        self._stopped: dict[int, str] = {}  # names by process id, as announced
+        self._next_check = 0.0  # instant of the monotonic clock [s]
         self.plant = roles[0].active
 
     def wait_ready(self) -> None:
@@ -82,6 +86,7 @@ class Supervisor:
             if time.monotonic() - start > limit or self._group.time_left <= 0.0:
                 return
             self._group.listen(_POLL)
+            self._announce_stopped()
             self.pass_notices_on()
 
     def pass_notices_on(self) -> None:
@@ -129,8 +134,24 @@ class Supervisor:
                 deadline = time.monotonic() + timeout
             if not done():
                 check()
+            self._announce_stopped()
             if time.monotonic() > deadline:
-                raise RunError(f"{what}: no report for {timeout:g} s")
+                raise RunError(f"{what}: no report for {timeout:g} s{self._describe_silence()}")
+
+    def _announce_stopped(self) -> None:
+        """Report each process that a signal has stopped, once; it is checked every second."""
+        if time.monotonic() < self._next_check:
+            return
+        self._next_check = time.monotonic() + _STOPPED_POLL
+        before, self._stopped = self._stopped, self._group.find_stopped()
+        for pid, name in self._stopped.items() - before.items():
+            self._callbacks.on_news(f"{name}: a signal has stopped process {pid}; `kill -CONT {pid}` lets it go on")
+
+    def _describe_silence(self) -> str:
+        """Return which processes have not answered, and what may be why; empty where nothing is known."""
+        stopped = [f"{name} is stopped" for name in self._stopped.values()]
+        missing = [f"{child.name} is not ready" for child in self._group.children if not child.ready]
+        return "".join(f"; {reason}" for reason in stopped or missing) + describe_unusual()
 
     def _all_ready(self) -> bool:
         return all(role.active.ready and role.standbys_ready for role in self._roles)
@@ -139,7 +160,8 @@ class Supervisor:
         for child in self._group.children:
             if child.fault:
                 self._group.request_shutdown()
-                raise RunError(f"{child.name}: {child.fault}")
+                hint = "" if child.fatal else describe_unusual()
+                raise RunError(f"{child.name}: {child.fault}{hint}")
 
     def _recover(self) -> None:
         if self.plant.fault:

@@ -56,6 +56,10 @@ class FakeGroup:
         """Remove a child."""
         self.children.remove(child)
 
+    def find_stopped(self) -> dict[int, str]:
+        """Return that no process is stopped."""
+        return {}
+
     def listen(self, timeout: float) -> bool:
         """Let the next thing happen."""
         self.on_listen()

@@ -1,17 +1,24 @@
-"""Locks among processes that share compiled code."""
+"""Compiled code on the disk: locks among processes that share it, and files that are damaged or cannot be written."""
 
+import errno
 import os
+import random
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from shutil import rmtree
 
+import numpy as np
 import pytest
 from numba import types
-from numba.core.caching import FunctionCache
+from numba.core import config
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from crane_sim.hardware.instruments import fill_standard_normals
 from crane_sim.numerics import cache, checked_cache
 from crane_sim.numerics.cache import FileLock
 from crane_sim.numerics.checked_cache import CheckedCache
+from crane_sim.numerics.jit import entry_point, watch_compiling
 from crane_sim.simulation.metrics import world_points
 
 TIMEOUT = 60.0  # s; the sixty holders take less than one together
@@ -61,6 +68,7 @@ def test_sources_that_are_no_files_are_left_out(tmp_path: Path) -> None:
 
 def test_a_failed_compilation_leaves_no_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process whose compilation or saving raised does not wait for its own lock at the next attempt, nor keep it."""
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(FunctionCache, "load_overload", lambda *_: None)
     monkeypatch.setattr(checked_cache, "_LOCK_TIMEOUT", 0.0)
     lock, signature = tmp_path / "lock", (types.float64,)
@@ -96,3 +104,57 @@ def test_compiled_code_is_only_taken_from_an_own_folder(
         cache._temporary_folder.cache_clear()
     assert (root == usual) is (kind in ("none", "own"))
     assert root.stat().st_mode & 0o077 == 0 and root.parent == tmp_path
+
+
+def draw_once() -> tuple[bytes, bool]:
+    """Return what a function draws that is loaded from the cache, or compiled, and whether it was compiled."""
+    function, compilations, drawn = entry_point(fill_standard_normals.py_func), list[None](), np.zeros(4)
+    with watch_compiling(lambda: compilations.append(None)):
+        function(1, 2, 3, drawn)
+    return drawn.tobytes(), bool(compilations)
+
+
+def flip_bit(content: bytes) -> bytes:
+    """Return bytes with one bit flipped, at a place that follows from them."""
+    place = random.Random(content).randrange(8 * len(content))
+    flipped = bytearray(content)
+    flipped[place // 8] ^= 1 << place % 8
+    return bytes(flipped)
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda content: b"",
+        lambda content: content[: len(content) // 2],
+        lambda content: content[:-1],
+        lambda content: bytes(len(content)),
+        lambda content: content[1024:] + content[:1024],
+        flip_bit,
+    ],
+    ids=["empty", "half", "cut", "zeros", "swapped", "flipped"],
+)
+def test_a_damaged_file_costs_a_compilation(
+    damage: Callable[[bytes], bytes], suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The function is compiled once more, returns the same, and is whole on the disk from then on."""
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    drawn, compiled = draw_once()
+    assert compiled and draw_once() == (drawn, False)
+    (file,) = tmp_path.rglob(f"*.{suffix}")
+    file.write_bytes(damage(file.read_bytes()))
+    assert draw_once() == (drawn, True) and draw_once() == (drawn, False)
+
+
+def test_a_cache_on_a_full_disk_costs_compilations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a file of the cache cannot be written, each process compiles; its lock is released."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    monkeypatch.setattr(IndexDataCacheFile, "_open_for_write", fail)
+    assert draw_once() == draw_once() and draw_once()[1]
+    monkeypatch.setattr("tempfile.TemporaryFile", fail)  # no folder can be written: there is no cache at all
+    assert draw_once()[1] and not [*tmp_path.rglob("*.lock"), *tmp_path.rglob("*.nb?")]

@@ -75,7 +75,7 @@ def test_a_controller_is_not_killed_while_a_node_is_inactive(
     for name in ("controller", "tracker"):
         active = SimpleNamespace(pid=1, ready=True, fault="", active=inactive != name, send_signal=signals.append)
         roles.append(SimpleNamespace(name=name, active=active, failure="", maintain_standbys=lambda: ""))
-    group: Any = SimpleNamespace(listen=listen)
+    group: Any = SimpleNamespace(listen=listen, find_stopped=dict)
     callbacks = Callbacks(lambda step: None, lambda news: None, lambda name, pid: None)
     Supervisor(group, roles, [], callbacks, 60.0).run()
     assert (signal.SIGKILL in signals) == killed

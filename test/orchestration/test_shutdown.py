@@ -63,6 +63,36 @@ def test_an_unforeseen_error_is_reported(tmp_path: Path, ros_environment: dict[s
     assert not child.fatal
 
 
+INTERRUPTED = """
+import os, signal, sys
+
+os.kill(os.getppid(), signal.SIGINT)  # while it and its fork start
+os.kill(os.getpid(), signal.SIGINT)
+
+def main():
+    fd = next(int(word.partition(":=")[2]) for word in sys.argv if word.startswith("report_fd"))
+    os.write(fd, b'{"event": "ready"}\\n')
+    signal.pause()
+"""
+
+
+def test_an_interrupted_fork_server_goes_on(
+    tmp_path: Path, ros_environment: dict[str, str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    """SIGINT to the fork server alone, or to a fork that imports its node, is ignored: the supervisor ends them."""
+    with make_group(tmp_path, INTERRUPTED, ros_environment) as group:
+        first = group.start("first", "node", "a", {})
+        assert group._fork_server
+        os.kill(group._fork_server.pid, signal.SIGINT)  # as it starts
+        listen_until(group, lambda: first.ready)
+        second = group.start("second", "node", "a", {})
+        listen_until(group, lambda: second.ready)
+        os.kill(second.pid, signal.SIGSTOP)
+        wait_until(lambda: group.find_stopped() == {second.pid: "second"}, "the signal")
+        os.kill(second.pid, signal.SIGCONT)
+    assert "KeyboardInterrupt" not in capfd.readouterr().err
+
+
 def make_forked_child(*events: dict[str, Any]) -> Child:
     """Return a forked child with these reports, whose pipe is then closed."""
 

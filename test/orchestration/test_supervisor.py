@@ -6,6 +6,7 @@ from typing import Any, cast
 import pytest
 from supervisor_doubles import FakeChild, FakeGroup, news_into, role_of
 
+from crane_sim.orchestration import supervisor
 from crane_sim.orchestration.supervisor import RunError, Supervisor
 
 
@@ -14,10 +15,23 @@ def test_a_plant_that_is_killed_as_it_starts_ends_the_run_at_once() -> None:
     group = FakeGroup(lambda: group.children[0].exit("it was killed by SIGKILL"))
     plant, fake = FakeChild("plant", ready=False), cast(Any, group)
     group.children.append(plant)
-    supervisor = Supervisor(fake, [role_of(plant)], [], news_into([]), 60.0)
     with pytest.raises(RunError, match=r"^plant: it was killed by SIGKILL$"):
-        supervisor.wait_ready()
+        Supervisor(fake, [role_of(plant)], [], news_into([]), 60.0).wait_ready()
     assert group.shutting_down
+
+
+def test_a_stopped_process_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that a signal has stopped is reported once, as soon as it is waited for, and where the wait ends."""
+    monkeypatch.setattr(supervisor, "READY_TIMEOUT", 0.2)
+    news, group = list[str](), cast(Any, FakeGroup(lambda: time.sleep(0.01)))
+    group.children.append(plant := FakeChild("plant", ready=False))
+    group.find_stopped, group.listen = lambda: {12: "fork server"}, lambda _: time.sleep(0.01)
+    with pytest.raises(RunError, match=r"no report for 0.2 s; fork server is stopped$"):
+        Supervisor(group, [role_of(plant)], [], news_into(news), 0.2).wait_ready()
+    assert news == ["fork server: a signal has stopped process 12; `kill -CONT 12` lets it go on"]
+    group.find_stopped = dict
+    with pytest.raises(RunError, match=r"no report for 0.2 s; plant is not ready$"):
+        Supervisor(group, [role_of(plant)], [], news_into(news), 0.2).wait_ready()
 
 
 def news_of_run(changes: list[dict[str, Any]], timeout: float) -> list[str]:
@@ -30,10 +44,10 @@ def news_of_run(changes: list[dict[str, Any]], timeout: float) -> list[str]:
             vars(plant).update(pending.pop(0))
 
     group: Any = FakeGroup(change_plant)
-    supervisor = Supervisor(group, [role_of(plant)], [], news_into(news), timeout)
-    supervisor.wait_ready()
+    supervision = Supervisor(group, [role_of(plant)], [], news_into(news), timeout)
+    supervision.wait_ready()
     try:
-        supervisor.run()
+        supervision.run()
     except RunError as error:
         news.append(f"error: {error}")
     return news

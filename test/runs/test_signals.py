@@ -133,6 +133,24 @@ def test_a_signal_is_handled_during_a_long_call() -> None:
     assert time.monotonic() - began < LIMIT
 
 
+HANGING = """
+import ctypes
+from crane_sim import process_signals
+process_signals.exit_on_signal(lambda: None)
+print("ready", flush=True)
+ctypes.PyDLL(None).sleep(600)  # holds the interpreter's lock, like LAPACK in a loop: no thread of Python runs
+"""
+
+
+def test_a_signal_ends_a_call_that_lets_no_thread_run() -> None:
+    """Ten seconds after a signal that nothing in Python can handle, the kernel ends the process."""
+    with started_program([sys.executable, "-c", HANGING], stdout=subprocess.PIPE) as process:
+        assert next_line(process) == "ready\n"
+        process.send_signal(signal.SIGTERM)
+        process.wait(60.0)
+    assert process.returncode == -signal.SIGALRM
+
+
 BLOCKED = """
 import os, signal
 from crane_sim import process_signals

@@ -19,6 +19,7 @@ SOURCES = {
 }
 LAYERS = (
     "crane_sim.process_signals",
+    "crane_sim.environment",
     "crane_sim.files",
     "crane_sim.numerics",
     "crane_sim.system",
@@ -206,3 +207,19 @@ def test_the_code_is_clean(command: list[str]) -> None:
     program = Path(sys.executable).with_name(command[0])
     result = run_to_completion([str(program), *command[1:]], cwd=ROOT)
     assert result.returncode == 0, result.stdout + result.stderr
+
+
+_HARMLESS = {"isinstance", "issubclass", "callable", "hasattr", "len", "all", "any", "keys"}
+"""Functions that an assertion may call: the program is the same without it."""
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_assertions_have_no_effect(name: str) -> None:
+    """No assertion binds a name, or calls what may have an effect: with PYTHONOPTIMIZE there are no assertions."""
+    for statement in ast.walk(ast.parse(SOURCES[name].read_text())):
+        if isinstance(statement, ast.Assert):
+            for part in ast.walk(statement.test):
+                assert not isinstance(part, ast.NamedExpr | ast.Await | ast.Yield), f"{name}: line {part.lineno}"
+                if isinstance(part, ast.Call):
+                    called = ast.unparse(part.func).rpartition(".")[2]
+                    assert called in _HARMLESS, f"{name}: line {part.lineno} calls {called}"

@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -55,3 +56,23 @@ def test_an_unfinished_environment_is_recreated(tmp_path: Path, pip_code: int) -
     """An unfinished environment is replaced at the next attempt."""
     run_setup_script(tmp_path, 1)
     assert run_setup_script(tmp_path, pip_code).returncode == (2 if pip_code else 0)
+
+
+def test_a_tree_may_have_any_name_in_any_locale(tmp_path: Path) -> None:
+    """With LC_ALL=C, or the home of another Python, the command starts in a folder whose name is not ASCII."""
+    tree = tmp_path / "Kräne"
+    tree.mkdir()
+    run_setup_script(tree, 0)
+    stamp = (tree / ".venv" / "crane.stamp").read_bytes()
+    shutil.rmtree(tree / ".venv")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tree / ".venv"], check=True, timeout=60.0)
+    (tree / ".venv" / "crane.stamp").write_bytes(stamp)
+    (packages,) = (tree / ".venv" / "lib").glob("python*/site-packages")
+    (packages / "tree.pth").write_text(f"{tree}\n", encoding="utf-8")
+    (tree / "of_this_tree.py").write_text("print('called')\n")
+    command = tree / ".venv" / "bin" / "crane"
+    command.write_text(f"#!{tree}/.venv/bin/python\nimport of_this_tree\n", encoding="utf-8")
+    command.chmod(0o755)
+    env = os.environ | {"LC_ALL": "C", "PYTHONHOME": "/nonexistent"}
+    result = subprocess.run([tree / "crane"], env=env, capture_output=True, text=True, check=False, timeout=60.0)
+    assert result.stdout == "called\n", result.stderr

@@ -24,7 +24,7 @@ KILTED = os.environ.get("CRANE_SIM_KILTED_PYTHON", "")
 SCENE, DURATION = "knuckle_setpoint", 6.0  # s of simulated time, 600 steps
 _TIMEOUT = 120.0  # s, only so that a failure ends: another interpreter may have everything to compile
 _END_TIMEOUT = 10.0  # s after SIGTERM; a recorder closes its file
-_OF_THIS_ONE = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "AMENT_PREFIX_PATH")
+_OF_THIS_ONE = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "AMENT_PREFIX_PATH", "PYTHONPATH")
 
 
 class Setup(NamedTuple):
