@@ -31,6 +31,12 @@ class EventStepControl(NamedTuple):
     """
 
 
+class KinkStepControl(NamedTuple):
+    """Marks equations with kinks (`orient`): a step that passes one is repeated up to it, and sees one side of it."""
+
+    of_events: Any  # step control of all other events
+
+
 class Switching(NamedTuple):
     """The model's equations switch at events."""
 
@@ -38,7 +44,7 @@ class Switching(NamedTuple):
     positions: int = (
         0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
     )
-    step_control: Any = None  # `EventStepControl`, or None: the step that ends at an event is not repeated
+    step_control: Any = None  # `EventStepControl`, `KinkStepControl`, or None: a step that ends at an event stays
 
 
 @stage_generic
@@ -286,6 +292,16 @@ def switching(p):
 def guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations that it took): the mode holds while none is negative."""
     raise NotImplementedError
+
+
+@lean_generic
+def orient(p, t, x):
+    """Return the model whose guards of kinks are positive on that side of each on which state x is at time t.
+
+    A kink is where the equations are continuous and their derivatives jump. It has no mode: a step has its side of it
+    at its start, and in a model that is not oriented such a guard never fails. By default the model itself.
+    """
+    return p
 
 
 @generic

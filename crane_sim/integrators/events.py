@@ -30,7 +30,17 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
-from crane_sim.system import EventStepControl, Switching, apply_reset_map, guard, rhs, rhs_into, switching
+from crane_sim.system import (
+    EventStepControl,
+    KinkStepControl,
+    Switching,
+    apply_reset_map,
+    guard,
+    orient,
+    rhs,
+    rhs_into,
+    switching,
+)
 
 FIRST, SECOND, BETWEEN = MAX_STAGES + 1, MAX_STAGES + 2, MAX_STAGES + 3  # rows of a scratch
 
@@ -167,7 +177,7 @@ def may_switch(switches, method, scratch, p, u, ends):
 @may_switch.register(Switching)
 def _(switches, method, scratch, p, u, ends):
     n = fill_ends(last_stage(method), scratch, p, u, ends, switches.positions)
-    j, more = first_sign_change(p, u, ends, scratch.rows, scratch.work, 1)
+    j, more = first_sign_change(orient(p, ends.t0, ends.x0), u, ends, scratch.rows, scratch.work, 1)
     return j <= GUARD_SAMPLES, n + more
 
 
@@ -319,6 +329,7 @@ def bracket(method, p, u, integration):
     negative for 1 / GUARD_SAMPLES of the step.
     """
     work, positions = work_of(integration.scratch), switching(p).positions
+    p = orient(p, integration.t0, integration.x0)
     ends = StepEnds(integration.t0, integration.x0, integration.t, integration.x)
     slopes, n = hermite_slopes(integration.scratch, method, p, u, ends, positions)
     j, more = first_sign_change(p, u, ends, slopes, work, 1)
@@ -338,7 +349,7 @@ def bracket(method, p, u, integration):
 @routine
 def find_root(method, p, u, integration, low, high):
     """Return (the first time after `low` when a guard is found to fail, evaluations): false position and halving."""
-    work = work_of(integration.scratch)
+    work, p = work_of(integration.scratch), orient(p, integration.t0, integration.x0)
     g_low, n = guard_at(method, p, u, integration, low, work)
     g_high, more = guard_at(method, p, u, integration, high, work)
     for probe in range(2, MAX_ITERATIONS):
@@ -403,3 +414,22 @@ def repeat_step_to_event(method, p, u, integration, low, high):
         low, high, n = bracket(method, p, u, integration)
         integration = add_evaluations(integration, n)
     return integration
+
+
+@end_at_event.register(KinkStepControl)
+def _(step_control, method, p, u, integration, low, high):
+    return end_at_kink_or_event(step_control.of_events, method, p, u, integration, low, high)
+
+
+@routine
+def end_at_kink_or_event(step_control, method, p, u, integration, low, high):
+    """Return the integration that ends at a kink, by steps up to it, or at an event, as `end_at_event` does.
+
+    What a step finds beyond a kink is that of equations on both sides, so it is repeated; at an event only by choice.
+    """
+    t, n = find_root(method, p, u, integration, low, high)
+    value, more = guard_at(method, p, u, integration, t, work_of(integration.scratch))
+    integration = add_evaluations(integration, n + more)
+    if value < 0.0:  # in the model that is not oriented, an event
+        return end_at_event(step_control, method, p, u, integration, low, high)
+    return repeat_step_to_event(method, p, u, integration, low, high)
