@@ -32,7 +32,7 @@ class EventStepControl(NamedTuple):
 
 
 class KinkStepControl(NamedTuple):
-    """Marks equations with kinks (`orient`): a step that passes one is repeated up to it, and sees one side of it."""
+    """Marks equations with kinks (`kink_guard`): a step that passes one is repeated up to it."""
 
     of_events: Any  # step control of all other events
 
@@ -295,13 +295,13 @@ def guard(p, t, x, u, work):
 
 
 @lean_generic
-def orient(p, t, x):
-    """Return the model whose guards of kinks are positive on that side of each on which state x is at time t.
+def kink_guard(p, value, t0, x0, t, x):
+    """Return the smaller one of a guard's value and of those of kinks that a step from state x0 at t0 to x at t passes.
 
-    A kink is where the equations are continuous and their derivatives jump. It has no mode: a step has its side of it
-    at its start, and in a model that is not oriented such a guard never fails. By default the model itself.
+    A kink is where the equations are continuous and their derivatives jump. It has no mode: the step's side of it is
+    that on which it begins. By default the value as it is.
     """
-    return p
+    return value
 
 
 @generic

@@ -1,10 +1,8 @@
 """The kink of the mean wind at the lowest height of its profile: steps end where the payload passes it."""
 
-from crane_sim.models.guards import smaller_guard
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import dot, pose_at, to_world
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
-from crane_sim.numerics.states import replace_field
 from crane_sim.system import KinkStepControl, Switching
 from crane_sim.trajectories.wind import Kink, Wind
 
@@ -24,36 +22,20 @@ def height_above_kink(p, t, x):
 
 
 @lean_generic
-def kink_guard(wind, best, p, t, x):
-    """Return the smaller one of `best` and the guard of the wind's kink, which leaves the number as it is."""
-    return best
+def wind_kink_guard(wind, p, value, t0, x0, t, x):
+    """Return the result of `system.kink_guard` for a crane in this wind."""
+    return value
 
 
-@kink_guard.register(Wind)
-def _(wind, best, p, t, x):
-    return kink_guard(wind.kink, best, p, t, x)
+@wind_kink_guard.register(Wind)
+def _(wind, p, value, t0, x0, t, x):
+    return wind_kink_guard(wind.kink, p, value, t0, x0, t, x)
 
 
-@kink_guard.register(Kink)
-def _(wind, best, p, t, x):
-    return smaller_guard(best, wind.side * height_above_kink(p, t, x) + BAND, best[1])
-
-
-@lean_generic
-def orient_wind(wind, p, t, x):
-    """Return the result of `system.orient` for a crane in this wind."""
-    return p
-
-
-@orient_wind.register(Wind)
-def _(wind, p, t, x):
-    return orient_wind(wind.kink, p, t, x)
-
-
-@orient_wind.register(Kink)
-def _(wind, p, t, x):
-    side = 1.0 if height_above_kink(p, t, x) > 0.0 else -1.0
-    return replace_field(p, "wind", replace_field(p.wind, "kink", Kink(side)))
+@wind_kink_guard.register(Kink)
+def _(wind, p, value, t0, x0, t, x):
+    side = 1.0 if height_above_kink(p, t0, x0) > 0.0 else -1.0
+    return min(value, side * height_above_kink(p, t, x) + BAND)
 
 
 @generic

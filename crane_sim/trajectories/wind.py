@@ -46,8 +46,6 @@ class Gust(NamedTuple):
 class Kink(NamedTuple):
     """Marks that the payload may pass the lowest height of the profile, where the mean has a kink."""
 
-    side: float = 0.0  # 1: a step begins above it, -1: below; 0: not known
-
 
 class Wind(NamedTuple):
     """Wind; what is None is not modelled."""

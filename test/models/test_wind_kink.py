@@ -96,8 +96,8 @@ def pressed_height(name: str, scene: crane_sim.Scene) -> float:
 
 
 @pytest.mark.parametrize("name", [*CRANES, *BODIES])
-def test_guards_turn_where_the_payload_passes_the_kink(name: str) -> None:
-    """The guard of a crane oriented above the kink fails below it, at the height at which the wind presses."""
+def test_heights_are_those_at_which_the_wind_presses(name: str) -> None:
+    """The guard of a kink is the distance from it at which the wind presses on the payload, of every crane."""
     document = windy(CRANES.get(name) or BODIES[name])
     if name in BODIES:
         document["payload"]["windage"] = document["payload"]["windage"] | {"centre": CENTRE.tolist()}
@@ -105,17 +105,23 @@ def test_guards_turn_where_the_payload_passes_the_kink(name: str) -> None:
         document = load_scene(document, {key: (value / np.linalg.norm(value)).tolist()}).to_dict()
     scene = load_scene(document)
     height = 9.0 + pressed_height(name, scene)
-    u = (0.0,) * len(scene.actuated)
     for side in (1.0, -1.0):
-        lowest = height - side * 0.01
-        model = load_scene(document, {"wind.profile.lowest": lowest}).model
+        model = load_scene(document, {"wind.profile.lowest": height - side * 0.01}).model
         x = system.state(model, TIME, np.array(scene.initial_q), np.array(scene.initial_v))
         assert height_above_kink(model, TIME, x) == pytest.approx(side * 0.01, abs=1e-12)  # rounding
-        oriented = system.orient(model, TIME, x)
-        assert oriented.wind.kink.side == side
-        lowered = oriented.wind.profile._replace(lowest=lowest + side * 0.02)
-        beyond = oriented._replace(wind=oriented.wind._replace(profile=lowered))
-        value, _, _ = system.guard(beyond, TIME, x, u, system.workspace(model))
-        assert value == pytest.approx(-0.01 + BAND, abs=1e-12)
-        assert system.guard(model, TIME, x, u, system.workspace(model))[0] <= BAND  # not oriented: never fails
-        assert system.guard(model, TIME, x, u, system.workspace(model))[0] >= 0.0
+        assert system.kink_guard(model, 1.0, TIME, x, TIME, x) == pytest.approx(0.01 + BAND, abs=1e-12)
+        assert system.kink_guard(model, 0.001, TIME, x, TIME, x) == 0.001
+
+
+def test_a_guard_fails_on_the_other_side_of_a_kink() -> None:
+    """The guard of a step is positive on the side on which it begins, and negative beyond the kink by a little."""
+    scene = load_scene(SWUNG)
+    q, v = np.array(scene.initial_q), np.zeros(6)
+    above, below = (
+        system.state(scene.model, 0.0, np.array([*q[:3], np.sqrt(1.0 - z * z), 0.0, -z]), v) for z in (0.8, 0.9)
+    )
+    for begin, end in ((above, below), (below, above)):
+        heights = [height_above_kink(scene.model, 0.0, x) for x in (begin, end)]
+        assert heights[0] * heights[1] < 0.0
+        assert system.kink_guard(scene.model, 9.0, 0.0, begin, 0.0, begin) == abs(heights[0]) + BAND
+        assert system.kink_guard(scene.model, 9.0, 0.0, begin, 0.0, end) == BAND - abs(heights[1])

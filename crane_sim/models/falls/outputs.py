@@ -73,7 +73,7 @@ from crane_sim.models.suspended.crane import support_state, to_base_axes
 from crane_sim.models.suspended.exchange import count_exchanges, exchange_guard, with_exchange_switching
 from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
 from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
-from crane_sim.models.wind_kink import kink_guard, orient_wind, pressed_point, pressed_point_of, with_kink_switching
+from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_routine, routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
@@ -255,9 +255,9 @@ def _(p):
     return with_kink_switching(p.wind, with_exchange_switching(p.exchange, switching))
 
 
-@system.orient.register(FallsCrane)
-def _(p, t, x):
-    return orient_wind(p.wind, p, t, x)
+@system.kink_guard.register(FallsCrane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
 
 
 @pressed_point.register(FallsCrane)
@@ -267,7 +267,7 @@ def _(p, x):
 
 @system.guard.register(FallsCrane)
 def _(p, t, x, u, work):
-    best = kink_guard(p.wind, exchange_guard(p.exchange, falls_guard(p, x), t, x, exchange_index(p)), p, t, x)
+    best = exchange_guard(p.exchange, falls_guard(p, x), t, x, exchange_index(p))
     best, n = sticking_joints_guard(p, t, x, u, best)
     best = falls_winch_guard(p.hoist, best, p, t, x, u)
     value, number, more = contact_guard(p.contact, p, t, x, best)

@@ -19,7 +19,7 @@ from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
 from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.hoist import HOIST, PrescribedHoist, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, has_friction
-from crane_sim.models.wind_kink import kink_guard, orient_wind, pressed_point, with_kink_switching
+from crane_sim.models.wind_kink import pressed_point, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import kernel
 
@@ -172,16 +172,14 @@ def switching_in_plane(p):
 @system.guard.register(SpatialCrane)
 @system.guard.register(ElasticCrane)
 def _(p, t, x, u, work):
-    value, number, n = smallest_guard(p, t, x, system.effort(u, p, t, x), work)
-    value, number = kink_guard(p.wind, (value, number), p, t, x)
-    return value, number, n
+    return smallest_guard(p, t, x, system.effort(u, p, t, x), work)
 
 
-@system.orient.register(PlanarCrane)
-@system.orient.register(SpatialCrane)
-@system.orient.register(ElasticCrane)
-def _(p, t, x):
-    return orient_wind(p.wind, p, t, x)
+@system.kink_guard.register(PlanarCrane)
+@system.kink_guard.register(SpatialCrane)
+@system.kink_guard.register(ElasticCrane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
 
 
 @pressed_point.register(PlanarCrane)

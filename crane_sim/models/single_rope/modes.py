@@ -17,7 +17,7 @@ from crane_sim.models.single_rope.joint_friction import (
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports import forward_kinematics, support_guard, yaw
 from crane_sim.models.supports.friction import first_not_none, step_control_of
-from crane_sim.models.wind_kink import kink_guard, orient_wind, pressed_point, with_kink_switching
+from crane_sim.models.wind_kink import pressed_point, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
@@ -31,9 +31,9 @@ def _(p):
     return with_kink_switching(p.wind, friction_switching(p.friction, p.stops))
 
 
-@system.orient.register(Crane)
-def _(p, t, x):
-    return orient_wind(p.wind, p, t, x)
+@system.kink_guard.register(Crane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
 
 
 @pressed_point.register(Crane)
@@ -68,7 +68,6 @@ def smallest_guard(p, t, x, u):
     forces = taut or any_joint_sticks(p.friction, x)
     rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
     best = support_guard(p.support, length_guard(stops, rope_state.length, rope_state.rate), x[0])
-    best = kink_guard(p.wind, best, p, t, x)
     tension, efforts = tension_and_constraint_efforts(p.friction, p, t, x, u) if forces else (0.0, NO_EFFORTS)
     if taut:
         best = smaller_guard(best, tension, encode(Guard.LINK, 0))

@@ -68,7 +68,7 @@ from crane_sim.models.suspended.winch import (
     winch_sticks,
     winch_switching,
 )
-from crane_sim.models.wind_kink import kink_guard, orient_wind, pressed_point, pressed_point_of, with_kink_switching
+from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
 
@@ -324,9 +324,9 @@ def _(p):
     return with_kink_switching(p.wind, with_exchange_switching(p.exchange, switching))
 
 
-@system.orient.register(SuspendedCrane)
-def _(p, t, x):
-    return orient_wind(p.wind, p, t, x)
+@system.kink_guard.register(SuspendedCrane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
 
 
 @pressed_point.register(SuspendedCrane)
@@ -353,7 +353,7 @@ def suspended_guard(p, t, x, u, work):
     (length, rate), stops, acceleration = first_length(p.hoist, p, x, nq), p.stops, 0.0
     best = exchange_guard(p.exchange, length_guard(stops, length, rate), t, x, end)
     xs, tau = support_state(p.support, x, nq), system.effort(u, p, t, x)
-    best = kink_guard(p.wind, support_guard(p.support, best, xs), p, t, x)
+    best = support_guard(p.support, best, xs)
     best = twist_guard(p.torsion, best, p, x, work.links)
     forces = stops.taut > 0.0 or winch_sticks(p, x) or any_joint_sticks(p.support, xs)
     if forces:
