@@ -31,6 +31,12 @@ class EventStepControl(NamedTuple):
     """
 
 
+class KinkStepControl(NamedTuple):
+    """Marks equations with kinks (`kink_guard`): a step that passes one is repeated up to it."""
+
+    of_events: Any  # step control of all other events
+
+
 class Switching(NamedTuple):
     """The model's equations switch at events."""
 
@@ -38,7 +44,7 @@ class Switching(NamedTuple):
     positions: int = (
         0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
     )
-    step_control: Any = None  # `EventStepControl`, or None: the step that ends at an event is not repeated
+    step_control: Any = None  # `EventStepControl`, `KinkStepControl`, or None: a step that ends at an event stays
 
 
 @stage_generic
@@ -286,6 +292,16 @@ def switching(p):
 def guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations that it took): the mode holds while none is negative."""
     raise NotImplementedError
+
+
+@lean_generic
+def kink_guard(p, value, t0, x0, t, x):
+    """Return the smaller one of a guard's value and of those of kinks that a step from state x0 at t0 to x at t passes.
+
+    A kink is where the equations are continuous and their derivatives jump. It has no mode: the step's side of it is
+    that on which it begins. By default the value as it is.
+    """
+    return value
 
 
 @generic

@@ -30,7 +30,17 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
 from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
-from crane_sim.system import EventStepControl, Switching, apply_reset_map, guard, rhs, rhs_into, switching
+from crane_sim.system import (
+    EventStepControl,
+    KinkStepControl,
+    Switching,
+    apply_reset_map,
+    guard,
+    kink_guard,
+    rhs,
+    rhs_into,
+    switching,
+)
 
 FIRST, SECOND, BETWEEN = MAX_STAGES + 1, MAX_STAGES + 2, MAX_STAGES + 3  # rows of a scratch
 
@@ -117,19 +127,21 @@ def _(first, x, positions):
     )
 
 
+@lean_kernel
+def guard_within(p, u, ends, t, x, work):
+    """Return the guard in state x at time t of a step, with the value of a kink's that the step has passed there."""
+    value, number, n = guard(p, t, x, u, work)
+    return kink_guard(p, value, ends.t0, ends.x0, t, x), number, n
+
+
 @lean_generic
 def guard_between(x, p, u, ends, slopes, s, work):
     """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
     h, increment, (f0, f1) = ends.t - ends.t0, add_scaled(x, -1.0, ends.x0), slopes
     correction = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
     correction = add_scaled(correction, 1.0 - 2.0 * s, increment)
-    return guard(
-        p,
-        ends.t0 + s * h,
-        add(add_scaled(ends.x0, s, increment), scale(s * (s - 1.0), correction)),
-        u,
-        work,
-    )
+    between = add(add_scaled(ends.x0, s, increment), scale(s * (s - 1.0), correction))
+    return guard_within(p, u, ends, ends.t0 + s * h, between, work)
 
 
 @guard_between.register(np.ndarray)
@@ -139,7 +151,7 @@ def _(x, p, u, ends, slopes, s, work):
         increment = x[i] - ends.x0[i]
         correction = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * increment
         slopes[BETWEEN, i] = ends.x0[i] + s * increment + s * (s - 1.0) * correction
-    return guard(p, ends.t0 + s * h, slopes[BETWEEN], u, work)
+    return guard_within(p, u, ends, ends.t0 + s * h, slopes[BETWEEN], work)
 
 
 @lean_routine
@@ -151,7 +163,7 @@ def first_sign_change(p, u, ends, slopes, work, begin):
         n += more
         if value < 0.0:
             return j, n
-    value, _, more = guard(p, ends.t, ends.x, u, work)
+    value, _, more = guard_within(p, u, ends, ends.t, ends.x, work)
     return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
 
 
@@ -305,7 +317,9 @@ def sample_time(integration, j):
 @kernel
 def guard_at(method, p, u, integration, t, work):
     """Return (the smallest guard at time t of the last step, by dense output, evaluations)."""
-    value, _, n = guard(p, t, dense_output(method, p, u, integration, t), u, work)
+    x = dense_output(method, p, u, integration, t)
+    value, _, n = guard(p, t, x, u, work)
+    value = kink_guard(p, value, integration.t0, integration.x0, t, x)
     return value, n if t == integration.t else n + stages(method)
 
 
@@ -403,3 +417,22 @@ def repeat_step_to_event(method, p, u, integration, low, high):
         low, high, n = bracket(method, p, u, integration)
         integration = add_evaluations(integration, n)
     return integration
+
+
+@end_at_event.register(KinkStepControl)
+def _(step_control, method, p, u, integration, low, high):
+    return end_at_kink_or_event(step_control.of_events, method, p, u, integration, low, high)
+
+
+@routine
+def end_at_kink_or_event(step_control, method, p, u, integration, low, high):
+    """Return the integration that ends at a kink, by steps up to it, or at an event, as `end_at_event` does.
+
+    What a step finds beyond a kink is that of equations on both sides, so it is repeated; at an event only by choice.
+    """
+    t, n = find_root(method, p, u, integration, low, high)
+    value, _, more = guard(p, t, dense_output(method, p, u, integration, t), u, work_of(integration.scratch))
+    integration = add_evaluations(integration, n + more + stages(method))
+    if value < 0.0:  # an event
+        return end_at_event(step_control, method, p, u, integration, low, high)
+    return repeat_step_to_event(method, p, u, integration, low, high)

@@ -43,6 +43,10 @@ class Gust(NamedTuple):
     nodes: Any  # (n, 3) m/s, value g, its derivatives as g' h and g'' h² / 2, h = 1 / rate; the first one at t = 0
 
 
+class Kink(NamedTuple):
+    """Marks that the payload may pass the lowest height of the profile, where the mean has a kink."""
+
+
 class Wind(NamedTuple):
     """Wind; what is None is not modelled."""
 
@@ -53,6 +57,7 @@ class Wind(NamedTuple):
     origin_height: float  # m, of the world's origin above the ground
     density: float  # kg/m³, of the air
     gusts: tuple[Gust | None, Gust | None, Gust | None]  # u, v, w
+    kink: Kink | None = None  # that of the profile
 
 
 @lean_generic

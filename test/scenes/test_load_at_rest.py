@@ -15,6 +15,7 @@ from crane_sim.scenes.schema.load_at_rest import load_at_rest
 pytestmark = pytest.mark.interpreted
 
 GRAVITY = 9.81
+NOTHING = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 BEAM: dict[str, Any] = {
     "crane": "pendulum",
     "gravity": 9.8,
@@ -84,6 +85,7 @@ def test_a_given_posture_is_where_the_search_begins() -> None:
     payload = {"mass": 120.0, "inertia": [20.0, 20.0, 20.0], "attachment": [0.0, 0.0, 0.5]}
     scene = load_scene(BEAM | {"falls": falls, "payload": payload, "initial": {"length": 3.2} | turned})
     rest = scene.file.rest_positions((0.0, 0.0))
+    assert rest is not None
     np.testing.assert_allclose(rest[6:], turned["orientation"], atol=1e-9)
     np.testing.assert_allclose(rest[3:6], [0.0, 0.0, -(3.2 * (1.0 + 120.0 * 9.8 / 1e6) + 0.5)], atol=1e-9)
 
@@ -101,7 +103,7 @@ def random_falls(rng: np.random.Generator, stiffest: float) -> tuple[Falls, Rigi
     bottom[:, 2] += rng.uniform(0.0, 1.5)  # the centre of mass is below
     offsets = rng.uniform(-0.6, 0.6, n) * min(length, width)
     stiffness = np.full(n, mass * GRAVITY * 10.0 ** rng.uniform(1.5, stiffest))
-    return Falls(top, bottom, length, offsets, stiffness, np.zeros(n)), RigidLoad(mass, (), (), (0.0, 0.0, 0.0))
+    return Falls(top, bottom, length, offsets, stiffness, np.zeros(n)), RigidLoad(mass, NOTHING, NOTHING, NOTHING[0])
 
 
 def potential(z: Any, falls: Falls, weight: float, place: Any, turn: Rotation) -> float:

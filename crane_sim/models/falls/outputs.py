@@ -20,6 +20,7 @@ from crane_sim.models.falls.contact_events import (
 from crane_sim.models.falls.crane import (
     FallsCrane,
     body_of,
+    body_state,
     common_length,
     contact_index,
     exchange_index,
@@ -72,6 +73,7 @@ from crane_sim.models.suspended.crane import support_state, to_base_axes
 from crane_sim.models.suspended.exchange import count_exchanges, exchange_guard, with_exchange_switching
 from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
 from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
+from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_routine, routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
@@ -250,7 +252,17 @@ def _(p, x):
 @system.switching.register(FallsCrane)
 def _(p):
     switching = with_support_switching(p.support, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(p.hoist)))
-    return with_exchange_switching(p.exchange, switching)
+    return with_kink_switching(p.wind, with_exchange_switching(p.exchange, switching))
+
+
+@system.kink_guard.register(FallsCrane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
+
+
+@pressed_point.register(FallsCrane)
+def _(p, x):
+    return pressed_point_of(body_of(p, x), body_state(p, x))
 
 
 @system.guard.register(FallsCrane)

@@ -29,6 +29,7 @@ from crane_sim.models.overhead.modes import (
 from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
+from crane_sim.models.wind_kink import with_kink_switching
 from crane_sim.numerics.jit import lean_kernel, routine
 
 
@@ -111,12 +112,8 @@ def _(p):
         or has_friction(p.bridge)
         or (p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
     )
-    return make_switching(
-        p.event_limits,
-        forces,
-        elastic_layout(p)[0],
-        first_not_none(step_control_of(p.trolley), step_control_of(p.bridge)),
-    )
+    step_control = first_not_none(step_control_of(p.trolley), step_control_of(p.bridge))
+    return with_kink_switching(p.wind, make_switching(p.event_limits, forces, elastic_layout(p)[0], step_control))
 
 
 @lean_kernel

@@ -9,7 +9,7 @@ from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.guards import TAUT, Guard, decode, friction_event
 from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
 from crane_sim.models.overhead.double import DoubleCrane
-from crane_sim.models.overhead.elastic import ElasticCrane, dimensions
+from crane_sim.models.overhead.elastic import ElasticCrane, dimensions, node_vector
 from crane_sim.models.overhead.modes import describe_switch, make_switching
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
@@ -19,6 +19,9 @@ from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
 from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.hoist import HOIST, PrescribedHoist, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, has_friction
+from crane_sim.models.wind_kink import pressed_point, wind_kink_guard, with_kink_switching
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import kernel
 
 
 @system.joints.register(PlanarCrane)
@@ -146,8 +149,18 @@ def _(p):
 
 
 @system.switching.register(RodCrane)
+def _(p):
+    return switching_in_plane(p)
+
+
 @system.switching.register(PlanarCrane)
 def _(p):
+    return with_kink_switching(p.wind, switching_in_plane(p))
+
+
+@kernel
+def switching_in_plane(p):
+    """Return the result of `system.switching` for a crane in the plane, without the kink of a wind."""
     rubs, step_control = (
         has_friction(p.trolley) or has_friction(p.hoist),
         first_not_none(step_control_of(p.trolley), step_control_of(p.hoist)),
@@ -160,6 +173,39 @@ def _(p):
 @system.guard.register(ElasticCrane)
 def _(p, t, x, u, work):
     return smallest_guard(p, t, x, system.effort(u, p, t, x), work)
+
+
+@system.kink_guard.register(PlanarCrane)
+@system.kink_guard.register(SpatialCrane)
+@system.kink_guard.register(ElasticCrane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
+
+
+@pressed_point.register(PlanarCrane)
+def _(p, x):
+    nq, first, _ = layout_of(p)
+    px, pz = x[0], 0.0
+    for k in range(len(p.cable.masses)):
+        length = p.cable.lengths[k] if k > 0 or first == 1 else x[1]
+        s, c = sincos(x[first + k])
+        px, pz = px + length * s, pz - length * c
+    return px, 0.0, pz
+
+
+@pressed_point.register(SpatialCrane)
+def _(p, x):
+    _, first, _ = layout_of(p)
+    px, py, pz = x[0], x[1], 0.0
+    for k in range(len(p.cable.masses)):
+        length, i = p.cable.lengths[k] if k > 0 or first == 2 else x[2], first + 3 * k
+        px, py, pz = px + length * x[i], py + length * x[i + 1], pz + length * x[i + 2]
+    return px, py, pz
+
+
+@pressed_point.register(ElasticCrane)
+def _(p, x):
+    return node_vector(p, x, len(p.cable.masses), 0)
 
 
 @system.apply_reset_map.register(RodCrane)

@@ -64,6 +64,7 @@ from crane_sim.models.supports.rails import (
     input_count,
     mode_after_stop,
 )
+from crane_sim.models.wind_kink import with_kink_switching
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
 from crane_sim.trajectories.wind import Wind
@@ -315,7 +316,7 @@ def _(p):
     step_control = first_not_none(
         first_not_none(step_control_of(p.trolley), step_control_of(p.bridge)), step_control_of(p.hoist)
     )
-    return make_switching(p.event_limits, rubs, layout_of(p)[0], step_control)
+    return with_kink_switching(p.wind, make_switching(p.event_limits, rubs, layout_of(p)[0], step_control))
 
 
 @smallest_guard.register(SpatialCrane)

@@ -3,6 +3,7 @@
 from crane_sim import system
 from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
+from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.single_rope.joint_friction import (
     JointFriction,
@@ -14,8 +15,10 @@ from crane_sim.models.single_rope.joint_friction import (
     with_friction_state,
 )
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
-from crane_sim.models.supports import forward_kinematics, support_guard
+from crane_sim.models.supports import forward_kinematics, support_guard, yaw
 from crane_sim.models.supports.friction import first_not_none, step_control_of
+from crane_sim.models.wind_kink import pressed_point, wind_kink_guard, with_kink_switching
+from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import lean_generic, lean_routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
@@ -25,7 +28,18 @@ NO_EFFORTS = (0.0, 0.0, 0.0, 0.0)
 
 @system.switching.register(Crane)
 def _(p):
-    return friction_switching(p.friction, p.stops)
+    return with_kink_switching(p.wind, friction_switching(p.friction, p.stops))
+
+
+@system.kink_guard.register(Crane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
+
+
+@pressed_point.register(Crane)
+def _(p, x):
+    s, c = sincos(yaw(p.support, x[0]))
+    return to_turned_axes((x[1][0], x[1][1], x[1][2]), -s, c)
 
 
 @lean_generic

@@ -68,6 +68,7 @@ from crane_sim.models.suspended.winch import (
     winch_sticks,
     winch_switching,
 )
+from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
 
@@ -320,7 +321,24 @@ def _(p, x):
 @system.switching.register(SuspendedCrane)
 def _(p):
     switching = with_support_switching(p.support, winch_switching(p.hoist, p.stops))
-    return with_exchange_switching(p.exchange, switching)
+    return with_kink_switching(p.wind, with_exchange_switching(p.exchange, switching))
+
+
+@system.kink_guard.register(SuspendedCrane)
+def _(p, value, t0, x0, t, x):
+    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
+
+
+@pressed_point.register(SuspendedCrane)
+def _(p, x):
+    nq, first, end = suspended_layout(p)
+    xs, body = support_state(p.support, x, nq), current_load(p.exchange, p.load, x, end)
+    s, c = sincos(yaw(p.support, xs))
+    (px, py, pz), (length, _) = tip_motion(forward_kinematics(p.support, xs), s, c)[0], first_length(p.hoist, p, x, nq)
+    for k in range(len(p.cable.masses)):
+        length, i = length if k == 0 else p.cable.lengths[k], first + 3 * k
+        px, py, pz = px + length * x[i], py + length * x[i + 1], pz + length * x[i + 2]
+    return pressed_point_of(body, load_state(body, x, nq, ((px, py, pz), (0.0, 0.0, 0.0))))
 
 
 @system.guard.register(SuspendedCrane)

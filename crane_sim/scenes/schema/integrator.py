@@ -28,7 +28,7 @@ class MethodRequirements(NamedTuple):
     frequency: float | None  # rad/s, of the stiffest motion; None: not known
     swing_angle: float  # rad, of the slowest swing over the run
     elastic: bool
-    smooth: bool  # nothing switches and nothing is sampled
+    smooth: bool  # nothing switches, nothing has a kink and nothing is sampled
     duration: float  # s
     continuous: bool = False  # a law drives it that the equations evaluate
 

@@ -190,9 +190,10 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None where nothing ends or switches it."""
-        return (
-            super()._stops() if self.beyond_one_rope else self.rope.stops(bool(self.limits or self._joint_friction()))
-        )
+        if self.beyond_one_rope:
+            return super()._stops()
+        stops = self.rope.stops(bool(self.limits or self._joint_friction()))
+        return stops or (Stops() if self.is_in_kinked_wind else None)
 
     def _cable(self) -> ForceRope | MotionRope | LockedRope:
         drive = self.rope.drive

@@ -3,7 +3,7 @@
 from typing import Any
 
 from crane_sim.files.types import NonNegative
-from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.effects import PaperFriction, PayloadDrag, QuadraticFriction
 from crane_sim.scenes.schema.groups import PayloadForceGroup
 from crane_sim.scenes.schema.reference import ReferenceGroup, compile_path
 from crane_sim.scenes.schema.rigging import Payload
@@ -22,6 +22,12 @@ class LoadFile(SceneFile):
     @property
     def _reference(self) -> ReferenceGroup | None:
         return getattr(self, "reference", None)
+
+    @property
+    def has_quadratic_loss(self) -> bool:
+        """Whether a loss |v| v acts, which has a kink in its slope at each reversal: no step ends there."""
+        rubs = isinstance(getattr(self, "swing_friction", None), QuadraticFriction | PaperFriction)
+        return rubs or self.payload_drag is not None
 
     @property
     def payload_mass(self) -> float:

@@ -1,7 +1,7 @@
 """The schema of a scene file with an overhead crane."""
 
 from itertools import accumulate
-from math import cos
+from math import cos, inf
 from typing import Any, ClassVar
 
 from crane_sim.models.wind_load import AnyWindage
@@ -89,6 +89,12 @@ class OverheadFile(OverheadCrane):
     def windages(self) -> dict[str, AnyWindage | None]:
         """Windages of the bodies by key, None where a body has none."""
         return {"payload.windage": self.payload.windage if self.payload is not None else None}
+
+    @property
+    def lowest_pressure(self) -> float:
+        """Height [m] above the base's origin below which no wind presses on the payload, on links that keep length."""
+        keeps = self.base_motion is None and self.hoist is None and self.cable_model != "elastic"
+        return -sum(self.parts.lengths) if keeps else -inf
 
     @property
     def limits(self) -> tuple[TravelLimits, ...]:

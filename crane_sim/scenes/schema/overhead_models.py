@@ -295,9 +295,8 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
         check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group or ()
     )
     has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
-    if not (
-        any(axes) or has_hoist or has_friction or file.events or file.cable.slack == "stop" or file.cable.tension_only
-    ):
+    switches = has_hoist or has_friction or file.events or file.cable.tension_only or file.is_in_kinked_wind
+    if not (any(axes) or switches or file.cable.slack == "stop"):
         return None
     ends = [limits or (-np.inf, np.inf) for limits in axes]
     events = sorted(file.events, key=lambda event: event.at)

@@ -1,6 +1,6 @@
 """The schema of a scene file with a payload below a driven suspension point, and the model that it describes."""
 
-from math import sqrt
+from math import inf, sqrt
 from typing import Any, Literal
 
 import numpy as np
@@ -216,6 +216,12 @@ class PendulumFile(PendulumGroups, RiggedFile):
         return self.initial.tip[2] + self.rope.length * self._direction[2] + sum(further)
 
     @property
+    def lowest_pressure(self) -> float:
+        """Height [m] above the base's origin below which no wind presses on the payload."""
+        rests = self.suspension.height == "fixed" and self.base_motion is None
+        return self._lowest_below(self.initial.tip[2], self.rope.length) if rests else -inf
+
+    @property
     def beyond_one_rope(self) -> list[str]:
         """Keys of the file that the equations of one rope and a point mass do not support."""
         body = {"payload.inertia": self.payload.inertia, "links": self.links, "events": self.events}
@@ -223,14 +229,15 @@ class PendulumFile(PendulumGroups, RiggedFile):
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""
-        smooth = not sampled and self._stops() is None
+        smooth = not (sampled or self._stops() or self.has_quadratic_loss)
         stiffest = max(self._twist_frequency(0.0), self._swing_frequency(self.rope.length, np.zeros((4, 4))))
         return MethodRequirements(stiffest or None, 0.0, elastic=False, smooth=smooth, duration=self.duration)
 
     def _stops(self) -> Stops | None:
         """Return the conditions that end a run, None without any."""
         taut = self.rope.slack == "stop"
-        return Stops(taut=float(taut)) if taut or self.limits or self.events or self.rope.torsion else None
+        switches = self.limits or self.events or self.rope.torsion or self.is_in_kinked_wind
+        return Stops(taut=float(taut)) if taut or switches else None
 
     def model(self) -> Crane | SuspendedCrane:
         """Return the parameters of the crane.

@@ -1,6 +1,7 @@
 """Base class of scene files of cranes whose payload hangs on one rope and further links, below any support."""
 
 from collections.abc import Sequence
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,14 @@ class RiggedFile(LoadFile):
     def windages(self) -> dict[str, AnyWindage | None]:
         """Windages of the bodies by key, None where a body has none."""
         return windages_of(self.payload, self.events)
+
+    def _lowest_below(self, height: float, longest: float) -> float:
+        """Return the result of `lowest_pressure` below a tip at this height [m] on at most this length of rope [m]."""
+        payloads = [self.payload, *(event.payload for event in self.events)]
+        bodies = [payload.attachment for payload in payloads], [payload.windage for payload in payloads]
+        levers = [hypot(*(arm or (0.0,))) for arm in bodies[0]]
+        centres = [hypot(*(part.centre or (0.0,))) if part is not None else 0.0 for part in bodies[1]]
+        return height - longest - sum(link.length for link in self.links) - max(levers) - max(centres)
 
     def _twist_frequency(self, mobility: float) -> float:
         """Return the largest frequency or decay rate [rad/s] of a payload on the rope's torsion, 0 without.

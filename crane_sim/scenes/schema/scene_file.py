@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from math import inf
 from typing import Any, ClassVar
 
 from crane_sim.files.types import Name, Positive, Seed
@@ -124,6 +125,18 @@ class SceneFile(HardwareGroups, ABC):
         """
         return blows(self.wind, self.windages, getattr(self, "payload_drag", None) is not None)
 
+    @property
+    def is_in_kinked_wind(self) -> bool:
+        """Whether the payload may come to the lowest height of the wind's profile, where the mean has a kink."""
+        if not self.is_windy or self.wind is None or self.wind.profile is None:
+            return False
+        return self.wind.origin_height + self.lowest_pressure <= self.wind.profile.lowest
+
+    @property
+    def lowest_pressure(self) -> float:
+        """Height [m] above the base's origin below which no wind presses on what moves up and down."""
+        return -inf
+
     def airflow(self) -> Wind | None:
         """Return the wind, None where none presses on a body.
 
@@ -133,7 +146,7 @@ class SceneFile(HardwareGroups, ABC):
         if not self.is_windy or self.wind is None:
             return None
         self.wind.check_ground(self.payload_height)
-        return self.wind.wind(self.seed, self.duration)
+        return self.wind.wind(self.seed, self.duration, self.is_in_kinked_wind)
 
     @property
     def notes(self) -> dict[str, Any]:

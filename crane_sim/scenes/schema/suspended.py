@@ -1,7 +1,7 @@
 """Base class of scene files of cranes whose support turns: a rope below it, further links, a rigid-body payload."""
 
 from collections.abc import Mapping
-from math import cos, sin
+from math import cos, inf, sin
 from typing import Any
 
 from crane_sim.files.errors import SceneError
@@ -98,6 +98,16 @@ class SuspendedFile(SupportedFile, RiggedFile):
         further = [self._rigging()[0][3 * k + 2] * link.length for k, link in enumerate(self.links)]
         return self.tip(q).position[2] - q[ns] * cos(q[ns + 1]) * cos(q[ns + 2]) + sum(further)
 
+    @property
+    def lowest_pressure(self) -> float:
+        """Height [m] above the base's origin below which no wind presses on the payload, where the tip keeps its."""
+        if self.base_motion is not None or self._bending or self.tip_mobility()[2, 2] != 0.0:
+            return -inf
+        start = self._initial.q
+        free = self.rope.limits[1] if self.rope.limits is not None else inf
+        longest = start[len(self.support_joints)] if self.rope.drive == "locked" else free
+        return self._lowest_below(self.tip(start).position[2], longest)
+
     def resting_joints(self, target: tuple[float, ...]) -> Mapping[str, float]:
         """Return the angles [rad] of the structure's modes, by joint, at rest at a target (nu,); none of a rigid one.
 
@@ -108,7 +118,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
 
     def method_requirements(self, sampled: bool) -> MethodRequirements:
         """Return the scene's requirements on its method."""
-        smooth = not sampled and self._stops() is None
+        smooth = not (sampled or self._stops() or self.has_quadratic_loss)
         ns, mobility = len(self.support_joints), self.tip_mobility()
         rates = shaft_frequency(self.backlash), self._twist_frequency(float(mobility[3, 3])), self._friction_rate()
         rope = min((self._initial.q[ns], *(self.target or ())[ns:]))
@@ -124,7 +134,8 @@ class SuspendedFile(SupportedFile, RiggedFile):
     @property
     def _has_events(self) -> bool:
         """Whether something other than limits switches the model or ends a run."""
-        return bool(self.events or self.backlash or self.rope.torsion or has_strength(self.friction, self.lugre))
+        rubs = has_strength(self.friction, self.lugre)
+        return bool(self.events or self.backlash or self.rope.torsion or rubs or self.is_in_kinked_wind)
 
     def model(self) -> Any:
         """Return the parameters of the crane.

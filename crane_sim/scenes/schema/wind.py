@@ -21,7 +21,7 @@ from crane_sim.trajectories.turbulence import (
     draw_gust,
     line_energies,
 )
-from crane_sim.trajectories.wind import Gust, LogarithmicLaw, PowerLaw, Wind
+from crane_sim.trajectories.wind import Gust, Kink, LogarithmicLaw, PowerLaw, Wind
 
 COMPONENTS = ("along the mean", "across it", "upwards")
 SLOWEST, FASTEST = 0.01, 200.0  # m/s
@@ -143,8 +143,10 @@ class WindGroup(Group):
                 "in the ground, where wind.profile has no mean"
             )
 
-    def wind(self, seed: int, duration: float) -> Wind:
+    def wind(self, seed: int, duration: float, kinked: bool = False) -> Wind:
         """Return the wind, for a run of `duration` [s]; gusts without a seed of their own take `seed`.
+
+        Where it is `kinked`, steps end where the payload passes the lowest height of the profile.
 
         Raises:
             SceneError: settings contradict each other.
@@ -159,7 +161,8 @@ class WindGroup(Group):
         if self.gusts is not None:
             gusts = self.gusts.draw(self.speed, self.height, seed, duration)
         direction = (cos(self.direction), sin(self.direction))
-        return Wind(self.speed, self.height, law, direction, self.origin_height, self.density, gusts)
+        kink = Kink() if kinked else None
+        return Wind(self.speed, self.height, law, direction, self.origin_height, self.density, gusts, kink)
 
     def notes(self, wind: Wind, seed: int) -> dict[str, Any]:
         """Return the entry of the summary on the wind of this group: its settings and what was drawn, and warnings."""
