@@ -43,7 +43,9 @@ class AxisGroup(Group):
 
     drive: Literal["force", "prescribed", "fixed"] = "force"  # by a force, which needs a `mass`; by a given `motion`;
     # or not at all
-    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley
+    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley; 0 in all, above rigid
+    # links, is taken as 1e-10 of the payload's mass (`rounded`): what hangs below a massless trolley falls freely until
+    # it is below it, and bounces
     motion: Profile = None  # m, position over time, of a prescribed drive
     limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached; left out: none
 
