@@ -34,6 +34,18 @@ def raised(**profile: Any) -> dict[str, Any]:
 
 
 BAD: list[tuple[dict[str, Any], str]] = [
+    (
+        {"trolley": {"drive": "acceleration"}},
+        "trolley.drive = 'acceleration': is not possible; its integral, the speed ove",
+    ),
+    (
+        {"actuators": {"trolley": {"drive": "acceleration"}}},
+        "actuators.trolley.drive = 'acceleration': is not possible; i",
+    ),
+    (
+        {"inputs": {"trolley": {"kind": "table", "times": [0, 1, 1], "values": [0, 0, 1]}}},
+        "the times of a table must increase, here are [0.0, 1.0, 1.0]; a step is two times 1e-06 s apart",
+    ),
     ({"trolley": {}}, "trolley.mass = None: a trolley driven by force has one"),
     (
         {"trolley": {"mass": 0}, "cable": {"model": "elastic", "stiffness": 1e5, "lengths": 1, "node_masses": 1}},
