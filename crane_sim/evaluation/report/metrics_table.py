@@ -20,7 +20,7 @@ HEADLINES = {
     "saturated_steps": "saturated periods",
 }
 HIDDEN = ("scene", "law", "mode", "seed", "error", "state_sha256", "recording", "mcap", "event_count")
-JOINTS = {"final_error": "final error", "settling_time": "settled after", "peak_effort": "peak effort"}
+JOINTS = {"final_error": "final error", "settling_time": "joint settled after", "peak_effort": "peak effort"}
 
 
 def headlines(run: RecordedRun) -> list[tuple[str, str]]:

@@ -127,7 +127,10 @@ class InlineUnion(NamedTuple):
 
 
 class PayloadForceGroup(Group):
-    """A given force on the payload [N], along the axes of the world; absent axes are zero."""
+    """A given force on the payload [N], along the axes of the world; absent axes are zero.
+
+    It acts at the centre of mass of a payload that is a body, and so has no moment about it.
+    """
 
     x: Channel = Constant(0.0)  # N, over time
     y: Channel = Constant(0.0)  # N, over time
