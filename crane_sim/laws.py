@@ -17,6 +17,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from inspect import cleandoc, signature
 from math import isfinite
+from numbers import Real
 from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 from pydantic import ValidationError
@@ -258,12 +259,18 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
     try:
         efforts = tuple(map(float, answer))
     except (TypeError, ValueError, OverflowError):
-        raise LawError(f"the law returned {shorten(answer)} at t = {t:g} s, not {nu} efforts") from None
+        line = f"the law returned {shorten(answer)} at t = {t:g} s, not {how_many(nu)}"
+        raise LawError(f"{line}: return (x,), a tuple" if isinstance(answer, Real) else line) from None
     if len(efforts) != nu:
         raise LawError(f"the law gave {len(efforts)} efforts at t = {t:g} s, {nu} joints are actuated")
     if not all(map(isfinite, efforts)):
         raise LawError(f"the law gave efforts that are not finite at t = {t:g} s: {list(efforts)}")
     return efforts
+
+
+def how_many(nu: int) -> str:
+    """Return the number of efforts in words."""
+    return "one effort" if nu == 1 else f"{nu} efforts"
 
 
 def with_initial_state(law: Any) -> Any:

@@ -301,7 +301,7 @@ def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> 
     if not summary.get("peak_effort"):
         return
     margins, times = summary.get("limit_margin", {}), summary.get("settling_time", {})
-    table = Table("joint", "final error", r"settled after \[s]", "peak effort", *["limit margin"] * bool(margins))
+    table = Table("joint", "final error", r"joint settled after \[s]", "peak effort", *["limit margin"] * bool(margins))
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
     for name, peak in summary["peak_effort"].items():

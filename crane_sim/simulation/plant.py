@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -167,6 +168,8 @@ class Plant:
             self._flush()
 
     def _check_efforts(self, u: Sequence[float] | None) -> None:
+        if isinstance(u, Real):
+            raise ValueError(f"u = {shorten(u)}: must be a number for each actuated joint: (x,), a tuple")
         if u is not None and len(u) != len(self._driven):
             driven = ", ".join(self.scene.actuated) or "none"
             raise ValueError(f"u = {shorten(u)}: has {len(u)} values; joints that take efforts: {driven}")

@@ -2,7 +2,10 @@
 
 from collections.abc import Sequence
 
+from crane_sim.files.errors import shorten
 from crane_sim.numerics.jit import lean_kernel
+
+STEP = 1e-6  # s, between the times of a table at which it has the values before and behind a step
 
 
 @lean_kernel
@@ -37,7 +40,8 @@ def find_table_error(times: Sequence[float], values: Sequence[float], spacing: f
     if len(times) != len(values):
         return f"a table needs as many values as times, here are {len(values)} and {len(times)}"
     if any(step <= 0.0 for step in steps):
-        return f"the times of a table must increase, here are {list(times)}"
+        step = f"; a step is two times {STEP:g} s apart" if 0.0 in steps else ""
+        return f"the times of a table must increase, here are {shorten(list(times))}{step}"
     if any(step < spacing for step in steps):
-        return f"the times of a table must be at least {spacing:g} s apart, here are {list(times)}"
+        return f"the times of a table must be at least {spacing:g} s apart, here are {shorten(list(times))}"
     return ""

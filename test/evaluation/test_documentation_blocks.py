@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import yaml
 from code_blocks import EXECUTED, ROOT, SHOWN, blocks_of, commands_of, execute
 
 import crane_sim
@@ -51,6 +52,19 @@ def test_the_tutorial_leads_where_it_says(folder: Path, domain_id: int) -> None:
             f"{settled:.2f} s" in PAGES[TUTORIAL].read_text() and f"{force / 1e3:.3g} kN" in PAGES[TUTORIAL].read_text()
         )
     assert (folder / "my" / "own.png").stat().st_size > 10_000 and (folder / "my" / "both.html").is_file()
+
+
+@pytest.mark.interpreted
+def test_the_readme_says_whose_settling_it_is() -> None:
+    """The scene of the README settles, slips and swings as the line beside its command says."""
+    text = next(block.text for block in blocks_of(PAGES["README"]) if block.title == "mine.yaml")
+    run = crane_sim.simulate(yaml.safe_load(text))
+    settled, last, swing = run.summary["settling_time"]["trolley"], run.events[-1], run.summary["residual_swing_deg"]
+    assert last[1] == "the trolley sticks"
+    line = (
+        f"settles to 2 % after {settled:.2f} s, slips until {last[0]:.2f} s; the load still swings by {swing:.2f} deg"
+    )
+    assert line in PAGES["README"].read_text()
 
 
 def test_every_block_says_what_it_is() -> None:

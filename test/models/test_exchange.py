@@ -32,6 +32,13 @@ SUPPORTS = {
     "knuckle": Knuckle(Rod(5.0, 2.0, 4.2, 0.0), Rod(4.0, 3.0, 4.0, 0.0), Tower(8.0), BoomSpring(900.0, 0.2)),
     "point": DrivenPoint(Servo(4.0, 3.0), Lift()),
 }
+SWINGING = {
+    "crane": "pendulum",
+    "duration": 0.6,
+    "rope": {"length": 4.0},
+    "payload": {"mass": 100.0},
+    "initial": {"direction": [0.3, 0.0, -np.sqrt(0.91)]},
+}
 FREE = ["tower", "bridge"]  # supports some of whose momentum no drive takes
 HOISTS = {"force": ForceHoist(1.5), "rate": MotionHoist(), "massless": MasslessHoist(1.0)}
 NODES, LENGTHS = (2.0, 1.5), (2.5, 1.2, 0.8)  # kg, m
@@ -432,3 +439,15 @@ def test_exchanges_that_cannot_be_are_refused(event: dict[str, Any], payload: di
     with pytest.raises(crane_sim.SceneError) as error:
         crane_sim.load_scene(RUN | {"events": events})
     assert line in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.interpreted
+def test_the_instant_of_an_exchange_is_the_one_before_it() -> None:
+    """At its own instant, in the middle of a run or at its end, the state is that before; the next one is after it."""
+    taken = {"events": [{"at": 0.5, "set": {"payload": {"mass": 300.0}}}]}
+    free, run = crane_sim.simulate(SWINGING), crane_sim.simulate(SWINGING | taken)
+    assert run.v[:51] == pytest.approx(free.v[:51], abs=1e-9) and run.t[50] == 0.5  # other steps, of rtol 1e-9
+    # 300 kg with the momentum of 100 kg, and what 10 ms of gravity add
+    assert run.v[51, 3] == pytest.approx(free.v[50, 3] / 3.0, abs=0.01 * 9.81 * 0.4)
+    ended = crane_sim.simulate(SWINGING | taken, duration=0.5)
+    assert ended.v[-1] == pytest.approx(free.v[50], abs=1e-9) and not ended.events

@@ -34,9 +34,24 @@ def raised(**profile: Any) -> dict[str, Any]:
 
 
 BAD: list[tuple[dict[str, Any], str]] = [
+    (
+        {"trolley": {"drive": "acceleration"}},
+        "trolley.drive = 'acceleration': is not possible; its integral, the speed ove",
+    ),
+    (
+        {"actuators": {"trolley": {"drive": "acceleration"}}},
+        "actuators.trolley.drive = 'acceleration': is not possible; i",
+    ),
+    (
+        {"inputs": {"trolley": {"kind": "table", "times": [0, 1, 1], "values": [0, 0, 1]}}},
+        "the times of a table must increase, here are [0.0, 1.0, 1.0]; a step is two times 1e-06 s apart",
+    ),
     ({"trolley": {}}, "trolley.mass = None: a trolley driven by force has one"),
-    ({"trolley": {"mass": 0}}, "trolley.mass = 0.0: a trolley driven by force has one"),
-    ({**SPACE, "trolley": {"drive": "fixed"}, "bridge": {"mass": 0}}, "bridge.mass = 0.0: a bridge driven by force"),
+    (
+        {"trolley": {"mass": 0}, "cable": {"model": "elastic", "stiffness": 1e5, "lengths": 1, "node_masses": 1}},
+        "trolley.mass = 0: belongs to rigid links; above an elastic cable a trolley has a mass",
+    ),
+    ({**SPACE, "trolley": {"drive": "fixed"}, "bridge": {}}, "bridge.mass = None: a bridge driven by force"),
     ({"trolley": {"mass": 1e300}}, "trolley.mass = 1e+300: must be 0 or of a size of 1e-12 to 1e+12"),
     ({"cable": {"lengths": [1e-320, 1.0]}}, "cable.lengths[0] = 1e-320: must be 0 or of a size"),
     ({"gravity": 1e200}, "gravity = 1e+200: must be 0 or of a size"),
@@ -90,8 +105,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"forces": [PUSH, PUSH | {"node": 3}]}, "forces[1].node = 3: the cable has nodes 1 .. 2"),
     ({"forces": [PUSH | {"axis": "y"}]}, "forces[0].axis = 'y': leaves the plane"),
     (
-        {"reference": {"q": [1.0]}, "control": {"law": "lqr", "nominal": {"trolley": {"mass": 0}}}},
-        "control.nominal: trolley.mass = 0.0: a trolley driven by force",
+        {"reference": {"q": [1.0]}, "control": {"law": "lqr", "nominal": {"trolley": {"mass": None}}}},
+        "control.nominal: trolley.mass = None: a trolley driven by force",
     ),
 ]
 

@@ -21,7 +21,7 @@ HEADLINES = {
 }
 HIDDEN = ("scene", "law", "mode", "seed", "error", "real_time_violation", "state_sha256", "recording", "mcap")
 HIDDEN += ("event_count",)
-JOINTS = {"final_error": "final error", "settling_time": "settled after", "peak_effort": "peak effort"}
+JOINTS = {"final_error": "final error", "settling_time": "joint settled after", "peak_effort": "peak effort"}
 
 
 def headlines(run: RecordedRun) -> list[tuple[str, str]]:

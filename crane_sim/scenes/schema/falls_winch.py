@@ -1,7 +1,7 @@
 """The group `hoist` of a scene file with falls: the winch that drives their length, and what it turns."""
 
 from math import inf
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import LengthRange, Positive
@@ -11,7 +11,7 @@ from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
 from crane_sim.models.supports.reeving import Drum, Reeving
 from crane_sim.scenes.schema.friction_checks import check_friction, friction_rate
-from crane_sim.scenes.schema.groups import Group
+from crane_sim.scenes.schema.groups import BY_RATE, Group
 from crane_sim.scenes.schema.reeving import ReevingGroup
 
 
@@ -22,10 +22,13 @@ class Ropes(NamedTuple):
     parts: int  # of the rope in each
 
 
+WinchDrive = Annotated[Literal["force", "torque", "rate"], BY_RATE]
+
+
 class Hoist(Group):
     """The winch, which drives the length of all falls."""
 
-    drive: Literal["force", "torque", "rate"] = "rate"  # what its input is: an effort on the falls' common length [N],
+    drive: WinchDrive = "rate"  # what its input is: an effort on the falls' common length [N],
     # positive pays out; the torque of the drum of `reeving` [N m], positive pays out; or by `rate` the length's
     # acceleration [m/s²], with `time_constant` its velocity [m/s]
     mass: Positive | None = None  # kg, of a `force` drive: inertia of drum and motor over the square of the drum's

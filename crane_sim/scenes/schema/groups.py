@@ -29,6 +29,24 @@ WORDS = {"from": "begin", "to": "end"}
 """Reserved words of Python as keys of a file, and the fields of NamedTuples in their place."""
 
 
+def explain_acceleration(remedy: str) -> BeforeValidator:
+    """Return a validator of a drive, which says what to do in place of a drive that is commanded accelerations."""
+
+    def check(drive: Any) -> Any:
+        if drive == "acceleration":
+            raise ValueError(f"is not possible; {remedy}")
+        return drive
+
+    return BeforeValidator(check)
+
+
+BY_SPEED = explain_acceleration(
+    "its integral, the speed over time, is: actuators.JOINT: {drive: velocity, servo: {gain: .inf, "
+    "max_acceleration: ...}}, which the joint follows exactly, and inputs.JOINT"
+)
+BY_RATE = explain_acceleration("drive: rate takes the length's acceleration")
+
+
 def _words_of(fields: tuple[str, ...]) -> dict[str, str]:
     """Return the words of a file for the fields of a NamedTuple, with the fields."""
     words = {field: word for word, field in WORDS.items()}
@@ -109,7 +127,10 @@ class InlineUnion(NamedTuple):
 
 
 class PayloadForceGroup(Group):
-    """A given force on the payload [N], along the axes of the world; absent axes are zero."""
+    """A given force on the payload [N], along the axes of the world; absent axes are zero.
+
+    It acts at the centre of mass of a payload that is a body, and so has no moment about it.
+    """
 
     x: Channel = Constant(0.0)  # N, over time
     y: Channel = Constant(0.0)  # N, over time

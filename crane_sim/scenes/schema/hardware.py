@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.files.errors import shorten
 from crane_sim.files.types import NonNegative, Positive, Real, reject_bool
-from crane_sim.scenes.schema.groups import Group, tagged_union_validator
+from crane_sim.scenes.schema.groups import BY_SPEED, Group, tagged_union_validator
 
 ALL = "all"
 """Key for every joint in place of a joint's name."""
@@ -96,6 +96,9 @@ class ServoGroup(Group):
     max_jerk: Positive | None = None  # joint's unit/s³, largest rate of that acceleration; left out: any
 
 
+Command = Annotated[Literal["effort", "velocity", "position"], BY_SPEED]
+
+
 class ActuatorGroup(Group):
     """Dynamics of a joint's drive, in the units of its effort.
 
@@ -103,7 +106,7 @@ class ActuatorGroup(Group):
     those of `all`. Laws, inputs and commands give what `drive` says, a speed or a position in the joint's unit.
     """
 
-    drive: Literal["effort", "velocity", "position"] = "effort"  # what the drive is commanded; the latter two are
+    drive: Command = "effort"  # what the drive is commanded; the latter two are
     # followed as `servo` says
     servo: ServoGroup | None = None  # reference and loops with `drive: velocity` or `position`
 

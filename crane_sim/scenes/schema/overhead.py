@@ -16,7 +16,7 @@ from crane_sim.scenes.schema.overhead_models import (
     on_base,
     stretched_lengths,
 )
-from crane_sim.scenes.schema.overhead_stiffness import bending_error
+from crane_sim.scenes.schema.overhead_stiffness import axis_mass, bending_error, massless_axes
 from crane_sim.scenes.schema.reference import compile_path, target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
 from crane_sim.trajectories.trajectory import Trajectory
@@ -108,6 +108,8 @@ class OverheadFile(OverheadCrane):
         notes: dict[str, Any] = {"model": self.cable_model} if self.cable.model == "auto" else {}
         if self.cable_model == "straight" and len(self.parts.masses) > 1:
             notes["model_error_estimate"] = bending_error(self)
+        if massless := massless_axes(self):
+            notes["rounded"] = [f"{name}.mass: 0 kg is taken as {axis_mass(self, name):.3g} kg" for name in massless]
         return notes
 
     def trajectory(self) -> Trajectory | None:

@@ -8,7 +8,7 @@ from crane_sim.files.types import NonNegative, Positive, Real, Tilt, as_list, re
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
-from crane_sim.scenes.schema.groups import Channel, Group, Profile
+from crane_sim.scenes.schema.groups import BY_SPEED, Channel, Group, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant
@@ -38,12 +38,18 @@ Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
 Vector = tuple[BoundedReal, BoundedReal, BoundedReal]
 
 
+AxisDrive = Annotated[Literal["force", "prescribed", "fixed"], BY_SPEED]
+HoistDrive = Annotated[Literal["prescribed", "force"], BY_SPEED]
+
+
 class AxisGroup(Group):
     """Motion of the trolley (along x) or the bridge (along y)."""
 
-    drive: Literal["force", "prescribed", "fixed"] = "force"  # by a force, which needs a `mass`; by a given `motion`;
+    drive: AxisDrive = "force"  # by a force, which needs a `mass`; by a given `motion`;
     # or not at all
-    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley
+    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley; 0 in all, above rigid
+    # links, is taken as 1e-10 of the payload's mass (`rounded`): what hangs below a massless trolley falls freely until
+    # it is below it, and bounces
     motion: Profile = None  # m, position over time, of a prescribed drive
     limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached; left out: none
 
@@ -90,7 +96,7 @@ class PayloadGroup(MassGroup):
 class HoistGroup(Group):
     """Drive of the first link's length. A force-driven hoist without inertia is the massless winch."""
 
-    drive: Literal["prescribed", "force"]  # by a given `profile`, or by a force on the length, positive pays out
+    drive: HoistDrive  # by a given `profile`, or by a force on the length, positive pays out
     profile: Profile = None  # m, length over time, of a prescribed hoist
     inertia: SizeOrZero | None = None  # kg, drum inertia over radius squared, of a drive by force; left out: the
     # massless winch

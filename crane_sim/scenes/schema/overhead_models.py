@@ -26,7 +26,7 @@ from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, nee
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_groups import AxisGroup, JointsGroup
-from crane_sim.scenes.schema.overhead_stiffness import stiffest
+from crane_sim.scenes.schema.overhead_stiffness import axis_mass, massless_axes, stiffest
 from crane_sim.trajectories.base_motion import AXES, Base, MountedBase, SplineBase
 from crane_sim.trajectories.profiles import Shape
 
@@ -84,7 +84,7 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
         raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
     rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
     cable = Chain(np.array(file.parts.masses), lengths)
-    trolley = trolley_of(file)
+    trolley = axis_of(file, "trolley")
     return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), make_event_limits(file))
 
 
@@ -95,12 +95,12 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
     mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3)) if len(light) else (0.0,) * 3
     nodes, payload = np.array([masses, distances]), as_float(masses[-1])
     cable = Line(as_float(lengths[0]), mass, first, second, payload, as_float(distances[-1]), nodes)
-    trolley = trolley_of(file)
+    trolley = axis_of(file, "trolley")
     return RodCrane(trolley, cable, hoist_of(file), file.gravity, make_event_limits(file))
 
 
 def _double_crane(file: OverheadCrane) -> DoubleCrane:
-    return DoubleCrane(trolley_of(file), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity)
+    return DoubleCrane(axis_of(file, "trolley"), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity)
 
 
 def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
@@ -111,13 +111,21 @@ def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
     return SpatialCrane(
-        trolley_of(file), bridge_of(file), cable, hoist_of(file), file.gravity, forces_of(file), make_event_limits(file)
+        axis_of(file, "trolley"),
+        axis_of(file, "bridge"),
+        cable,
+        hoist_of(file),
+        file.gravity,
+        forces_of(file),
+        make_event_limits(file),
     )
 
 
 def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
-    hoist, trolley = hoist_of(file), trolley_of(file)
-    bridge = bridge_of(file) if file.dimensions == 3 else None
+    hoist, trolley = hoist_of(file), axis_of(file, "trolley")
+    bridge = axis_of(file, "bridge") if file.dimensions == 3 else None
+    for name in massless_axes(file):
+        raise SceneError(f"{name}.mass = 0: belongs to rigid links; above an elastic cable a {name} has a mass")
     springs, forces, limits = springs_of(file, hoist), forces_of(file), make_event_limits(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and limits is None
     plain = not (file.base_motion or file.is_windy)
@@ -166,17 +174,6 @@ def refuse_springs(file: OverheadCrane) -> None:
             raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
 
 
-def trolley_of(file: OverheadCrane) -> Axis:
-    """Return the trolley; raises SceneError as `axis_of` does."""
-    return axis_of("trolley", file.trolley, 0.0, rail_friction(file, "trolley"), axis_motor(file, "trolley"))
-
-
-def bridge_of(file: OverheadCrane) -> Axis:
-    """Return the bridge, which carries the trolley; raises SceneError as `axis_of` does."""
-    friction, reflected = rail_friction(file, "bridge"), axis_motor(file, "bridge")
-    return axis_of("bridge", file.bridge, file.trolley.mass or 0.0, friction, reflected)
-
-
 def rail_friction(file: OverheadCrane, name: str) -> Friction | LuGre | None:
     """Return the friction of an axis on its rail, None without one.
 
@@ -196,23 +193,20 @@ def rail_friction(file: OverheadCrane, name: str) -> Friction | LuGre | None:
     return check_friction(f"{key}.{name}", by_events or by_bristles)
 
 
-def axis_of(
-    name: str, group: AxisGroup | None, carried: float, friction: Friction | LuGre | None, reflected: float
-) -> Axis:
-    """Return an axis that also moves the mass `carried` [kg], and its motor's `reflected` inertia [kg].
+def axis_of(file: OverheadCrane, name: str) -> Axis:
+    """Return the trolley or the bridge.
 
     Raises:
-        SceneError: mass or motion do not fit the drive.
+        SceneError: mass, motor, friction or motion do not fit the drive.
     """
-    group = group or AxisGroup(drive="fixed")
-    drive, mass, motion = group.drive, group.mass, group.motion
-    _check_shape(f"{name}.motion", motion, drive)
-    if drive == "force":
-        if mass is None or not mass + carried > 0.0:
-            raise SceneError(
-                f"{name}.mass = {mass}: a {name} driven by force has one; with what it carries, greater than 0"
-            )
-        return ForceAxis(mass + carried + reflected, friction)
+    group: AxisGroup = getattr(file, name) or AxisGroup(drive="fixed")
+    friction, reflected = rail_friction(file, name), axis_motor(file, name)
+    motion = group.motion
+    _check_shape(f"{name}.motion", motion, group.drive)
+    if group.drive == "force":
+        if group.mass is None:
+            raise SceneError(f"{name}.mass = None: a {name} driven by force has one, which may be 0")
+        return ForceAxis(axis_mass(file, name) + reflected, friction)
     return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
 
 

@@ -6,11 +6,13 @@ import numpy.typing as npt
 from crane_sim.models.stops import MIN_LENGTH
 from crane_sim.models.supports.friction import steepest_slope
 from crane_sim.scenes.schema.friction_checks import friction_rate
+from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.oscillation import row_frequency
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.trajectories.profiles import Shape
 
 Array = npt.NDArray[np.float64]
+LEAST_MASS = 1e-10  # of the payload's mass: that of a trolley or bridge without any
 
 
 def stiffest(file: OverheadCrane) -> float:
@@ -103,14 +105,30 @@ def bending_error(file: OverheadCrane) -> float:
     return 0.3 * swung * share**2 * length * min(angle, np.pi) * (1.0 + frequency * file.duration / 20.0)
 
 
+def driven_masses(file: OverheadCrane) -> dict[str, float]:
+    """Return the masses [kg] that forces on trolley and bridge, which carries the trolley, move beside the cable."""
+    carried, masses = file.trolley.mass or 0.0, dict[str, float]()
+    if file.trolley.drive == "force":
+        masses["trolley"] = carried
+    if file.bridge is not None and file.bridge.drive == "force":
+        masses["bridge"] = (file.bridge.mass or 0.0) + carried
+    return masses
+
+
+def massless_axes(file: OverheadCrane) -> list[str]:
+    """Return which of trolley and bridge are driven by a force and have no mass, nor their motor."""
+    return [name for name, mass in driven_masses(file).items() if not mass + reflected_inertia(file, name) > 0.0]
+
+
+def axis_mass(file: OverheadCrane, name: str) -> float:
+    """Return the mass [kg] of a force-driven axis in the equations, which is not 0."""
+    mass = driven_masses(file)[name]
+    return mass if mass > 0.0 else LEAST_MASS * file.parts.masses[-1]
+
+
 def _lightest_axis(file: OverheadCrane) -> float:
     """Return the smaller one of the masses [kg] that the cable can move along an axis; infinite where it moves none."""
-    carried, masses = file.trolley.mass or 0.0, [np.inf]
-    if file.trolley.drive == "force":
-        masses.append(carried)
-    if file.bridge is not None and file.bridge.drive == "force":
-        masses.append((file.bridge.mass or 0.0) + carried)
-    return min(masses)
+    return min([np.inf, *(axis_mass(file, name) for name in driven_masses(file))])
 
 
 def _largest(file: OverheadCrane, masses: Array, springs: Array) -> float:

@@ -141,9 +141,9 @@ def _read_columns(where: str, file: str) -> tuple[list[str], Array, list[int]]:
 def _check_angles(where: str, head: list[str], numbers: Array, lines: list[int]) -> None:
     """Raise SceneError where angles without a unit are probably in degrees."""
     for name, (largest, turn) in SUSPECT.items():
-        large = np.flatnonzero(np.abs(numbers[:, head.index(name)]) > largest) if name in head else ()
-        if len(large):
-            at = f"row {lines[large[0]]}, {name} = {numbers[large[0], head.index(name)]:g}"
+        column = numbers[:, head.index(name)] if name in head else np.empty(0)
+        for k in np.flatnonzero(np.abs(column) > largest):
+            at = f"row {lines[k]}, {name} = {column[k]:g}"
             meant = f"did you mean degrees? name the column {name}_deg (or {name}_rad)"
             raise SceneError(f"{where}: {at}: as radians more than {turn}; {meant}")
 

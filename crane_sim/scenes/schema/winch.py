@@ -1,7 +1,7 @@
 """The group `rope` of a scene file: a rope below a boom or jib, and the winch that drives it."""
 
 from math import inf
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import LengthRange, Positive
@@ -12,7 +12,7 @@ from crane_sim.models.supports.reeved_hoist import ReevedHoist, Torque
 from crane_sim.models.supports.reeving import Reeving
 from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.scenes.schema.friction_checks import check_friction
-from crane_sim.scenes.schema.groups import Group
+from crane_sim.scenes.schema.groups import BY_RATE, Group
 from crane_sim.scenes.schema.motors import motor_of, reflected_inertia
 from crane_sim.scenes.schema.reeving import ReevingGroup
 
@@ -67,10 +67,13 @@ class Winch(Group):
         return MasslessHoist() if self.drive == "force" else None
 
 
+RopeDrive = Annotated[Literal["force", "torque", "rate", "locked"], BY_RATE]
+
+
 class ReevedRope(Winch):
     """Drive of the rope by the winch, and what the winch turns."""
 
-    drive: Literal["force", "torque", "rate", "locked"] = "force"  # what the input of the winch is: an effort [N] on
+    drive: RopeDrive = "force"  # what the input of the winch is: an effort [N] on
     # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
     # pays out; by `rate` the length's acceleration [m/s²], with `time_constant` its velocity [m/s]; or nothing, the
     # length stays
