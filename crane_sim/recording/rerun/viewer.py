@@ -5,10 +5,15 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import secrets
+import shutil
 import socket
 import subprocess
 import tempfile
+import threading
 import time
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 from urllib.parse import quote
@@ -101,18 +106,23 @@ class HeadlessViewer:
             time.sleep(_POLL)
 
     def load(self, recording: Path) -> ViewerState:
-        """Open a recording; return what the viewer shows when it has loaded it.
+        """Open a recording; return what the viewer shows when it has loaded all of it.
+
+        Of a file that it opens itself it would load, while it draws, only what it draws just then.
 
         Raises:
-            PictureError: it does not load it within `LOAD_SECONDS`.
+            PictureError: it cannot read it, or does not load it within `LOAD_SECONDS`.
         """
-        self.request(lambda client: client.open(str(recording.resolve())))
-        deadline = time.monotonic() + LOAD_SECONDS
-        while time.monotonic() < deadline:
-            state = self.request(lambda client: client.get_state())
-            if state.active_recording and not state.loading:
-                return state
-            time.sleep(_POLL)
+        with _served(recording) as address:
+            opened = self.request(lambda client: client.open(address))
+            if not (opened.store_ids or opened.loading):
+                raise PictureError(f"{recording}: the viewer cannot read it")
+            deadline = time.monotonic() + LOAD_SECONDS
+            while time.monotonic() < deadline:
+                state = self.request(lambda client: client.get_state())
+                if state.active_recording and not state.loading:
+                    return state
+                time.sleep(_POLL)
         raise PictureError(f"{recording}: the viewer did not load it within {LOAD_SECONDS:g} s")
 
 
@@ -122,7 +132,7 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
     (port,) = free_ports(1)
     command = [str(rerun_executable()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:  # a viewer that is ended leaves one of its own
-        env, log = os.environ | ENVIRONMENT | {"TMPDIR": folder}, Path(folder, "viewer.log")
+        env, log = _environment(folder), Path(folder, "viewer.log")
         try:
             with log.open("wb") as output:
                 process = subprocess.Popen(
@@ -134,6 +144,39 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
             yield HeadlessViewer(process, port, log)
         finally:
             end_process(process, END_SECONDS)
+
+
+@contextlib.contextmanager
+def _served(recording: Path) -> Iterator[str]:
+    """Serve a recording on the loopback interface for the length of the block; yield its address, which is a secret."""
+    path = f"/{secrets.token_hex(16)}/{quote(recording.name)}"
+
+    class _Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:  # noqa: N802  (the name that the server looks for)
+            if self.path != path:
+                self.send_error(HTTPStatus.NOT_FOUND)
+                return
+            self.send_response(HTTPStatus.OK)
+            self.send_header("Content-Length", str(recording.stat().st_size))
+            self.end_headers()
+            with recording.open("rb") as file:
+                shutil.copyfileobj(file, self.wfile)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    with ThreadingHTTPServer((ADDRESS, 0), _Handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            yield f"http://{ADDRESS}:{server.server_port}{path}"
+        finally:
+            server.shutdown()
+
+
+def _environment(folder: str) -> dict[str, str]:
+    """Return the environment of a viewer without a window, which asks no proxy for addresses of this machine."""
+    kept = {name: value for name, value in os.environ.items() if not name.lower().endswith("_proxy")}
+    return kept | ENVIRONMENT | {"TMPDIR": folder}
 
 
 def _describe_end(output: str) -> str:
