@@ -1,4 +1,4 @@
-"""Rerun's viewer: in a window, as a page on the loopback interface, and without a window."""
+"""Rerun's viewer: in a window, and without one."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import time
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 from urllib.parse import quote
 
 from rerun.experimental import ViewerClient
@@ -46,25 +46,9 @@ class PictureError(RuntimeError):
     """No picture could be made; the message is one line."""
 
 
-class WebPage(NamedTuple):
-    """The viewer as a page."""
-
-    command: list[str]  # that serves it until it is interrupted
-    address: str
-
-
 def window_command(source: str) -> list[str]:
     """Return the command that shows a recording's file, or what a live server's address serves, in a window."""
     return [str(rerun_executable()), "--hide-welcome-screen", "--bind", ADDRESS, "--port", "auto", source]
-
-
-def web_page(source: str) -> WebPage:
-    """Return the page that shows a recording's file, or what a live server's address serves, in a browser."""
-    page_port, data_port = free_ports(2)
-    served = source if "://" in source else live_address(data_port)
-    command = [str(rerun_executable()), "--serve-web", "--bind", ADDRESS]
-    command += ["--port", str(data_port), "--web-viewer-port", str(page_port), source]
-    return WebPage(command, f"http://{ADDRESS}:{page_port}/?url={quote(served, safe='')}")
 
 
 def free_ports(count: int) -> list[int]:
