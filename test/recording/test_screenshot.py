@@ -172,6 +172,19 @@ def test_temporary_files_of_a_viewer_are_removed(recording: Path, tmp_path: Path
     assert not folder.exists()
 
 
+def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever proxy a user has, a viewer's requests to other machines end at a port of this one that nobody serves."""
+    monkeypatch.setenv("https_proxy", "http://proxy.example.org:3128")
+    monkeypatch.setenv("NO_PROXY", "example.org")
+    program, made = tmp_path / "viewer", tmp_path / "made"
+    program.write_text(f"#!/bin/sh\nenv > {made}.new && mv {made}.new {made}\nexec sleep 60\n")
+    with headless_viewer():
+        wait_until(made.exists, "the viewer's environment")
+    given = dict(line.split("=", 1) for line in made.read_text().splitlines() if "proxy" in line.lower())
+    assert given["ALL_PROXY"] == given["all_proxy"] == "http://127.0.0.1:9"  # before those of a single scheme
+    assert given["NO_PROXY"] == given["no_proxy"] == "127.0.0.1"
+
+
 def test_a_tab_is_selected_by_its_title(recording: Path, tmp_path: Path) -> None:
     """The tab of a title, in any case, becomes the active one; an unknown one, view or time is one line."""
     picture(recording, tmp_path / "run.png", shown=Shown(tab="summary", view="crane"))

@@ -36,8 +36,11 @@ _PANIC = "panicked at"  # what a viewer without a driver ends with, above a page
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _POLL = 0.1  # s between two questions
 
-ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"}
-"""Of the viewer: no question about analytics, no line for what goes well."""
+_OFFLINE = {"ALL_PROXY": f"http://{ADDRESS}:9", "NO_PROXY": ADDRESS}  # port 9 discards what it gets, or nobody listens
+ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"} | {
+    name: value for upper, value in _OFFLINE.items() for name in (upper, upper.lower())
+}
+"""Of the viewer: no question about analytics, no line for what goes well, and no telemetry or request for updates."""
 
 Answer = TypeVar("Answer")
 
@@ -116,7 +119,7 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
     (port,) = free_ports(1)
     command = [str(rerun_executable()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:  # a viewer that is ended leaves one of its own
-        env, log = _environment(folder), Path(folder, "viewer.log")
+        env, log = os.environ | ENVIRONMENT | {"TMPDIR": folder}, Path(folder, "viewer.log")
         try:
             with log.open("wb") as output:
                 process = subprocess.Popen(
@@ -155,12 +158,6 @@ def _served(recording: Path) -> Iterator[str]:
             yield f"http://{ADDRESS}:{server.server_port}{path}"
         finally:
             server.shutdown()
-
-
-def _environment(folder: str) -> dict[str, str]:
-    """Return the environment of a viewer without a window, which asks no proxy for addresses of this machine."""
-    kept = {name: value for name, value in os.environ.items() if not name.lower().endswith("_proxy")}
-    return kept | ENVIRONMENT | {"TMPDIR": folder}
 
 
 def _describe_end(output: str) -> str:
