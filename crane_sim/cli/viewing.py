@@ -47,17 +47,19 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
         raise SceneError(f"--port = {port}: only with --live, whose run serves it")
     recording = None if live else find_recording(run)
     from crane_sim.recording.rerun.live import live_address
-    from crane_sim.recording.rerun.viewer import ENVIRONMENT, check_viewable, web_page, window_command
+    from crane_sim.recording.rerun.viewer import ENVIRONMENT, check_viewable, window_command
 
     if recording is not None:
         check_viewable(recording)
     source = live_address(port or VIEWER_PORT) if recording is None else str(recording)
     if web:
-        command, address = web_page(source)
-        print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
-    else:
-        _require_display()
-        command = window_command(source)
+        from crane_sim.recording.rerun.web_page import web_page
+
+        with web_page(source) as (viewer, address):
+            print(f"{source} is shown at\n{address}\nuntil Ctrl-C", flush=True)
+            raise SystemExit(viewer.wait())
+    _require_display()
+    command = window_command(source)
     os.execve(command[0], command, os.environ | ENVIRONMENT)  # signals are the viewer's from here on
 
 

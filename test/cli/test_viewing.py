@@ -1,6 +1,8 @@
 """The commands that show a recording: the recording that they choose, the program that they run, refused options."""
 
 import os
+import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,7 @@ import pytest
 from crane_sim.cli.commands import app
 from crane_sim.cli.viewing import find_recording
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.rerun import web_page
 
 
 @pytest.fixture
@@ -69,16 +72,24 @@ def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monk
     assert all(command[command.index("--bind") + 1] == "127.0.0.1" for command in executed)
 
 
-@pytest.mark.usefixtures("folder")
-def test_a_page_is_served_on_the_loopback_interface(
-    executed: list[list[str]], capsys: pytest.CaptureFixture[str]
+def test_a_page_is_served_until_the_viewer_ends(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The printed address has the two ports that the viewer is given, both of 127.0.0.1."""
-    run("view", "runs/a.rrd", "--web")
-    (command,) = executed
-    page, data = (command[command.index(option) + 1] for option in ("--web-viewer-port", "--port"))
-    address = f"http://127.0.0.1:{page}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{data}%2Fproxy"
-    assert address in capsys.readouterr().out.splitlines()
+    """The viewer has both ports of 127.0.0.1; the address is that of its data, its exit code that of the command."""
+    program, given = folder / "viewer", folder / "given"
+    listen = "socket.create_server(('127.0.0.1', int(argv[argv.index('--web-viewer-port') + 1])))"
+    program.write_text(
+        f"#!{sys.executable}\nimport socket; from sys import argv\nopen('{given}', 'w').write(' '.join(argv))\n"
+        f"server = {listen}\nserver.accept()\nraise SystemExit(7)\n"
+    )
+    program.chmod(0o755)
+    monkeypatch.setattr(web_page, "rerun_executable", lambda: program)
+    with pytest.raises(SystemExit, match="^7$"):
+        run("view", "runs/a.rrd", "--web")
+    command = given.read_text().split()
+    data = command[command.index("--port") + 1]
+    address = rf"http://127\.0\.0\.1:\d+/\?url=rerun%2Bhttp%3A%2F%2F127\.0\.0\.1%3A{data}%2Fproxy&hide_welcome_screen"
+    assert re.fullmatch(address, capsys.readouterr().out.splitlines()[1])
     assert command[command.index("--bind") + 1] == "127.0.0.1" and command[-1] == "runs/a.rrd"
 
 

@@ -53,6 +53,21 @@ def brief(scene: str) -> float:
     return min(loaded.duration, max(0.3, 12 * loaded.period))
 
 
+@pytest.mark.long
+def test_the_first_picture_of_an_instant_is_complete(tmp_path: Path) -> None:
+    """Of a recording of many parts, the rope too is in the first picture of an instant, as in every later one."""
+    file = crane_sim.simulate("offshore_resonant").record(tmp_path / "run.rrd")
+    try:
+        with camera(file, Shown(view="Crane")) as viewer:
+            for t in (12.0, 24.0):
+                first = viewer.at(t)
+                assert [viewer.at(t) for _ in range(3)] == [first] * 3
+    except PictureError as error:
+        if str(error) != NO_DRAWING:
+            raise
+        pytest.skip(NO_DRAWING)
+
+
 def check(scene: str, folder: Path, duration: float | None = None) -> None:
     """Draw a run of a scene, as long as it says unless a duration [s] is given."""
     try:

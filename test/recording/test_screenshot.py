@@ -6,20 +6,22 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from urllib.error import HTTPError, URLError
+from urllib.request import urlopen
 
 import pytest
 from PIL import Image, ImageSequence
 from process_helpers import wait_until
 
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.rerun import screenshot as picture_module
 from crane_sim.recording.rerun import viewer as viewer_module
 from crane_sim.recording.rerun.clip import Cut, write_clip
 from crane_sim.recording.rerun.screenshot import Shown, picture
-from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError, headless_viewer
+from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError, _served, headless_viewer
 
 STATE = SimpleNamespace(
     active_recording="run",
+    store_ids=["run"],
     loading=[],
     recordings=[SimpleNamespace(timelines=[SimpleNamespace(name="sim_time", end=4_000_000_000)])],
     views=[SimpleNamespace(name="Crane", view_id="3d", reports=[])],
@@ -45,6 +47,8 @@ class LossyClient:
     """A client whose every call fails the first time, and whose connection is then lost."""
 
     requests: list[str] = []
+    instants: list[float] = []  # at which the time was set
+    pictures: list[bytes] = []  # that come before one which only depends on the time
 
     def __init__(self) -> None:
         """Be connected."""
@@ -58,19 +62,17 @@ class LossyClient:
     def __getattr__(self, name: str) -> Any:
         """Return a method that fails at its first call, and answers later ones."""
 
-        def answer(*_: object, **__: object) -> Any:
+        def answer(*_: object, **settings: Any) -> Any:
             assert not self._lost, "a lost connection was used again"
             self.requests.append(name)
             if self.requests.count(name) < 2:
                 self._lost = True
                 raise ConnectionError(f"{name}: connection lost")
-            return (
-                png(len(self.requests))
-                if name == "take_screenshot"
-                else BLUEPRINT
-                if name == "get_blueprint"
-                else STATE
-            )
+            if name == "take_screenshot":
+                return self.pictures.pop(0) if self.pictures else png(self.instants.index(self.instants[-1]))
+            if name == "set_time":
+                self.instants.append(settings["duration"])
+            return BLUEPRINT if name == "get_blueprint" else STATE
 
         return answer
 
@@ -83,8 +85,8 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     program.chmod(0o755)
     monkeypatch.setattr(viewer_module, "rerun_executable", lambda: program)
     monkeypatch.setattr(viewer_module, "ViewerClient", LossyClient)
-    monkeypatch.setattr(picture_module, "DRAW_SECONDS", 0.0)
-    monkeypatch.setattr(LossyClient, "requests", [])
+    for name in ("requests", "instants", "pictures"):
+        monkeypatch.setattr(LossyClient, name, [])
     file = tmp_path / "run.rrd"
     file.touch()
     yield file
@@ -95,6 +97,39 @@ def test_a_lost_connection_is_renewed(recording: Path, tmp_path: Path) -> None:
     assert picture(recording, tmp_path / "run.png") == []
     assert LossyClient.requests.count("open") == 2 and LossyClient.requests.count("take_screenshot") > 2
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_is_complete(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The picture is the first that is like the one before; while they still differ in the end, it is an error."""
+    monkeypatch.setattr(LossyClient, "pictures", [png(k) for k in (50, 50, 51, 52, 53)])
+    picture(recording, tmp_path / "run.png", 1.0)
+    assert Image.open(tmp_path / "run.png").getpixel((0, 0)) == (LossyClient.instants.index(1.0), 0, 0)
+    monkeypatch.setattr(LossyClient, "pictures", [png(k % 2) for k in range(100_000)])
+    monkeypatch.setattr(viewer_module, "LOAD_SECONDS", 0.3)
+    with pytest.raises(PictureError, match=r"^the viewer did not finish a picture within 0\.3 s$"):
+        picture(recording, tmp_path / "no.png")
+    assert not (tmp_path / "no.png").exists()
+
+
+def test_a_file_that_is_no_recording_is_refused_at_once(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the viewer opens nothing and loads nothing, the line says that it cannot read the file."""
+    monkeypatch.setattr(LossyClient, "open", lambda *_: SimpleNamespace(store_ids=[], loading=[]), raising=False)
+    with pytest.raises(PictureError, match=r"run\.rrd: the viewer cannot read it$"):
+        picture(recording, recording.with_suffix(".png"))
+
+
+def test_a_recording_is_served_whole(tmp_path: Path) -> None:
+    """The viewer gets all bytes of a recording at an address of this machine that is no other's, and nothing else."""
+    file = tmp_path / "a run.rrd"
+    file.write_bytes(bytes(range(256)) * 1000)
+    with _served(file) as address, _served(file) as other:
+        with urlopen(address) as answer:
+            assert answer.read() == file.read_bytes()
+        assert address.startswith("http://127.0.0.1:") and address.split("/")[3] != other.split("/")[3]
+        with pytest.raises(HTTPError):
+            urlopen(f"{address}x")
+    with pytest.raises(URLError):
+        urlopen(address)
 
 
 def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,6 +170,19 @@ def test_temporary_files_of_a_viewer_are_removed(recording: Path, tmp_path: Path
         folder = Path(made.read_text().strip())
         assert folder.is_dir()
     assert not folder.exists()
+
+
+def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever proxy a user has, a viewer's requests to other machines end at a port of this one that nobody serves."""
+    monkeypatch.setenv("https_proxy", "http://proxy.example.org:3128")
+    monkeypatch.setenv("NO_PROXY", "example.org")
+    program, made = tmp_path / "viewer", tmp_path / "made"
+    program.write_text(f"#!/bin/sh\nenv > {made}.new && mv {made}.new {made}\nexec sleep 60\n")
+    with headless_viewer():
+        wait_until(made.exists, "the viewer's environment")
+    given = dict(line.split("=", 1) for line in made.read_text().splitlines() if "proxy" in line.lower())
+    assert given["ALL_PROXY"] == given["all_proxy"] == "http://127.0.0.1:9"  # before those of a single scheme
+    assert given["NO_PROXY"] == given["no_proxy"] == "127.0.0.1"
 
 
 def test_a_tab_is_selected_by_its_title(recording: Path, tmp_path: Path) -> None:

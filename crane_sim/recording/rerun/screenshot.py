@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.files.output import write_output
+from crane_sim.recording.rerun import viewer
 from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, check_viewable, headless_viewer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from rerun.experimental import ViewerState
-
-DRAW_SECONDS = 1.0  # for what a viewer still loads when it draws a tab for the first time
 
 
 class Shown(NamedTuple):
@@ -36,24 +35,38 @@ class ViewCamera:
         end: scene time of the end of the run [s].
     """
 
-    def __init__(self, viewer: HeadlessViewer, recording: Path, shown: Shown) -> None:
+    def __init__(self, headless: HeadlessViewer, recording: Path, shown: Shown) -> None:
         """Load a recording.
 
         Raises:
             SceneError: it has no such tab or view.
             PictureError: the viewer cannot load it.
         """
-        self._viewer = viewer
-        state = viewer.load(recording)
+        self._viewer = headless
+        state = headless.load(recording)
         self.end = _end_of_run(state, recording)
         self._view_id = _view_id(state, shown.view) if shown.view else None
         if shown.tab:
             self._select_tab(shown.tab)
-        self.at(self.end)
-        time.sleep(DRAW_SECONDS)
+        self.drawn_at(self.end)
+
+    def drawn_at(self, instant: float) -> bytes:
+        """Return the picture at a scene time [s] once it is complete, as PNG: the first that is like the one before.
+
+        A viewer lays out a tab and loads what its views need in the frames in which it draws it for the first time.
+
+        Raises:
+            PictureError: pictures still differ after `LOAD_SECONDS`.
+        """
+        deadline, picture = time.monotonic() + viewer.LOAD_SECONDS, self.at(instant)
+        while time.monotonic() < deadline:
+            before, picture = picture, self.at(instant)
+            if picture == before:
+                return picture
+        raise PictureError(f"the viewer did not finish a picture within {viewer.LOAD_SECONDS:g} s")
 
     def at(self, instant: float) -> bytes:
-        """Return the picture at a scene time [s], as PNG."""
+        """Return the picture at a scene time [s], as PNG; of a tab that has been drawn before it is complete."""
         self._viewer.request(lambda client: client.set_time("sim_time", duration=instant, play_state="paused"))
         return self._viewer.request(lambda client: client.take_screenshot(self._view_id))
 
@@ -79,8 +92,8 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[ViewCamera]:
         PictureError: no viewer, no Vulkan driver to draw with.
     """
     check_viewable(recording)
-    with headless_viewer() as viewer:
-        yield ViewCamera(viewer, recording, shown or Shown())
+    with headless_viewer() as headless:
+        yield ViewCamera(headless, recording, shown or Shown())
 
 
 def picture(recording: Path, output: Path, at: float | None = None, shown: Shown | None = None) -> list[str]:
@@ -99,13 +112,13 @@ def picture(recording: Path, output: Path, at: float | None = None, shown: Shown
         SceneError: there is no such recording, tab or view, or the run was over by then.
         PictureError: no viewer, no Vulkan driver to draw with.
     """
-    with camera(recording, shown) as viewer:
-        instant = viewer.end if at is None else at
-        if not 0.0 <= instant <= viewer.end:
-            raise SceneError(f"time {instant:g}: {recording} has 0 .. {viewer.end:g} s")
-        drawn = viewer.at(instant)
+    with camera(recording, shown) as shown_by:
+        instant = shown_by.end if at is None else at
+        if not 0.0 <= instant <= shown_by.end:
+            raise SceneError(f"time {instant:g}: {recording} has 0 .. {shown_by.end:g} s")
+        drawn = shown_by.drawn_at(instant)
         write_output("--output", output, lambda path: path.write_bytes(drawn))
-        return viewer.reports()
+        return shown_by.reports()
 
 
 def _end_of_run(state: ViewerState, recording: Path) -> float:

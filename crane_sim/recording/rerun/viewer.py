@@ -1,16 +1,21 @@
-"""Rerun's viewer: in a window, as a page on the loopback interface, and without a window."""
+"""Rerun's viewer: in a window, and without one."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import re
+import secrets
+import shutil
 import socket
 import subprocess
 import tempfile
+import threading
 import time
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 from urllib.parse import quote
 
 from rerun.experimental import ViewerClient
@@ -34,8 +39,11 @@ _PANIC = "panicked at"  # what a viewer without a driver ends with, above a page
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _POLL = 0.1  # s between two questions
 
-ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"}
-"""Of the viewer: no question about analytics, no line for what goes well."""
+_OFFLINE = {"ALL_PROXY": f"http://{ADDRESS}:9", "NO_PROXY": ADDRESS}  # port 9 discards what it gets, or nobody listens
+ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"} | {
+    name: value for upper, value in _OFFLINE.items() for name in (upper, upper.lower())
+}
+"""Of the viewer: no question about analytics, no line for what goes well, and no telemetry or request for updates."""
 
 Answer = TypeVar("Answer")
 
@@ -55,25 +63,9 @@ def check_viewable(recording: Path) -> None:
         raise SceneError(f"{recording}: is no recording: its first bytes are not those of one")
 
 
-class WebPage(NamedTuple):
-    """The viewer as a page."""
-
-    command: list[str]  # that serves it until it is interrupted
-    address: str
-
-
 def window_command(source: str) -> list[str]:
     """Return the command that shows a recording's file, or what a live server's address serves, in a window."""
     return [str(rerun_executable()), "--hide-welcome-screen", "--bind", ADDRESS, "--port", "auto", source]
-
-
-def web_page(source: str) -> WebPage:
-    """Return the page that shows a recording's file, or what a live server's address serves, in a browser."""
-    page_port, data_port = free_ports(2)
-    served = source if "://" in source else live_address(data_port)
-    command = [str(rerun_executable()), "--serve-web", "--bind", ADDRESS]
-    command += ["--port", str(data_port), "--web-viewer-port", str(page_port), source]
-    return WebPage(command, f"http://{ADDRESS}:{page_port}/?url={quote(served, safe='')}")
 
 
 def free_ports(count: int) -> list[int]:
@@ -115,18 +107,23 @@ class HeadlessViewer:
             time.sleep(_POLL)
 
     def load(self, recording: Path) -> ViewerState:
-        """Open a recording; return what the viewer shows when it has loaded it.
+        """Open a recording; return what the viewer shows when it has loaded all of it.
+
+        Of a file that it opens itself it would load, while it draws, only what it draws just then.
 
         Raises:
-            PictureError: it does not load it within `LOAD_SECONDS`.
+            PictureError: it cannot read it, or does not load it within `LOAD_SECONDS`.
         """
-        self.request(lambda client: client.open(str(recording.resolve())))
-        deadline = time.monotonic() + LOAD_SECONDS
-        while time.monotonic() < deadline:
-            state = self.request(lambda client: client.get_state())
-            if state.active_recording and not state.loading:
-                return state
-            time.sleep(_POLL)
+        with _served(recording) as address:
+            opened = self.request(lambda client: client.open(address))
+            if not (opened.store_ids or opened.loading):
+                raise PictureError(f"{recording}: the viewer cannot read it")
+            deadline = time.monotonic() + LOAD_SECONDS
+            while time.monotonic() < deadline:
+                state = self.request(lambda client: client.get_state())
+                if state.active_recording and not state.loading:
+                    return state
+                time.sleep(_POLL)
         raise PictureError(f"{recording}: the viewer did not load it within {LOAD_SECONDS:g} s")
 
 
@@ -148,6 +145,33 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
             yield HeadlessViewer(process, port, log)
         finally:
             end_process(process, END_SECONDS)
+
+
+@contextlib.contextmanager
+def _served(recording: Path) -> Iterator[str]:
+    """Serve a recording on the loopback interface for the length of the block; yield its address, which is a secret."""
+    path = f"/{secrets.token_hex(16)}/{quote(recording.name)}"
+
+    class _Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:  # noqa: N802  (the name that the server looks for)
+            if self.path != path:
+                self.send_error(HTTPStatus.NOT_FOUND)
+                return
+            self.send_response(HTTPStatus.OK)
+            self.send_header("Content-Length", str(recording.stat().st_size))
+            self.end_headers()
+            with recording.open("rb") as file:
+                shutil.copyfileobj(file, self.wfile)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    with ThreadingHTTPServer((ADDRESS, 0), _Handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            yield f"http://{ADDRESS}:{server.server_port}{path}"
+        finally:
+            server.shutdown()
 
 
 def _describe_end(output: str) -> str:
