@@ -46,10 +46,11 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
     from crane_sim.recording.rerun.live import live_address
     from crane_sim.recording.rerun.viewer import ENVIRONMENT, web_page, window_command
 
-    source = live_address(port or VIEWER_PORT) if live else str(find_recording(run))
+    name = live_address(port or VIEWER_PORT) if live else str(find_recording(run))
+    source = name if live else _source(Path(name))
     if web:
         command, address = web_page(source)
-        print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
+        print(f"{name} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
     else:
         _require_display()
         command = window_command(source)
@@ -155,6 +156,16 @@ def check_output(output: Path | None, recording: Path, *suffixes: str) -> Path:
         raise SceneError(f"--output {file}: must end in {' or '.join(suffixes)}")
     ensure_writable_file("--output", file)
     return file
+
+
+def _source(recording: Path) -> str:
+    """Return the viewer's argument for a recording: its path; of one that is cut "-", with what is whole as stdin."""
+    from crane_sim.recording.rerun.cut_files import open_viewable
+
+    if (whole := open_viewable(recording)) is None:
+        return str(recording)
+    os.dup2(whole.fileno(), sys.stdin.fileno())
+    return "-"
 
 
 def _require_display() -> None:

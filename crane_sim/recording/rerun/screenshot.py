@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.files.output import write_output
+from crane_sim.recording.rerun.cut_files import viewable
 from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, headless_viewer
 
 if TYPE_CHECKING:
@@ -78,10 +79,10 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[ViewCamera]:
         SceneError: there is no such recording, tab or view.
         PictureError: no viewer, no Vulkan driver to draw with.
     """
-    if not recording.is_file():
+    if not recording.exists():
         raise SceneError(f"{recording}: no such file")
-    with headless_viewer() as viewer:
-        yield ViewCamera(viewer, recording, shown or Shown())
+    with headless_viewer() as viewer, viewable(recording) as whole:
+        yield ViewCamera(viewer, whole, shown or Shown())
 
 
 def picture(recording: Path, output: Path, at: float | None = None, shown: Shown | None = None) -> list[str]:
