@@ -51,12 +51,13 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
 
     if recording is not None:
         check_viewable(recording)
-    source = live_address(port or VIEWER_PORT) if recording is None else str(recording)
+    name = live_address(port or VIEWER_PORT) if recording is None else str(recording)
+    source = name if recording is None else _source(recording)
     if web:
         from crane_sim.recording.rerun.web_page import web_page
 
         with web_page(source) as (viewer, address):
-            print(f"{source} is shown at\n{address}\nuntil Ctrl-C", flush=True)
+            print(f"{name} is shown at\n{address}\nuntil Ctrl-C", flush=True)
             raise SystemExit(viewer.wait())
     _require_display()
     command = window_command(source)
@@ -165,6 +166,16 @@ def check_output(output: Path | None, recording: Path, *suffixes: str) -> Path:
         raise SceneError(f"--output {file}: must end in {' or '.join(suffixes)}")
     ensure_writable_file("--output", file)
     return file
+
+
+def _source(recording: Path) -> str:
+    """Return the viewer's argument for a recording: its path; of one that is cut "-", with what is whole as stdin."""
+    from crane_sim.recording.rerun.cut_files import open_viewable
+
+    if (whole := open_viewable(recording)) is None:
+        return str(recording)
+    os.dup2(whole.fileno(), sys.stdin.fileno())
+    return "-"
 
 
 def _require_display() -> None:

@@ -18,7 +18,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     Raises:
         OSError: it cannot be written; a file of that name that was there before is as it was.
     """
-    partial = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    partial = path.with_name(f".{path.name}.{os.getpid()}{path.suffix}")
     try:
         write(partial)
         with partial.open("rb") as file:
@@ -48,4 +48,4 @@ def write_output(option: str, file: Path, write: Callable[[Path], object]) -> No
 
 def partial_files(path: Path) -> Iterator[Path]:
     """Yield what processes have left that were killed while they wrote a file with `write_whole`."""
-    return path.parent.glob(f".{path.stem}.*{path.suffix}")
+    return path.parent.glob(f".{path.name}.*")

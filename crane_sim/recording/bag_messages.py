@@ -10,7 +10,7 @@ from crane_sim.files.installation import MissingPackage, import_optional
 from crane_sim.recording.mcap.reader import McapContents, StoredMessage, mcap_file, read_mcap
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
     from pathlib import Path
 
     Decode = Callable[[bytes, str], Any]
@@ -56,20 +56,26 @@ def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] =
     types = import_optional("rosbags.typesys", "a bag")
     store = types.get_typestore(types.Stores.ROS2_JAZZY)
     is_mcap = path.name.removesuffix(".part").endswith(".mcap")
-    contents, decode = _read_file(path, store) if is_mcap else _read_folder(path, store)
     wanted = {*required, *optional}
+    contents, decode = _read_file(path, store) if is_mcap else _read_folder(path, store, wanted)
     chosen = [each for each in contents.messages if _name(each.topic) in wanted]
+    decoded = [(each.topic, _decode(each, decode)) for each in chosen]
+    found = [(topic, message) for topic, message in decoded if message is not None]
+    malformed = len(decoded) - len(found)
+    if malformed:
+        _LOG.warning("%s: %d messages cannot be decoded and are left out", path, malformed)
+    _check_topics(required, {topic for topic, _ in found})
+    messages = [message for _, message in found]
+    return BagContents(messages, malformed, contents.metadata, contents.damage, contents.is_checked)
+
+
+def _check_topics(required: Sequence[str], present: Collection[str]) -> None:
+    """Raise UnreadableBag where a required topic is missing, or there are several of its name."""
     for name in required:
-        topics = sorted({each.topic for each in chosen if _name(each.topic) == name})
+        topics = sorted(topic for topic in present if _name(topic) == name)
         if len(topics) != 1:
             why = f"several topics, {', '.join(topics)}; give one" if topics else f"no messages of a topic {name}"
             raise UnreadableBag(f"has {why}")
-    decoded = [_decode(each, decode) for each in chosen]
-    messages = [each for each in decoded if each is not None]
-    malformed = len(decoded) - len(messages)
-    if malformed:
-        _LOG.warning("%s: %d messages cannot be decoded and are left out", path, malformed)
-    return BagContents(messages, malformed, contents.metadata, contents.damage, contents.is_checked)
 
 
 def _read_file(path: Path, store: Any) -> tuple[McapContents, Decode]:
@@ -79,12 +85,15 @@ def _read_file(path: Path, store: Any) -> tuple[McapContents, Decode]:
         raise UnreadableBag(f"cannot be read: {error}") from None
 
 
-def _read_folder(path: Path, store: Any) -> tuple[McapContents, Decode]:
+def _read_folder(path: Path, store: Any, wanted: Collection[str]) -> tuple[McapContents, Decode]:
     any_reader = import_optional("rosbags.highlevel", "a bag").AnyReader
     try:
         with any_reader([path], default_typestore=store) as reader:
-            found = [StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in reader.messages()]
-            return McapContents(found, {}, "", False), reader.deserialize
+            chosen = [each for each in reader.connections if _name(each.topic) in wanted]
+            messages = reader.messages(chosen) if chosen else ()
+            found = [StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in messages]
+            types = reader.typestore
+            return McapContents(found, {}, "", False), types.deserialize_cdr if reader.is2 else types.deserialize_ros1
     except MissingPackage:
         raise
     except Exception as error:  # of a damaged file: rosbags raises many kinds

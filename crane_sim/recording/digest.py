@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 DIGEST = "sha256"
 """Key of the digest of values beside them."""
-_WRAP = 1 << 64
 
 
 class Rows(NamedTuple):
@@ -56,15 +55,6 @@ def agrees(values: Mapping[str, Any], required: bool) -> bool:
     return values[DIGEST] == digest_values(values) if DIGEST in values else not (required and values)
 
 
-def digest_changes(name: str, changes: Iterable[tuple[int, str]]) -> int:
-    """Return the sum of 64-bit digests of what happened: a name, an instant [ns] and a text each, in any order."""
-    return sum(_digest_text(f"{name} {time} {text}") for time, text in changes) % _WRAP
-
-
-def add_digests(digests: Iterable[int]) -> int:
-    """Return the sum of sums that `digest_changes` returns."""
-    return sum(digests) % _WRAP
-
-
-def _digest_text(text: str) -> int:
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
+def digest_changes(name: str, changes: Iterable[tuple[int, str]]) -> list[str]:
+    """Return the digests, 64 bits each, of events or states of a name: their instants [ns] and texts."""
+    return [hashlib.sha256(f"{name} {time} {text}".encode()).hexdigest()[:16] for time, text in changes]

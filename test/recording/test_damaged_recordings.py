@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 from bag_samples import write_bag
 from damaged_files import write_damaged
+from mcap_samples import read
 from recorder_helpers import SCENE, feed
+from rosbags.rosbag2.errors import ReaderError
 
 import crane_sim
 from crane_sim.recording.completeness import COMPLETE, CUT, DAMAGED
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.rerun import rollout as recordings
+from crane_sim.recording.rerun import writer
+from crane_sim.recording.rerun.block_digests import DigestWriter
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 from crane_sim.simulation.rollout import Rollout
@@ -183,3 +187,21 @@ def test_lost_steps_make_a_recording_incomplete(tmp_path: Path) -> None:
     run = crane_sim.read_recording(tmp_path / "run.rrd")
     assert run.completeness == (CUT, "lacks 5 of 25 steps, whose messages its recorder did not get")
     assert not run.finished
+
+
+def test_recordings_of_older_versions_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A recording without digests is read as it is, and counts as complete where all its steps are there."""
+    monkeypatch.setattr(DigestWriter, "log", lambda *_: None)
+    monkeypatch.setattr(writer, "with_digest", dict)
+    run = crane_sim.read_recording(simulated().record(tmp_path / "run.rrd"))
+    assert run.completeness.state == COMPLETE and run.q.tobytes() == simulated().q[:-1].tobytes()
+
+
+def test_other_readers_find_a_damaged_chunk(files: dict[str, Path], tmp_path: Path) -> None:
+    """Chunks have the checksums of the format, by which a reader that is not ours refuses a damaged one."""
+    assert len(read(files[".mcap"])["/knuckle/joint_states"]) == STEPS + 1
+    data = bytearray(files[".mcap"].read_bytes())
+    data[data.index(simulated().q[25, 0].tobytes())] ^= 1
+    (tmp_path / "run.mcap").write_bytes(data)
+    with pytest.raises(ReaderError, match="checksum"):
+        read(tmp_path / "run.mcap")

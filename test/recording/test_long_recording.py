@@ -8,6 +8,7 @@ from recorder_helpers import feed
 from rerun.chunk import RrdReader
 
 from crane_sim import load_scene
+from crane_sim.recording.completeness import COMPLETE
 from crane_sim.recording.read import read_recording
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
@@ -46,6 +47,7 @@ def test_many_blocks_are_compacted_where_there_is_time(tmp_path: Path, monkeypat
         assert recorder.finish({"steps": 80}, within)["recorded_steps"] == 80
         chunks[within] = Counter(chunk.entity_path for chunk in RrdReader(path).stream())
         runs[within] = read_recording(path)
+        assert runs[within].completeness.state == COMPLETE
     assert chunks[60.0]["/plots/q"] <= 2 and chunks[0.0]["/plots/q"] == 81  # one has the style
     assert FOOTER in (tmp_path / "within_60.rrd").read_bytes()[-12:]
     assert chunks[60.0].keys() == chunks[0.0].keys()

@@ -18,7 +18,8 @@ from process_helpers import run_to_completion, wait_until
 from recorder_helpers import PERIOD, SCENE, fail_full_disk, feed
 from rerun.chunk import RrdReader
 
-from crane_sim import orchestration
+from crane_sim import orchestration, read_recording
+from crane_sim.recording.completeness import COMPLETE
 from crane_sim.recording.files import existing_parts
 from crane_sim.recording.rerun.live import live_address
 from crane_sim.recording.rerun.reader import read_curves, read_summary
@@ -238,6 +239,7 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     added = successor.finish({"steps": 60})
     assert added == {"recording": str(path), "recorded_steps": 60, "lost_steps": 0}
     assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 61))
+    assert read_recording(path).completeness.state == COMPLETE
     assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
 
 

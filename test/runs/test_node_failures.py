@@ -15,6 +15,7 @@ from crane_sim.evaluation.soak.kill import Kill, back_after
 from crane_sim.evaluation.soak.kill import soak as kill_soak
 from crane_sim.evaluation.soak.monitor import Received
 from crane_sim.evaluation.soak.realtime import completion_delays
+from crane_sim.recording.completeness import CUT
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import BLOCK_STEPS
 from crane_sim.simulation.plant import SLOW
@@ -66,6 +67,7 @@ def test_killed_nodes_are_replaced_and_no_bit_changes(tmp_path: Path) -> None:
     assert summary["recorded_steps"] == read_summary(path)["recorded_steps"] == SCENE.steps
     assert summary["lost_steps"] == 0
     assert np.array_equal(np.unique(read_curves(path, "plots/q").step), np.arange(1, SCENE.steps + 1))
+    assert read_recording(path).finished
     bags = [tmp_path / name for name in ("run.recovered.mcap", "run.part2.mcap")]
     assert summary["bag_parts"] == [*map(str, bags)]
     for topic, count in (("/knuckle/joint_states", SCENE.steps + 1), ("/knuckle/applied_effort", SCENE.steps)):
@@ -103,6 +105,8 @@ def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
     assert summary["error"] == f"recorder: it was killed by SIGKILL; {recovered} is incomplete, {counted}"
     # steps that were being written when the process was killed may be there, too
     assert len(read_curves(recovered, "plots/q").step) >= summary["recorded_steps"] > 0
+    run = read_recording(recovered)
+    assert run.completeness.state == CUT and len(run.t) >= summary["recorded_steps"] and not run.finished
 
 
 @pytest.mark.usefixtures("patient_shutdown")

@@ -53,6 +53,7 @@ LAYERS = (
     "crane_control",
     "crane_sim.description",
     "crane_sim.recording.files",
+    "crane_sim.recording.digest",
     "crane_sim.recording.mcap",
     "crane_sim.recording",
     "crane_sim.recording.rerun",

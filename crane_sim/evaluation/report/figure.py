@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
@@ -55,8 +56,10 @@ def _check_kind(file: Path) -> None:
 
 
 def _save(figure: Any, file: Path) -> None:
+    drawn = io.BytesIO()  # what a PDF raises on a full disk is no OSError
     with _matplotlib()[0](STYLE):  # for an SVG's identifiers, which are made here
-        write_output("-o", file, lambda path: figure.savefig(path, dpi=140))
+        figure.savefig(drawn, format=file.suffix[1:].lower(), dpi=140)
+    write_output("-o", file, lambda path: path.write_bytes(drawn.getvalue()))
 
 
 def comparison_figure(comparison: Comparison) -> Any:

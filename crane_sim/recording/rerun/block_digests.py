@@ -7,12 +7,13 @@ damaged file it is known which steps are as they were written.
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.digest import Rows, add_digests, digest_changes, digest_rows
+from crane_sim.recording.digest import Rows, digest_changes, digest_rows
 from crane_sim.recording.rerun.timelines import times
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class BlockDigest(NamedTuple):
     first: int  # step
     last: int
     rows: str  # digest of the rows of all its curves
-    changes: int  # sum of the digests of events and changes of states
+    changes: list[str]  # digests of events and changes of states, each
 
 
 def is_verified(entity: str) -> bool:
@@ -49,7 +50,7 @@ class DigestWriter:
         """Begin with nothing."""
         self._rec, self._layout = rec, layout
         self._rows: list[Rows] = []
-        self._changes = 0
+        self._changes: list[str] = []
 
     def add_rows(self, entity: str, step: NDArray[np.int64], values: Array) -> None:
         """Add rows of an entity."""
@@ -58,25 +59,24 @@ class DigestWriter:
 
     def add_changes(self, entity: str, instants: NDArray[np.int64], texts: Sequence[str]) -> None:
         """Add events, or changes of a timeline, at instants [ns]."""
-        changes = digest_changes(entity, zip(instants.tolist(), texts, strict=True))
-        self._changes = add_digests((self._changes, changes))
+        self._changes += digest_changes(entity, zip(instants.tolist(), texts, strict=True))
 
     def log(self, first: int = 1, last: int = 0) -> None:
         """Log the digest of a block from the step `first` to the step `last`; without steps that of changes alone."""
         digest = BlockDigest(first, last, digest_rows(self._rows), self._changes)
         text = rr.TextDocument.columns(text=[json.dumps(digest._asdict())])
         self._rec.send_columns(ENTITY, times(self._layout, np.array([max(last, 1)])), text)
-        self._rows, self._changes = [], 0
+        self._rows, self._changes = [], []
 
 
 def parse_digests(texts: Iterable[str]) -> list[BlockDigest]:
     """Return the digests in a file, without those that are damaged."""
     found = []
     for text in texts:
-        try:
-            found.append(BlockDigest(**json.loads(text)))
-        except (ValueError, TypeError):
-            continue
+        with suppress(ValueError, TypeError, LookupError, OverflowError):
+            each = json.loads(text)
+            first, last = np.array([each["first"], each["last"]], np.int64).tolist()
+            found.append(BlockDigest(first, last, str(each["rows"]), [str(change) for change in each["changes"]]))
     return found
 
 

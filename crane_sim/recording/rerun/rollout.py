@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from crane_sim.recording.run import RecordedRun
     from crane_sim.simulation.rollout import Rollout
 
-BLOCK_STEPS = 2000
+BLOCK_STEPS, MAX_BLOCK_STEPS, BLOCKS = 500, 2000, 60
+"""Steps of a block, at least and at most, and the number of blocks of which a viewer loads a file at once."""
 
 
 def record(rollout: Rollout, path: Path) -> Path:
@@ -34,8 +35,9 @@ def record(rollout: Rollout, path: Path) -> Path:
     entries: dict[str, Any] = {"recording": str(path), "recorded_steps": steps, "lost_steps": 0}
     writer = RunWriter(path, layout)
     try:
-        for first in range(0, steps, BLOCK_STEPS):
-            writer.write(_part(block, slice(first, first + BLOCK_STEPS)))
+        size = max(BLOCK_STEPS, min(MAX_BLOCK_STEPS, steps // BLOCKS))
+        for first in range(0, steps, size):
+            writer.write(_part(block, slice(first, first + size)))
         writer.add_events(rollout.events)
         return writer.close(rollout.summary | entries)
     except RecordingError:

@@ -73,6 +73,22 @@ def read_chunks(path: Path, prefixes: tuple[str, ...]) -> Contents:
     return Contents(chunks, unreadable)
 
 
+def whole_size(path: Path) -> int | None:
+    """Return where the last whole message of a recording that is cut ends; None of one that has its end, or is none."""
+    with path.open("rb") as file:
+        if file.read(_HEAD_SIZE)[: len(MAGIC)] != MAGIC:
+            return None
+        end, rest = _HEAD_SIZE, os.fstat(file.fileno()).st_size
+        while len(head := file.read(_MESSAGE.size)) == _MESSAGE.size:
+            kind, length = _MESSAGE.unpack(head)
+            if end + _MESSAGE.size + length > rest:
+                return end
+            if kind == _END:
+                return None
+            end = file.seek(length, os.SEEK_CUR)
+        return end
+
+
 def _messages(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
     """Yield (kind, content) of the whole messages up to the end of the recording, or to where the file is cut."""
     rest = os.fstat(file.fileno()).st_size - _HEAD_SIZE

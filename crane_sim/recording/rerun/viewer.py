@@ -54,6 +54,8 @@ class PictureError(RuntimeError):
 
 def check_viewable(recording: Path) -> None:
     """Raise SceneError for a file that neither is a recording nor a bag: the viewer would wait for one."""
+    if recording.is_dir():
+        return  # an unfinished bag
     try:
         with recording.open("rb") as file:
             beginning = file.read(len(MAGIC))

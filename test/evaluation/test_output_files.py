@@ -1,0 +1,124 @@
+"""Files that commands write appear whole or not at all: on a full disk one line names them, and nothing is left."""
+
+import os
+import resource
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+from process_helpers import run_to_completion
+
+import crane_sim
+from crane_sim.evaluation.plotting import save_figure
+from crane_sim.evaluation.report.figure import save_comparison_figure, save_run_figure
+from crane_sim.evaluation.report.page import save_comparison, save_page
+from crane_sim.files.output import partial_files, write_text, write_whole
+from crane_sim.recording.comparison import Comparison, compare
+from crane_sim.simulation.rollout import Rollout
+
+pytestmark = pytest.mark.interpreted
+FULL = 4096  # bytes, the most of a file that this disk holds
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """Let no file grow beyond `FULL` bytes in the block: what Python writes beyond is refused, as by a full disk."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (FULL, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+@cache
+def rollout() -> Rollout:
+    """Return a short run."""
+    return crane_sim.simulate("overhead_energy", duration=0.2)
+
+
+@cache
+def comparison() -> Comparison:
+    """Return that run beside itself."""
+    return compare(rollout(), rollout())
+
+
+def draw(figure: Any, _: object) -> None:
+    """Draw what takes more than a few bytes."""
+    figure.subplots().plot(range(99), [k * k % 97 for k in range(99)])
+
+
+WRITERS: dict[str, Callable[[Path], object]] = {
+    "page.html": lambda file: save_page(comparison().runs[0], file),
+    "pages.html": lambda file: save_comparison(comparison(), file),
+    "figure.png": lambda file: save_run_figure(comparison().runs[0], file),
+    "figure.svg": lambda file: save_comparison_figure(comparison(), file),
+    "figure.pdf": lambda file: save_run_figure(comparison().runs[0], file),
+    "of_a_page.png": lambda file: save_figure(draw, None, file, dpi=110),
+    "text.md": lambda file: write_text(file, "x" * (FULL + 1)),
+}
+
+
+RECORD = """
+import os, resource, sys
+from pathlib import Path
+import crane_sim
+from crane_sim.recording.comparison import compare
+from crane_sim.recording.rerun.comparison import record_comparison
+from crane_sim.recording.rerun.errors import RecordingError
+
+run = crane_sim.simulate("overhead_energy", duration=0.2)
+both, written = compare(run, run), 0
+resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+for write in (run.record, lambda path: record_comparison(both, path)):
+    try:
+        write(Path(sys.argv[1]))
+    except RecordingError as error:
+        print(error, flush=True)
+os._exit(0)  # Rerun may wait for its writer for ever
+"""
+
+
+def test_a_full_disk_leaves_no_part_of_a_recording(tmp_path: Path) -> None:
+    """A run of `simulate --record`, and a comparison: one line with the file each, and nothing is left."""
+    file, environment = tmp_path / "run.rrd", os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    lines = run_to_completion([sys.executable, "-c", RECORD, str(file)], env=environment).stdout.splitlines()
+    assert len(lines) == 2 and all(f"recording {file}.part: " in line for line in lines)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_full_disk_leaves_no_part_of_a_file(name: str, tmp_path: Path) -> None:
+    """What cannot be written raises one line with its name; the file that was there before is as it was, or none is."""
+    if find_spec("matplotlib") is None and not name.endswith((".html", ".md")):
+        pytest.skip("matplotlib is not installed")
+    file = tmp_path / name
+    comparison()
+    for before in ("", "what was there"):
+        if before:
+            file.write_text(before)
+        with full_disk(), pytest.raises((crane_sim.SceneError, OSError)) as error:
+            WRITERS[name](file)
+        assert "\n" not in str(error.value)
+        assert isinstance(error.value, OSError) or str(file) in str(error.value)
+        assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == ([(name, before)] if before else [])
+
+
+def test_a_writer_that_fails_leaves_nothing(tmp_path: Path) -> None:
+    """An error of any kind, an interruption too, removes the part; what a killed process has left is found."""
+
+    def fail(path: Path) -> None:
+        path.write_text("half")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(tmp_path / "run.png", fail)
+    assert list(tmp_path.iterdir()) == []
+    left = tmp_path / ".run.png.1234.png"
+    left.touch()
+    assert list(partial_files(tmp_path / "run.png")) == [left]

@@ -1,0 +1,39 @@
+"""A recording that is cut is shown by the viewer, which does not load such files, as far as it is whole."""
+
+from pathlib import Path
+
+import pytest
+from recorder_helpers import SCENE
+
+import crane_sim
+from crane_sim.files.errors import SceneError
+from crane_sim.recording.rerun.cut_files import open_viewable, viewable
+from crane_sim.recording.rerun.reader import read_curves
+from crane_sim.recording.rerun.rrd_file import read_chunks, whole_size
+
+pytestmark = pytest.mark.interpreted
+
+
+def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The copy of a file that was cut within a message ends before it, and has a name that a viewer loads."""
+    whole = crane_sim.simulate(SCENE, duration=0.1).record(tmp_path / "whole.rrd")
+    data = whole.read_bytes()
+    with viewable(whole) as file:
+        assert file == whole and open_viewable(whole) is None
+    cut = tmp_path / "run.rrd.part"
+    cut.write_bytes(data[: 2 * len(data) // 3])
+    with viewable(cut) as file:
+        assert file.name == "run.rrd" and whole_size(file) == file.stat().st_size == whole_size(cut)
+        assert len(read_curves(file, "plots/q").step) == 10 and read_chunks(file, ("plots",)).unreadable == 0
+        copy = open_viewable(cut)
+        assert copy is not None and copy.read() == file.read_bytes()
+    assert not file.exists()
+    assert caplog.messages == [f"{cut} is cut off: what is whole of it is shown"] * 2
+
+
+def test_the_folder_of_a_bag_is_not_shown(tmp_path: Path) -> None:
+    """An unfinished bag is refused in one line with what draws it."""
+    folder = tmp_path / "run.mcap.part"
+    folder.mkdir()
+    with pytest.raises(SceneError, match=r"run\.mcap\.part: is an unfinished bag.*crane report"):
+        open_viewable(folder)
