@@ -15,9 +15,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
 
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.sender_subscription import full_name, publishers
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.common.timing import DurationHistogram
-from crane_sim.ros.common.sender_subscription import full_name, publishers
 from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
 
 _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
