@@ -22,7 +22,7 @@ from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.common.source_subscription import SourceSubscription
+from crane_sim.ros.common.served_subscription import SourceSubscription
 from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers, serve_responder
 from crane_sim.ros.controller.states import State, StateReader
 from crane_sim.ros.operator.devices import Device, GamepadDevice, JoyDevice, KeyboardDevice

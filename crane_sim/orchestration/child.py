@@ -111,14 +111,12 @@ class Child:
                 self.step = step
                 self.recorded, self.resets = more.get("recorded", 0), more.get("resets", 0)
                 self.last_bag_step = more.get("last_bag_step", 0)
-            case {"event": "waiting", "why": str(why)}:
+            case {"event": "waiting" | "resumed", "why": str(why)}:
                 self.waiting = why
             case {"event": "notice", "line": str(line)}:
                 self.notices.append(line)
             case {"event": "panel", **shown}:
                 self.panel = shown
-            case {"event": "resumed"}:
-                self.waiting = ""
             case {"event": "done", "summary": dict(summary)}:
                 self.summary = summary
             case {"event": "fault", "why": str(why)}:

@@ -57,9 +57,9 @@ class Replay(NamedTuple):
 def replay(run: RecordedRun, law: str | None = None) -> Replay:
     """Integrate a recorded run anew from its commands.
 
-    Where commands are NaN the brakes acted, as the timeline of the brakes says, or a command was lost. What services
-    did to the crane in the run, such as faults, is not in a recording: states differ from there on. A recorder has
-    the measured states, a recorded `Rollout` the true ones; the run agrees where one of the two does.
+    Where commands are NaN the brakes acted, as their timeline says, or a command was lost. What services did to the
+    crane in the run, such as faults, is not in a recording: states differ from there on. A recorder has the measured
+    states, a recorded `Rollout` the true ones; the run agrees where one of the two does.
 
     Args:
         run: the recorded run.

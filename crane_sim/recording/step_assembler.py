@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 Vector = Sequence[float]
-MAX_ROWS_PENDING = 200  # steps that a row is held for its command
+MAX_ROWS_PENDING = 5000  # steps that a row is held for its command, which may be sent again seconds later
 _MAX_COMMANDS = 8  # different commands of one stamp that are kept
 
 
@@ -118,12 +118,16 @@ class StepAssembler:
         return len(self._efforts)
 
     def has(self, step: int) -> bool:
-        """Whether states and efforts up to this step have been received: what is missing before it is lost."""
+        """Whether all up to this step has been received: what is missing before it is lost."""
         newest = min(self._newest_state, self._newest_effort)
+        newest = min(newest, self._newest_command) if self._acceptance_known else newest
         return min(newest, self._newest_true_state if self._sensed else newest) >= step * self._period_ns
 
     def pop_rows(self, final: bool = False) -> list[Row]:
         """Remove and return the complete rows; the final call returns those without a command as well."""
+        oldest = max(self._newest_command, self._newest_effort - MAX_ROWS_PENDING * self._period_ns)
+        if self._commanded and not final and oldest <= self._done:
+            return []  # at once: this is called with every message
         complete = self._efforts.keys() & self._states.keys()
         stamps = sorted(complete & self._true_states.keys() if self._sensed else complete)
         if stamps and self._commanded and not final:

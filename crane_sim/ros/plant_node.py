@@ -58,7 +58,7 @@ PARAMETERS = {
     ),
     "command_lease": Option(
         0.3,
-        "s without a command after which another node may command; in lockstep only if the first seems dead",
+        "s without a command after which another node may command; in lockstep only a standby of the same node",
         0.01,
         60.0,
     ),
@@ -98,9 +98,7 @@ class PlantNode:
         scene = scene.with_external_commands() if settings.commanded else scene
         self._host, self._settings = host, settings
         sensed = is_sensed(scene)
-        self._topics = PlantTopics(
-            host.node, scene.joint_names, scene.actuated, settings.clock, sensed, host.notify
-        )
+        self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock, sensed, host.notify)
         self._topics.publish_description(urdf_with_ros2_control(scene, host.node.get_namespace()))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)

@@ -8,7 +8,11 @@ from typing import Any
 import pytest
 from rclpy.serialization import serialize_message
 
-_MODULES = ("crane_sim.ros.controller.law_node", "crane_sim.ros.controller.setpoints", "crane_control.nodes.operator_node")
+_MODULES = (
+    "crane_sim.ros.controller.law_node",
+    "crane_sim.ros.controller.setpoints",
+    "crane_control.nodes.operator_node",
+)
 
 
 @pytest.fixture

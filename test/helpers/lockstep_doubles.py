@@ -9,6 +9,7 @@ import pytest
 
 from crane_sim import load_scene
 from crane_sim.ros.common.messages import SimulationState
+from crane_sim.ros.common.sender_subscription import MessageWithSender
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
@@ -44,6 +45,15 @@ class FakeHost:
             create_publisher=lambda *_: SimpleNamespace(get_subscription_count=lambda: 0),
             get_publishers_info_by_topic=lambda _topic: [],
         )
+
+    def subscribe_with_sender(self, _kind: type, topic: str, *_: Any) -> Any:
+        """Return a subscription whose messages tests put into its queue."""
+        queue = self.queues.setdefault(topic, deque())
+
+        def take() -> MessageWithSender | None:
+            return MessageWithSender(queue.popleft()[0], b"controller") if queue else None
+
+        return SimpleNamespace(topic=topic, count_publishers=lambda: 1, take=take, polled=False)
 
     def spin(self, timeout: float = 0.01) -> None:
         """Let time pass."""

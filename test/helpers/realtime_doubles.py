@@ -3,17 +3,18 @@
 import time
 from collections import deque
 from collections.abc import Callable
-from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from crane_sim.ros.common.command_filter import CommandValidator
+from crane_sim.ros.common.sender_subscription import MessageWithSender
 from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.ros.plant.realtime import Realtime
 
 JOINTS = ("slew", "boom")
+SENDER = b"controller"
 PERIOD = 0.01  # s
 TIMEOUT = 0.5  # s without a command, of `make_bench`
 
@@ -71,14 +72,18 @@ class FakeSimulation:
         """Report nothing."""
 
 
-class FakeHandle(nullcontext):
-    """A subscription's handle, with messages to be taken."""
+def fake_subscription(topic: str, publishers: int, queue: deque[tuple[bytes, None]] | None = None) -> Any:
+    """Return a subscription with a number of publishers and, if there are any, messages to be taken."""
 
-    def __init__(self, publishers: int, queue: deque[tuple[bytes, None]] | None = None) -> None:
-        """Create it with a number of publishers and, if there are any, messages."""
-        super().__init__()
-        self.get_publisher_count = lambda: publishers
-        self.take_message = lambda *_: queue.popleft() if queue else None
+    def take() -> MessageWithSender | None:
+        return MessageWithSender(queue.popleft()[0], SENDER) if queue else None
+
+    return SimpleNamespace(topic=topic, count_publishers=lambda: publishers, take=take, polled=False)
+
+
+def deliver_to(callback: Any) -> Callable[[bytes], None]:
+    """Return a function that delivers one message of the only controller."""
+    return lambda data: callback([MessageWithSender(data, SENDER)])
 
 
 class RealtimeBench(FakeSimulation):
@@ -100,11 +105,16 @@ class RealtimeBench(FakeSimulation):
         self._in_transit: deque[tuple[float, bytes]] = deque()
         self._queue: deque[tuple[bytes, None]] = deque()
         self.callbacks: dict[str, Any] = {}
-        self.node = SimpleNamespace(create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: [])
+        self.node = SimpleNamespace(get_publishers_info_by_topic=lambda _topic: [])
         self.accepted: list[bytes] = []
         publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accepted.append)
         self.node.create_publisher = lambda *_: publisher
         self._send_answer()
+
+    def subscribe_with_sender(self, _type: type, topic: str, callback: Any, *_: Any) -> Any:
+        """Return a subscription to the answers, or to a topic without publishers."""
+        self.callbacks[topic] = deliver_to(callback)
+        return fake_subscription(topic, *((1, self._queue) if topic == "joint_commands" else (0,)))
 
     def step(self, effort: tuple[float, ...]) -> None:
         """Record the effort; publish the next state, which the controller answers."""
@@ -143,11 +153,6 @@ class RealtimeBench(FakeSimulation):
         if self.delay is not None:
             answer = JointStateCodec(JOINTS, EFFORT).encode(self.stamp, self.answer(len(self.efforts)))
             self._in_transit.append((self.now + self.delay, answer))
-
-    def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> Any:
-        self.callbacks[topic] = callback
-        handle = FakeHandle(1, self._queue) if topic == "joint_commands" else FakeHandle(0)
-        return SimpleNamespace(topic_name=topic, handle=handle)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Hostile messages, the same ones for the same seed: on every topic of a crane, fields out of range, or broken bytes."""
+"""Hostile messages, the same ones for the same seed: on every topic of a crane, out of range or broken."""
 
 import random
 from collections.abc import Callable, Mapping, Sequence

@@ -53,7 +53,9 @@ class HostileNode(Node):
         self._pause = self.create_client(SetBool, "plant/set_pause")
         self._hostile = [self._make_client(node, *each) for node in NODES for each in self._parameter_services()]
         self._hostile += [
-            self._make_client(node, ChangeState, "change_state", self._transition) for node, managed in NODES.items() if managed
+            self._make_client(node, ChangeState, "change_state", self._transition)
+            for node, managed in NODES.items()
+            if managed
         ]
         self._hostile += [
             self._make_client("plant", Trigger, "step_simulation", Trigger.Request),

@@ -204,7 +204,9 @@ def test_refusals_of_every_command_are_described() -> None:
     for k in range(1, 4):
         validator.validate(k * 10**18, ["slew"], [0.0], StampRange(1, 2))
     line = validator.describe_refusals()
-    assert line.startswith("all 3 commands so far were refused, the last one: command with stamp 3000000000000000000 ns")
+    assert line.startswith(
+        "all 3 commands so far were refused, the last one: command with stamp 3000000000000000000 ns"
+    )
     assert "--command-stamps ros" in line
     validator.validate(2, ["slew"], [0.0], StampRange(1, 2))
     assert validator.describe_refusals() == ""

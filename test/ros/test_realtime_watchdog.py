@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from rclpy.serialization import serialize_message
-from realtime_doubles import JOINTS, FakeHandle, FakeSimulation, settings
+from realtime_doubles import JOINTS, FakeSimulation, deliver_to, fake_subscription, settings
 from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
@@ -25,7 +25,7 @@ class OneCommandHost:
         """Create it without subscriptions."""
         self.stop_reason = self.brake_reason = ""
         self.callbacks: dict[str, Any] = {}
-        self.node = SimpleNamespace(create_subscription=self._subscribe, get_publishers_info_by_topic=lambda _topic: [])
+        self.node = SimpleNamespace(get_publishers_info_by_topic=lambda _topic: [])
         self.accepted: list[bytes] = []
         publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=self.accepted.append)
         self.node.create_publisher = lambda *_: publisher
@@ -42,9 +42,10 @@ class OneCommandHost:
     def poll(self) -> None:
         """Read no orders."""
 
-    def _subscribe(self, _type: type, topic: str, callback: Any, _qos: Any, **_options: Any) -> Any:
-        self.callbacks[topic] = callback
-        return SimpleNamespace(topic_name=topic, handle=FakeHandle(topic in ONE))
+    def subscribe_with_sender(self, _type: type, topic: str, callback: Any, *_: Any) -> Any:
+        """Return a subscription."""
+        self.callbacks[topic] = deliver_to(callback)
+        return fake_subscription(topic, topic in ONE)
 
 
 @pytest.mark.usefixtures("stepped_clock")

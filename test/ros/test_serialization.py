@@ -13,11 +13,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from crane_sim import load_scene
-from crane_sim.ros.common.messages import nanoseconds
-from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.recording.mcap.topic import has_stamp
-from crane_sim.ros.common.messages import MalformedMessage
-from crane_sim.ros.common.messages import nanoseconds as nanoseconds_of
+from crane_sim.ros.common.messages import MalformedMessage, nanoseconds
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.controller.states import StateReader
 from crane_sim.ros.recorder.decoder import MessageDecoder
 
@@ -134,10 +132,9 @@ def test_a_second_has_less_than_1e9_nanoseconds(fields: tuple[str, ...]) -> None
     with pytest.raises(MalformedMessage, match="1000000000 ns"):
         codec.decode(serialize_message(message))
     stamp: Any = message.header.stamp
-    for seconds, nanoseconds in ((0, 10**9), (-1, 0)):
-        stamp.sec, stamp.nanosec = seconds, nanoseconds
+    for stamp.sec, stamp.nanosec in ((0, 10**9), (-1, 0)):
         with pytest.raises(MalformedMessage):
-            nanoseconds_of(stamp)
+            nanoseconds(stamp)
         assert not has_stamp(serialize_message(message))
 
 

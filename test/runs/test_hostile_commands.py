@@ -8,12 +8,14 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from bench_graph import NodeProcess, graph, remote, wait_until
 from invalid_commands import JOINTS, InvalidCommands, command_message
 from process_helpers import started_program
 
-from crane_sim import load_scene, orchestration, simulate
+from crane_sim import load_scene, orchestration, read_recording, simulate
+from crane_sim.orchestration import supervisor
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
 from crane_sim.ros.common.command_stamps import StampRange
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
@@ -162,3 +164,23 @@ def test_a_flood_from_another_publisher(mode: str, tmp_path: Path, monkeypatch: 
     if mode == "lockstep":
         assert commands["received"] - refused == scene.steps
         assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+
+
+@pytest.mark.long
+def test_a_recording_beside_a_flood(
+    domain_id: int, ros_environment: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A flood from the first steps on takes neither the crane nor a command of the recording, and the summary names it.
+
+    On a busy machine messages may be lost in a flood at 20 kHz: then the run says so.
+    """
+    monkeypatch.setattr(supervisor, "_ANSWER_TIMEOUT", LIMIT)  # s: our controller's answers may be held up for long
+    scene, lines = load_scene("knuckle_setpoint", {"duration": 4.0}), list[str]()
+    with started_program([sys.executable, PROGRAMS / "hostile_flood.py"], env=ros_environment):
+        path = tmp_path / "run.rrd"
+        summary = orchestration.run(scene, record=path, domain_id=domain_id, on_news=lines.append)
+    assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+    assert summary["refused_messages"]["/knuckle/joint_commands of /knuckle/flood"] > 0
+    assert "command of /knuckle/flood refused: /knuckle/controller owns the crane" in lines
+    missing = int(np.isnan(read_recording(path).commands).any(axis=1).sum())
+    assert missing == summary.get("lost_commands", 0) and bool(summary["lost_steps"]) == ("error" in summary)

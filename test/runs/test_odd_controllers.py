@@ -38,4 +38,4 @@ def test_commands_with_stamps_of_the_wall_clock_are_named(domain_id: int, ros_en
         )
     assert summary["commands"]["rejected"] == summary["commands"]["received"] == summary["refused_commands"]["future"]
     (line,) = [line for line in lines if "commands so far were refused" in line]
-    assert "possible: 0 .. " in line and "(future)" in line and "--command-stamps ros" in line
+    assert "possible: " in line and "(future)" in line and "--command-stamps ros" in line

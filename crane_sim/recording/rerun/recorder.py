@@ -153,8 +153,8 @@ class Recorder:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
         That is `recording`, `recorded_steps`, `lost_steps` (those without their command among them: `lost_commands`),
-        and `error` where the file could not be written. Parts that could not be joined within `time_limit` seconds stay as they are, and are named as `parts`; a file of many
-        chunks that could not be compacted in that time keeps them.
+        and `error` where the file could not be written. Parts that could not be joined within `time_limit` seconds stay
+        as they are, and are named as `parts`; a file of many chunks that was not compacted in that time keeps them.
         """
         start = time.monotonic()
         entries = self._complete(summary, time_limit)

@@ -93,7 +93,7 @@ _REJECTED = (
     Refusal.COMMANDER,
 )  # mistakes of the publisher
 _BY_STAMP = (Refusal.UNSTAMPED, Refusal.FUTURE, Refusal.LATE, Refusal.STALE)
-_STAMPS_HELP = "a command echoes the stamp of the state it answers; --command-stamps ros takes those of ROS time, any all"
+_STAMPS_HELP = "a command echoes the stamp of its state; --command-stamps ros takes those of ROS time, any all"
 _TOO_OLD = (Refusal.LATE, Refusal.STALE)
 
 
@@ -176,14 +176,14 @@ class CommandValidator:
             self.reject(Refusal.UNREADABLE, f"command {error}")
             return None
 
-    def reject(self, reason: Refusal, line: str) -> None:
-        """Count a command that is refused unread."""
-        self.received += 1
-        self.refuse(reason, line)
+    def reject(self, reason: Refusal, line: str, number: int = 1) -> None:
+        """Count a command, or several, refused unread."""
+        self.received += number
+        self.refuse(reason, line, number)
 
-    def refuse(self, reason: Refusal, line: str) -> None:
-        """Count a refusal and keep the line on it."""
-        self.refused[reason] += 1
+    def refuse(self, reason: Refusal, line: str, number: int = 1) -> None:
+        """Count refusals and keep the line on them."""
+        self.refused[reason] += number
         self.last_refusal = f"{line[:_LINE_LENGTH]} ({reason})"
 
     def _check_stamp(self, stamp: int, possible: StampRange) -> Refusal | None:

@@ -83,7 +83,8 @@ def nanoseconds(stamp: Time) -> int:
         MalformedMessage: it is before zero, or its nanoseconds are more than a second.
     """
     if stamp.sec < 0 or stamp.nanosec >= NS_PER_S:
-        raise MalformedMessage(f"stamp of {stamp.sec} s and {stamp.nanosec} ns: must be at least 0, and less than 1e9 ns")
+        given = f"{stamp.sec} s and {stamp.nanosec} ns"
+        raise MalformedMessage(f"stamp of {given}: must be at least 0, and less than 1e9 ns")
     return stamp.sec * NS_PER_S + stamp.nanosec
 
 

@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,6 +18,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
@@ -25,6 +26,8 @@ from crane_sim.process_signals import ignore_signals
 from crane_sim.ros.common.guarded_services import GuardedNode
 from crane_sim.ros.common.lifecycle import MANAGED, ManagedNode
 from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
+from crane_sim.ros.common.sender_subscription import MessageWithSender
+from crane_sim.ros.common.served_subscription import ServedSubscription
 
 RCLError: type[Exception] = rclpy_implementation.RCLError
 QUIT = "quit"
@@ -105,6 +108,17 @@ class NodeHost:
     def active(self) -> bool:
         """Whether the node may work."""
         return self.node.active if isinstance(self.node, ManagedNode) else True
+
+    def subscribe_with_sender(
+        self,
+        kind: Any,
+        topic: str,
+        callback: Callable[[Sequence[MessageWithSender]], object],
+        qos: QoSProfile,
+        on_incompatible: Callable[[Any], None],
+    ) -> ServedSubscription:
+        """Return a subscription of the node; arguments: see `ServedSubscription`."""
+        return ServedSubscription(self.node, kind, topic, callback, qos, on_incompatible)
 
     def report_ready(self) -> None:
         """Report that the node is ready for its run; the garbage collector leaves alone what it has by now.

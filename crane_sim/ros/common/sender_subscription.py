@@ -105,11 +105,6 @@ class SenderSubscription:
         data = ctypes.string_at(self._message.buffer, self._message.length)
         return MessageWithSender(data, bytes(self._info.sender), self._info.sent)
 
-    def close(self) -> None:
-        """Unsubscribe; messages that were not taken are lost."""
-        self.handle.destroy_when_not_in_use()
-        ctypes.CDLL("librcutils.so").rcutils_uint8_array_fini(ctypes.byref(self._message))
-
     def wait(self, seconds: float) -> None:
         """Return as soon as there is a message, or after `seconds`."""
         self._wait_set.clear_entities()

@@ -62,7 +62,8 @@ class CdrReader:
         """Return the length of a sequence whose elements have at least `min_size` bytes each."""
         (number,) = self.integers("I")
         if number * min_size > len(self._data) - self._offset:
-            raise MalformedMessage(f"a message of {len(self._data)} bytes that has {number} elements at byte {self._offset}")
+            elements = f"{number} elements at byte {self._offset}"
+            raise MalformedMessage(f"a message of {len(self._data)} bytes that has {elements}")
         return number
 
     def _numbers(self, code: str, size: int, number: int) -> tuple:

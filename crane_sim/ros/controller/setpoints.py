@@ -11,7 +11,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from crane_sim.laws import OuterLoop
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.messages import MalformedMessage
-from crane_sim.ros.common.source_subscription import SourceSubscription
+from crane_sim.ros.common.served_subscription import SourceSubscription
 from crane_sim.ros.controller.states import State
 
 _WARNING_INTERVALS = 3.0  # intervals without a setpoint after which there is a warning

@@ -61,7 +61,7 @@ class SimulationRun:
         """
         self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
         self._further, self.remarks, self._notify = further, dict[str, object](), notify
-        self.refused_messages = Counter[str]()
+        self.refused_messages, self._refusals_described = Counter[str](), False
         self.validator = CommandValidator(scene.actuated, largest, scene.joint_names)
         self.stamp, self.deadline_misses, self.steps_before_reset = 0, 0, 0
         self.waiting = self.ending = self.failure = ""
@@ -194,8 +194,14 @@ class SimulationRun:
         self._pipes.report("progress", step=self.plant.k)
         if now >= self._next_diagnostics:
             self._publish_diagnostics(now)
-            if now - self._start_time >= _DIAGNOSTICS_PERIOD and (line := self.validator.describe_refusals()):
-                self._notify(line)
+            self._describe_refusals(now)
+
+    def _describe_refusals(self, now: float) -> None:
+        """Say once, at the terminal, that not one command was accepted in the first second."""
+        refusals = "" if self._refusals_described else self.validator.describe_refusals()
+        if refusals and now - self._start_time >= _DIAGNOSTICS_PERIOD:
+            self._refusals_described = True
+            self._notify(refusals)
 
     def publish_clock_if_due(self) -> None:
         """Publish the unchanged clock ten times a second for new subscribers, before the run begins or in a pause.
