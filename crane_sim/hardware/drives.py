@@ -1,9 +1,12 @@
 """Actuators: the effort that a drive applies to its joint for a command, within the equations.
 
-A command is delayed, passes a dead band, is limited, and is then followed by u' = (command - u) / lag, within the rate
-limit. A command is held for a period, so that equation has a solution in closed form: a ramp while the rate
+A demand is delayed, passes a dead band, is limited, and is then followed by u' = (demand - u) / lag, within the rate
+limit. A demand that is held for a period gives that equation a solution in closed form: a ramp while the rate
 limit binds, then an exponential. The effort is that function of time, not a staircase. A motor's largest effort is a
 function of its joint's speed on top: a line from its base speed to the one at no load, in all four quadrants.
+
+Commands are held. Open-loop inputs are read at every evaluation of the equations, but for drives with a state of their
+own (a lag, a rate limit, a servo's loops), whose demand is their value at the start of the period.
 """
 
 from math import exp, inf
@@ -14,7 +17,7 @@ from crane_sim.hardware.brakes import clip, compute_brake_effort
 from crane_sim.hardware.ideal_servos import add_imposed_efforts
 from crane_sim.hardware.servos import command_servos, demanded_effort, enter_phases, latch_servos
 from crane_sim.numerics.arrays import copy_into, store
-from crane_sim.numerics.jit import lean_kernel, routine
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, routine
 
 
 class Drives(NamedTuple):
@@ -23,6 +26,7 @@ class Drives(NamedTuple):
     begin: float  # s, of the period
     records: Any  # DRIVE (nu,)
     servos: Any  # `servos.Servos`, None where all drives are commanded efforts
+    inputs: Any  # open-loop source of demands; None where all are held
 
 
 @lean_kernel
@@ -47,6 +51,52 @@ def effort_at(drive, s):
 
 
 @lean_kernel
+def set_target(drive, demand):
+    """Set the effort that a drive approaches for a demand: no effort within the dead band, and within its limits."""
+    drive.effort = 0.0 if abs(demand) < drive.deadband else demand
+    drive.target = min(max(drive.effort, drive.low), drive.high)
+
+
+@lean_generic
+def holds_demand(inputs, drive):
+    """Return whether a drive's demand is held for a period: of open-loop inputs by a drive with a state of its own."""
+    return drive.has_state
+
+
+@holds_demand.register(type(None))
+def _(inputs, drive):
+    return True
+
+
+@generic
+def read_inputs(inputs, p, drives, t, x):
+    """Set the targets of drives that hold no demand, by the inputs at time t [s] and state x."""
+    copy_into(drives.effort, system.effort(inputs, p, t, x))
+    for i in range(len(drives)):
+        if not drives[i].has_state:
+            set_target(drives[i], drives[i].effort)
+
+
+@read_inputs.register(type(None))
+def _(inputs, p, drives, t, x):
+    pass
+
+
+@lean_generic
+def change_with_period(inputs, drives):
+    """Return whether efforts may change at the end of a period: of drives that hold a demand, and of brakes."""
+    for i in range(len(drives)):
+        if drives[i].has_state or drives[i].engaged:
+            return True
+    return False
+
+
+@change_with_period.register(type(None))
+def _(inputs, drives):
+    return True
+
+
+@lean_kernel
 def motor_effort(drive, effort):
     """Return the effort that a motor gives at its joint's speed: the largest one falls linearly to 0 at no load."""
     if drive.peak == inf:
@@ -67,9 +117,11 @@ def drive_efforts(p, u, t, x):
     q, v = system.actuated_joints(p, x)
     copy_into(drives.position, q)
     copy_into(drives.velocity, v)
+    read_inputs(u.inputs, p, drives, t, x)
     for i in range(len(drives)):
         drive = drives[i]
-        demanded = demanded_effort(u.servos, drive, i, t, effort_at(drive, t - u.begin))
+        approached = effort_at(drive, t - u.begin) if holds_demand(u.inputs, drive) else drive.target
+        demanded = demanded_effort(u.servos, drive, i, t, approached)
         effort = motor_effort(drive, drive.effort_fraction * demanded)
         drive.effort = compute_brake_effort(drive) if drive.engaged else effort
     add_imposed_efforts(u.servos, drives, p, t, x)
@@ -78,26 +130,24 @@ def drive_efforts(p, u, t, x):
 
 @routine
 def accept_command(p, u, x, queue, k, command):
-    """Set the command (nu,) of period k, which begins in state x; return whether a limit changed a component of it."""
+    """Set the command (nu,) of period k, which begins in state x; return whether a limit changed a component of it.
+
+    The queue (depth, nu) holds the commands before the first one as well.
+    """
     drives = u.records
     depth = len(queue)
     store(queue, k % depth, 0, command)
-    if k == 0:  # before the start the command was the first one
-        for d in range(depth):
-            store(queue, d, 0, command)
+    read_inputs(u.inputs, p, drives, u.begin, x)
     for i in range(len(drives)):
-        drive = drives[i]
-        delayed = queue[(k - drive.delay) % depth, i]
-        drive.effort = 0.0 if abs(delayed) < drive.deadband else delayed
-        drive.target = min(max(drive.effort, drive.low), drive.high)
+        if holds_demand(u.inputs, drives[i]):
+            set_target(drives[i], queue[(k - drives[i].delay) % depth, i])
     copy_into(drives.target, system.saturate(p, system.efforts_from_row(p, drives.target)))
     saturated = command_servos(u.servos, drives, p, u.begin, x, k == 0)
     for i in range(len(drives)):
         drive = drives[i]
         saturated = saturated or drive.target != drive.effort
         if k == 0:
-            drive.start_effort = drive.target
-            drive.delivered_effort = demanded_effort(u.servos, drive, i, u.begin, drive.target)
+            drive.delivered_effort = demanded_effort(u.servos, drive, i, u.begin, effort_at(drive, 0.0))
     return saturated
 
 

@@ -67,7 +67,11 @@ def apply_to_drives(faults, active, drives, braking):
     """Apply the active faults to the drives, whose records have their positions; engage all brakes if `braking`.
 
     A drive whose limit switch has tripped is off, and its brake engaged. Losses of effort at one joint multiply.
+
+    Returns:
+        whether that changes a drive or a brake
     """
+    changed = False
     for j in range(len(drives)):
         drive, engaged, factor = drives[j], braking or drives[j].tripped, 1.0
         for i in range(len(active)):
@@ -76,7 +80,9 @@ def apply_to_drives(faults, active, drives, braking):
                 engaged = engaged or faults.kind[i] == JOINT_STUCK
         if engaged and not drive.engaged:
             engage(drive, drive.delivered_effort)
+        changed = changed or engaged != drive.engaged or factor != drive.effort_fraction
         drive.engaged, drive.effort_fraction = engaged, factor
+    return changed
 
 
 @routine

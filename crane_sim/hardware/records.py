@@ -31,6 +31,8 @@ DRIVE = np.dtype(
         ("no_load_speed", float),  # of the joint [1/s]: there it is 0
         ("deadband", float),  # commands below it count as 0
         ("delay", np.int64),  # periods
+        ("has_state", np.bool_),  # a lag, a rate limit or a servo's loops
+        ("initial_demand", float),  # before t = 0; not a number: what holds the joint there
         ("start_effort", float),  # at the start of the period, of lag and rate limit
         ("delivered_effort", float),  # at the end of the last period, on the joint: what a brake takes over
         ("target", float),  # effort that is approached
@@ -111,7 +113,7 @@ def ideal_drives(nu: int) -> Any:
     drives = make_records(DRIVE, nu)
     drives.effort_fraction, drives.rate_limit, drives.low, drives.high = 1.0, np.inf, -np.inf, np.inf
     drives.switch_low, drives.switch_high = -np.inf, np.inf
-    drives.peak, drives.no_load_speed = np.inf, np.inf
+    drives.peak, drives.no_load_speed, drives.initial_demand = np.inf, np.inf, np.nan
     return drives
 
 

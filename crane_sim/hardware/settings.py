@@ -32,8 +32,17 @@ class HardwareConfig(NamedTuple):
     @property
     def can_stick(self) -> bool:
         """Whether a fault or a limit switch applies a brake."""
-        drives = self.drives
-        return JOINT_STUCK in self.faults.kind or bool(np.isfinite([drives.switch_low, drives.switch_high]).any())
+        return JOINT_STUCK in self.faults.kind or self.has_limit_switches
+
+    @property
+    def has_limit_switches(self) -> bool:
+        """Whether a joint has limit switches."""
+        return bool(np.isfinite([self.drives.switch_low, self.drives.switch_high]).any())
+
+    def may_brake(self, end: float) -> bool:
+        """Return whether a limit switch, or a fault that is due before the time `end` [s], applies a brake."""
+        stuck = self.faults.kind == JOINT_STUCK
+        return self.has_limit_switches or bool((self.faults.begin[stuck] < end).any())
 
 
 def ideal_hardware(nq: int, nu: int) -> HardwareConfig:

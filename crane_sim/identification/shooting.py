@@ -24,6 +24,7 @@ from crane_sim.scenes.hardware_settings import is_nonideal
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.scenes.schema.hardware import ActuatorGroup, merge_groups
 from crane_sim.simulation.hardware import HardwareRun
+from crane_sim.simulation.initial_demands import initial_demands
 from crane_sim.simulation.linearisation import tangent_basis
 from crane_sim.stepping.excitation import Excitation, integrate_held, integrate_with_drives
 
@@ -226,9 +227,11 @@ def _segment(scene: Scene, data: Measurements, first: int, end: int, known: Stat
 def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
     """Return the instants (n,) [s] of samples and of commands after the delay of their drive, and commands (n, nu).
 
-    A delay is exact, not rounded to periods. Before the first command that one holds.
+    A delay is exact, not rounded to periods. Before its first command a drive has its initial demand, which is that
+    command where it has no delay, lag or rate limit.
     """
     groups = scene.file.actuators if scene.hardware is not None else {}
+    initial = {} if scene.hardware is None else initial_demands(scene, scene.hardware)
     delays = [merge_groups(groups, name, ActuatorGroup).delay for name in scene.actuated]
     changes = [data.command_times + delay for delay in delays]
     times = np.sort(np.concatenate([data.t, *changes]))
@@ -237,7 +240,8 @@ def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
     commands = np.empty((len(times), len(delays)))
     for j, instants in enumerate(changes):
         latest = np.searchsorted(instants, times + SAME_INSTANT, side="right") - 1
-        commands[:, j] = data.commands[np.maximum(latest, 0), j]
+        before = initial.get(scene.actuated[j], data.commands[0, j])
+        commands[:, j] = np.where(latest < 0, before, data.commands[latest, j])
     return times, commands
 
 
@@ -246,9 +250,9 @@ def _integrator(scene: Scene) -> Callable[[Excitation, Array, Array, Array], obj
     method, model = strict_method(scene), scene.model
     if not is_nonideal(scene.hardware):
         return lambda part, q, v, out: integrate_held(method, model, part, q, v, out)
-    drives = scene.hardware.drives.copy()
+    hardware = HardwareRun(scene).state
+    drives, servos = hardware.drives, hardware.servos  # of one segment: with servos there is no second
     drives.delay = 0  # it is in the instants
-    servos = HardwareRun(scene).state.servos  # of one segment: with servos there is no second
     return lambda part, q, v, out: integrate_with_drives(method, model, drives.copy(), servos, part, q, v, out)
 
 

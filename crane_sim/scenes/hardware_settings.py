@@ -1,6 +1,7 @@
 """The hardware of a scene in numbers, checked against its joints."""
 
-from math import inf
+from collections.abc import Sequence
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -86,12 +87,28 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
         servos=servos_of(file),
         ideal=ideal,
     )
-    return equipment, {"rounded": periods.rounded} if periods.rounded else {}
+    held = stateful_joints(equipment, file.actuated) if getattr(file, "inputs", None) is not None else ()
+    rounded = {"rounded": periods.rounded} if periods.rounded else {}
+    return equipment, rounded | ({"held_inputs": list(held)} if held else {})
 
 
 def is_nonideal(equipment: HardwareConfig | None) -> bool:
-    """Return whether efforts change within a period, or laws get other values than the true state."""
+    """Return whether there are groups between law and crane: efforts or what laws measure may be others."""
     return equipment is not None and not equipment.ideal
+
+
+def varies_within_period(equipment: HardwareConfig | None, duration: float) -> bool:
+    """Return whether held commands give efforts that change within a period of a run of that duration [s]."""
+    if equipment is None:
+        return False
+    drives = equipment.drives
+    return bool(drives.has_state.any() or np.isfinite(drives.peak).any()) or equipment.may_brake(duration)
+
+
+def stateful_joints(equipment: HardwareConfig | None, actuated: Sequence[str]) -> tuple[str, ...]:
+    """Return the actuated joints whose drives have a state of their own: a lag, a rate limit or a servo's loops."""
+    states = () if equipment is None else zip(actuated, equipment.drives.has_state, strict=True)
+    return tuple(joint for joint, has_state in states if has_state)
 
 
 def commands_of(equipment: HardwareConfig | None, nu: int) -> tuple[str, ...]:
@@ -113,6 +130,8 @@ def _drives(file: SceneFile, periods: Periods) -> Any:
         drive.low, drive.high = group.limit or (-inf, inf)
         drive.rate_limit = group.rate_limit or inf
         drive.lag, drive.deadband = group.lag, group.deadband
+        drive.has_state = group.drive != "effort" or group.lag > 0.0 or group.rate_limit is not None
+        drive.initial_demand = nan if group.initial_demand is None else group.initial_demand
         drive.switch_low, drive.switch_high = _limit_switches(file, joint, group)
         motor = motor_of(file, joint)
         if motor is not None:

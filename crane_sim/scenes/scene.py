@@ -17,7 +17,13 @@ from crane_sim.files.output import write_text
 from crane_sim.hardware.instruments import Instruments
 from crane_sim.laws import ForeignSetting, Law, check_commands, is_own, make_law
 from crane_sim.scenes.extreme_numbers import refuse_extreme_numbers
-from crane_sim.scenes.hardware_settings import CLOSE, commands_of, equipment_of, is_nonideal
+from crane_sim.scenes.hardware_settings import (
+    CLOSE,
+    commands_of,
+    equipment_of,
+    stateful_joints,
+    varies_within_period,
+)
 from crane_sim.scenes.instrument_settings import instruments_of
 from crane_sim.scenes.registry import SCHEMAS, check_cable, key_of_other_cranes, places_of, schema_of
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
@@ -45,7 +51,7 @@ class Scene:
     method: Any  # settings of the integrator
     law: Law | None = field(compare=False)  # a callable(t, q, v), see `crane_sim.laws`; None without one
     law_name: str | None  # None without a law
-    sampled: bool  # efforts are commanded once a period; otherwise the equations evaluate `source`
+    sampled: bool  # drives are commanded once a period; otherwise the equations evaluate `source`, except for `held`
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
     trajectory: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None without one
@@ -76,6 +82,14 @@ class Scene:
     def commands(self) -> tuple[str, ...]:
         """What the drives of the actuated joints are commanded (nu,): effort, velocity or position."""
         return commands_of(self.hardware, len(self.actuated))
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Actuated joints whose demand is held for a period.
+
+        All that are commanded, and of open-loop inputs those of drives with a state of their own.
+        """
+        return self.actuated if self.sampled else stateful_joints(self.hardware, self.actuated)
 
     @property
     def command_units(self) -> tuple[str, ...]:
@@ -251,9 +265,9 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         source = law if continuous else None if control is not None else file.open_loop()
         method, reason = choose_method(file.integrator, file.method_requirements(sampled), crane)
     devices, noted = _devices(file, period, law)
-    model = system.with_meter(crane, (sampled or type(source) is tuple) and not is_nonideal(devices["hardware"]))
+    is_held = sampled or type(source) is tuple
+    model = system.with_meter(crane, is_held and not varies_within_period(devices["hardware"], duration))
     check_fit(method, model, continuous)
-    steps_freely = not (sampled or is_nonideal(devices["hardware"])) and hasattr(method, "rtol")
     return Scene(
         **fields,
         model=model,
@@ -262,7 +276,7 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
         method=method,
         law=law,
         sampled=sampled,
-        source=with_breakpoints(source, model) if steps_freely else source,
+        source=with_breakpoints(source, model) if hasattr(method, "rtol") and not sampled else source,
         notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(draft)),
         document=document,
         file=file,

@@ -132,7 +132,9 @@ class EnergyBalance:
 
     def change(self, q: Array, energy: float, metered: bool) -> None:
         """Continue from positions q (nu,) with another model, which supplies `energy` [J]."""
-        self._balance.start[1] = energy + supplied_up_to(self._balance, self._metered, q, 0.0)
+        if metered and not self._metered:  # the work of held efforts ends here
+            self._balance.start[1] = supplied_up_to(self._balance, False, q, 0.0)
+        self._balance.start[1] += energy
         self._metered = metered
 
     def errors(self, q: Array, energy: float, supplied: float) -> tuple[float, float]:

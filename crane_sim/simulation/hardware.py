@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.hardware.faults import SCHEDULED, SENSOR_LOSS, FaultLog
+from crane_sim.hardware.faults import JOINT_STUCK, SCHEDULED, SENSOR_LOSS, FaultLog
 from crane_sim.hardware.ideal_servos import IdealServos
 from crane_sim.hardware.payloads import apply_payload_fault
 from crane_sim.hardware.random import seed_to_uint64
@@ -26,14 +26,16 @@ from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
+from crane_sim.simulation.initial_demands import initial_demands
 from crane_sim.stepping.hardware_periods import (
     HardwareState,
+    command_at,
     hardware_step,
     measure_states,
-    read_inputs,
     sample_first_state,
 )
-from crane_sim.trajectories.breakpoints import unwrap
+from crane_sim.trajectories.breakpoints import unwrap, with_breakpoints
+from crane_sim.trajectories.inputs import delay_inputs
 
 Array = npt.NDArray[np.float64]
 
@@ -158,6 +160,9 @@ class HardwareRun:
     Attributes:
         state: parameters and state, which kernels take and change.
         faults: names of the faults.
+        inputs: what the equations evaluate in place of commands: the scene's open-loop inputs, behind the delays of
+            drives that do not hold them; None where the scene is commanded.
+        initial_demands: see there.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -165,6 +170,9 @@ class HardwareRun:
         config: HardwareConfig = scene.hardware or ideal_hardware(len(scene.joint_names), len(scene.actuated))
         self._scene, self.faults = scene, config.names
         self.state = _initial_hardware(scene.seed, config)
+        self.initial_demands = initial_demands(scene, config)
+        set_initial_demands(self.state, np.array([self.initial_demands.get(name, 0.0) for name in scene.actuated]))
+        self.inputs = None if scene.sampled else _delayed_inputs(scene, self.state)
         self._has_brakes = False
         if config.servos is not None:
             self.state.servos.loops.integral = holding_efforts(scene, config)
@@ -190,6 +198,10 @@ class HardwareRun:
         """Set the efforts (nu,) that the drives begin with."""
         self.state.drives.start_effort = self.state.drives.delivered_effort = efforts
 
+    def applies_brake(self, name: str) -> bool:
+        """Return whether the fault of that name applies a brake."""
+        return bool(self.state.faults.kind[self.faults.index(name)] == JOINT_STUCK)
+
     def override_fault(self, name: str, on: bool) -> None:
         """Activate or clear a fault from the next period on, independent of its schedule."""
         self.state.overrides[self.faults.index(name)] = float(on)
@@ -199,17 +211,15 @@ class HardwareRun:
         return sample_first_state(model, self.state, integration, period)
 
     def open_loop_command(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the command (nu,) of the scene's open-loop inputs at time t [s]; zero while the brakes are engaged."""
+        """Return the value (nu,) of the scene's source at time t [s], zero without one: what drives hold."""
         source = unwrap(self._scene.source)
         if type(source) is tuple:
             return source
-        if self._totals.braking or source is None:
-            return (0.0,) * len(self.state.drives)
-        return read_inputs(source, t, q, v)
+        return (0.0,) * len(self.state.drives) if source is None else command_at(source, t, q, v)
 
-    def step(self, method: Any, model: Any, command: tuple[float, ...], *step_args: Any) -> Any:
+    def step(self, method: Any, model: Any, inputs: Any, command: tuple[float, ...], *step_args: Any) -> Any:
         """Integrate over a period; arguments and results of `hardware_step`."""
-        return hardware_step(method, model, self.state, command, *step_args)
+        return hardware_step(method, model, self.state, inputs, command, *step_args)
 
     @property
     def saturated(self) -> int:
@@ -241,6 +251,7 @@ class HardwareRun:
         totals = self._totals
         metrics: dict[str, Any] = {"faults": self.events()[:MAX_EVENTS_IN_SUMMARY]} if self.faults else {}
         metrics |= {"lost_samples": int(totals.lost_samples)} if totals.lost_samples else {}
+        metrics |= {"initial_demand": self.initial_demands} if self.initial_demands else {}
         tripped = {
             name: float(drive.overtravel)
             for name, drive in zip(self._scene.actuated, self.state.drives, strict=True)
@@ -278,6 +289,21 @@ def measure(scene: Scene, q: Array, v: Array) -> Array:
     states = (np.ascontiguousarray(each) for each in (q, v))
     measure_states(_initial_hardware(scene.seed, scene.hardware), scene.period, *states, measured)
     return measured
+
+
+def set_initial_demands(hardware: HardwareState, demands: Array) -> None:
+    """Let the drives begin with the effects of demands (nu,) that were there for long."""
+    drives, hardware.queue[:] = hardware.drives, demands
+    drives.start_effort = np.clip(np.where(np.abs(demands) < drives.deadband, 0.0, demands), drives.low, drives.high)
+
+
+def _delayed_inputs(scene: Scene, hardware: HardwareState) -> Any:
+    """Return the scene's source behind the delays of drives that do not hold its values."""
+    drives, before = hardware.drives, hardware.queue[0].tolist()
+    delays = np.where(drives.has_state, 0, drives.delay) * scene.period
+    if not delays.any() or type(scene.source) is tuple:
+        return scene.source
+    return with_breakpoints(delay_inputs(unwrap(scene.source), delays.tolist(), before), scene.model)
 
 
 def _initial_servos(loops: Any) -> Servos | None:

@@ -47,12 +47,8 @@ def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
     return integration, q, v, (as_tuple(measured[0]), as_tuple(measured[1])), hardware
 
 
-def resume(scene: Scene, model: Any, metered: Any, integration: Any, k: int, at: Any) -> Any:
-    """Return the integration of the metered model from period k on, where the joints are `at` (q, v)."""
-    t = k * scene.period
-    if model.energy_meter is not None:
-        return integration if scene.sampled else restart_within_step(scene.method, model, scene.source, integration, t)
-    q, v = at
+def resume(metered: Any, integration: Any, t: float, q: Sequence[float], v: Sequence[float]) -> Any:
+    """Return an integration, under way without a meter, as one of the metered model from time t [s], joints q, v on."""
     initial, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
     evaluations, steps, rejected = integration.evaluations, integration.steps, integration.rejected
     return initial._replace(t0=t, t=t, evaluations=evaluations, steps=steps, rejected=rejected)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from numbers import Real
 from typing import Any
 
@@ -106,19 +107,31 @@ class Plant:
     def braking(self, on: bool) -> None:
         if on == self._braking:
             return
-        hardware = self._hardware or self._make_brakes()
+        hardware = self._prepare_brakes()
         hardware.brake(on)
         self._braking, self._still = on, 0
 
-    def _make_brakes(self) -> HardwareRun:
-        """Return brakes for the periods that follow; they do work within a period, so the model needs a meter."""
-        self._flush()
-        metered = system.with_meter(self.model, False)
-        self._integration = resume(self.scene, self.model, metered, self._integration, self.k, (self.q, self.v))
-        self._metrics.change(self._start, metered, self.q)
-        self.model, self._hardware = metered, HardwareRun(self._start)
-        self._hardware.set_initial_effort(self.applied)
+    def _prepare_brakes(self) -> HardwareRun:
+        """Return the hardware with brakes that may act from now on.
+
+        They do work within a period: the model needs a meter.
+        """
+        if self._hardware is None:
+            self._hardware = HardwareRun(self._start)
+            self._hardware.set_initial_effort(self.applied)
+        if self.model.energy_meter is None:
+            self._flush()
+            metered = system.with_meter(self.model, False)
+            self._integration = resume(metered, self._integration, self.t, self.q, self.v)
+            self.model = metered
+            self._change_metrics(self._hardware)
         return self._hardware
+
+    def _change_metrics(self, hardware: HardwareRun, energy: float = 0.0) -> None:
+        """Let the metrics continue with the present model and payload, whose change supplied `energy` [J]."""
+        of_payload = partial(hardware.model_with_payload, mass=hardware.payload_mass)
+        scene = replace(self._start, model=of_payload(self.scene.model))
+        self._metrics.change(scene, of_payload(self.model), self.q, energy)
 
     @property
     def at_rest(self) -> bool:
@@ -139,6 +152,8 @@ class Plant:
         if self._hardware is None or name not in self.faults:
             known = unknown_key(name, self.faults, "fault")
             raise ValueError(known if self.faults else f"unknown fault {name!r}: the scene has none")
+        if on and self._hardware.applies_brake(name):
+            self._prepare_brakes()
         self._hardware.override_fault(name, on)
 
     def advance(self, u: Sequence[float] | None = None) -> None:
@@ -199,17 +214,15 @@ class Plant:
     def _advance_with_hardware(
         self, hardware: HardwareRun, u: tuple[float, ...] | None
     ) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
-        command = hardware.open_loop_command(self.t, self.q, self.v) if u is None else u
-        step_args = (self._integration, self.k, self.scene.period, self._rows, self._filled)
+        driven = (None, u) if u is not None else (hardware.inputs, hardware.open_loop_command(self.t, self.q, self.v))
+        step_args = (self._integration, self.k, self.scene.steps, self.scene.period, self._rows, self._filled)
         mass, energy = hardware.payload_mass, hardware.payload_energy
-        integration, (q, v), measured, applied = hardware.step(self.scene.method, self.model, command, *step_args)
+        integration, (q, v), measured, applied = hardware.step(self.scene.method, self.model, *driven, *step_args)
         if hardware.payload_mass != mass:
             row = self._rows[self._filled].copy()  # of this period, which begins with the other payload
             self._flush()
             self._rows[0] = row
-            mass, energy = hardware.payload_mass, hardware.payload_energy - energy
-            scene = replace(self._start, model=hardware.model_with_payload(self.scene.model, mass))
-            self._metrics.change(scene, hardware.model_with_payload(self.model, mass), self.q, energy)
+            self._change_metrics(hardware, hardware.payload_energy - energy)
         return integration, q, v, measured if self.scene.hardware is not None else None, applied
 
     def _flush(self) -> None:

@@ -25,6 +25,7 @@ from crane_sim.simulation.status import SimulationError, check_status, events_of
 from crane_sim.stepping.hardware_periods import hardware_rollout
 from crane_sim.stepping.periods import Output, Replay, begin, continuous_rollout, zero_order_hold_rollout
 from crane_sim.stepping.rows import row_width, split
+from crane_sim.trajectories.breakpoints import unwrap
 
 Array = npt.NDArray[np.float64]
 
@@ -86,15 +87,16 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
 
 
 def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> RawRun:
-    """Return the run of a scene with hardware, whose open-loop inputs are sampled once a period as commands are."""
+    """Return the run of a scene with hardware; drives that hold their demand take open-loop inputs as commands."""
     hardware, loads = HardwareRun(scene), np.empty((scene.steps, 2))
-    source = _compile_law(scene, law) if scene.sampled else scene.source
+    source = _compile_law(scene, law) if scene.sampled else unwrap(scene.source)
     if type(source) is tuple:
         source = Replay(scene.model, scene.period, np.tile(source, (scene.steps, 1)))
     integration, periods_done = hardware_rollout(
-        scene.method, scene.model, source, hardware.state, integration, scene.period, out, loads
+        scene.method, scene.model, source, hardware.state, hardware.inputs, integration, scene.period, out, loads
     )
     commands, loads = out.commands[:periods_done], loads[: periods_done + 1]
+    commands[:] = commands if scene.sampled else np.nan
     return RawRun(*_whole(scene, out, periods_done), integration, hardware.saturated, commands, hardware, loads)
 
 

@@ -47,7 +47,7 @@ def advance_crane(hardware, crane, command, k, period, rows, i):
 
 @advance_crane.register(HardwareState)
 def _(hardware, crane, command, k, period, rows, i):
-    step_args = (command, crane.integration, k, period, rows, i)
+    step_args = (None, command, crane.integration, k, k + 1, period, rows, i)
     integration, joints, measured, _ = hardware_step(crane.method, crane.model, hardware, *step_args)
     return integration, joints, measured
 

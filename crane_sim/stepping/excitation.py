@@ -82,7 +82,7 @@ def integrate_with_drives(method, p, drives, servos, excitation, q, v, out):
     integration = start_at(p, excitation, q, v)
     write_positions(excitation, p, integration, out, excitation.first)
     for i in range(excitation.last):
-        u = Drives(times[i], drives, servos)
+        u = Drives(times[i], drives, servos, None)
         accept_command(p, u, integration.x, queue, i, system.efforts_from_row(p, excitation.commands[i]))
         if i < excitation.first:
             for j in range(len(drives)):

@@ -2,6 +2,10 @@
 
 Period k: the drives take the command, brakes and faults act, the equations are integrated (steps end where a drive's
 rate limit stops binding), brakes slip, and the sensors sample the state that period k + 1 begins with.
+
+Steps end with the period where efforts may change there. Open-loop inputs whose drives have no state are functions of
+time: then the error alone determines the steps, as in `stepping.periods`, and what happens once a period (sensors,
+limit switches, rows) sees states interpolated between them. A fault, or a brake, cuts back the step under way.
 """
 
 from typing import Any, NamedTuple
@@ -10,7 +14,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.hardware.brakes import read_limit_switch, slip
-from crane_sim.hardware.drives import Drives, accept_command, latch_efforts, next_breakpoint
+from crane_sim.hardware.drives import Drives, accept_command, change_with_period, latch_efforts, next_breakpoint
 from crane_sim.hardware.faults import (
     FaultLog,
     Faults,
@@ -21,11 +25,19 @@ from crane_sim.hardware.faults import (
 )
 from crane_sim.hardware.payloads import PayloadFault, apply_payload_fault
 from crane_sim.hardware.sensors import sense
-from crane_sim.integrators import OK, apply_pending_events, integrate_to
+from crane_sim.integrators import (
+    OK,
+    apply_pending_events,
+    dense_output,
+    integrate_to,
+    latest_step_end,
+    restart,
+)
 from crane_sim.numerics.arrays import copy_into, store
 from crane_sim.numerics.jit import entry_point, generic, kernel, routine
 from crane_sim.numerics.states import replace_entry
-from crane_sim.stepping.periods import finish, integrate_period, write
+from crane_sim.stepping.periods import finish, integrate_period, integrate_source_to, integrate_to_breakpoints, write
+from crane_sim.trajectories.breakpoints import PiecewiseSource
 
 
 class HardwareState(NamedTuple):
@@ -58,19 +70,50 @@ def _(q, values, first):
     return values[first : first + len(q)].copy()
 
 
+@generic
+def state_at(inputs, method, p, u, integration, t):
+    """Return the state at time t [s], which the last step has covered; with efforts that are held it ended there."""
+    if integration.t == t:
+        return integration.x
+    # compiled before the step: ideal servos solve the equations within an effort, in which numba would see a recursion
+    system.effort(u, p, integration.t, integration.x)
+    return dense_output(method, p, u, integration, t)
+
+
+@state_at.register(type(None))
+def _(inputs, method, p, u, integration, t):
+    return integration.x
+
+
+@integrate_source_to.register(Drives)
+def _(u, method, p, integration, t, latest):
+    return integrate_inputs_to(u.inputs, u, method, p, integration, t, latest)
+
+
+@generic
+def integrate_inputs_to(inputs, u, method, p, integration, t, latest):
+    """Return the result of `integrate_source_to` under drives with these inputs."""
+    return integrate_to(method, p, u, integration, t, latest)
+
+
+@integrate_inputs_to.register(PiecewiseSource)
+def _(inputs, u, method, p, integration, t, latest):
+    return integrate_to_breakpoints(inputs, u, method, p, integration, t, latest)
+
+
 @routine
-def sample_sensors(p, hardware, integration, k, period):
-    """Sample the state at the start of period k, with the faults that are active by then."""
+def sample_sensors(p, hardware, x, k, period):
+    """Sample the state x at the start of period k, with the faults that are active by then."""
     update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
     apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
-    q, v = system.joints(p, integration.x)
+    q, v = system.joints(p, x)
     hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q, v)
 
 
 @kernel
-def read_measurements(p, hardware, integration):
-    """Return the measured (q, v), tuples or arrays as `system.joints` returns."""
-    q, v = system.joints(p, integration.x)
+def read_measurements(p, hardware, x):
+    """Return the measured (q, v), tuples or arrays as `system.joints` returns for the state x."""
+    q, v = system.joints(p, x)
     readings = hardware.sensors.reading
     return copy_in_kind_of(q, readings, 0), copy_in_kind_of(v, readings, len(q))
 
@@ -78,8 +121,8 @@ def read_measurements(p, hardware, integration):
 @entry_point
 def sample_first_state(p, hardware, integration, period):
     """Sample the state at the start of a run; return the measured (q, v)."""
-    sample_sensors(p, hardware, integration, 0, period)
-    return read_measurements(p, hardware, integration)
+    sample_sensors(p, hardware, integration.x, 0, period)
+    return read_measurements(p, hardware, integration.x)
 
 
 @entry_point
@@ -100,17 +143,19 @@ def relative_energy(p, x):
 
 
 @routine
-def update_payload(p, hardware, integration):
-    """Return the crane with the payload of the active faults; the energy that a change supplies goes to the totals."""
+def update_payload(p, hardware, x):
+    """Take the payload of the active faults in state x; return whether that is another one.
+
+    The energy that the change supplies goes to the totals.
+    """
     totals = hardware.totals[0]
-    crane = apply_payload_fault(hardware.payload_fault, p, totals.payload_mass)
     mass = compute_payload_mass(hardware.faults, hardware.active, nominal_payload_mass(hardware.payload_fault))
-    if mass != totals.payload_mass:
-        before = relative_energy(crane, integration.x)
-        totals.payload_mass = mass
-        crane = apply_payload_fault(hardware.payload_fault, p, mass)
-        totals.payload_energy += relative_energy(crane, integration.x) - before
-    return crane
+    if mass == totals.payload_mass:
+        return False
+    before = relative_energy(apply_payload_fault(hardware.payload_fault, p, totals.payload_mass), x)
+    totals.payload_mass = mass
+    totals.payload_energy += relative_energy(apply_payload_fault(hardware.payload_fault, p, mass), x) - before
+    return True
 
 
 @generic
@@ -125,64 +170,110 @@ def _(fault):
 
 
 @routine
-def apply_command(p, hardware, integration, k, period, command):
-    """Return the source of period k, in which the drives take `command` (nu,)."""
+def apply_command(p, hardware, u, x, k, period, command):
+    """Let the drives take `command` (nu,) in state x at the start of period k; return whether faults or brakes change.
+
+    Without faults and brakes, efforts change there of drives only whose steps end with the period anyway.
+    """
     update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
-    totals, u = hardware.totals[0], Drives(k * period, hardware.drives, hardware.servos)
-    saturated = accept_command(p, u, integration.x, hardware.queue, k, command)
+    totals = hardware.totals[0]
+    saturated = accept_command(p, u, x, hardware.queue, k, command)
     totals.saturated += 1 if saturated and not totals.braking else 0
     totals.braked += 1 if totals.braking else 0
-    copy_into(hardware.drives.position, system.actuated_joints(p, integration.x)[0])
-    apply_to_drives(hardware.faults, hardware.active, hardware.drives, totals.braking)
-    return u
+    copy_into(hardware.drives.position, system.actuated_joints(p, x)[0])
+    changed = apply_to_drives(hardware.faults, hardware.active, hardware.drives, totals.braking)
+    return update_payload(p, hardware, x) or changed
 
 
 @routine
-def integrate_period_with_drives(method, p, u, integration, end, out, i):
+def begin_period(method, p, hardware, u, integration, k, period, command):
+    """Begin period k under the drives u, which take `command` (nu,).
+
+    Returns:
+        (integration, state at the period's start)
+    """
+    t, mass = k * period, hardware.totals[0].payload_mass
+    x = state_at(u.inputs, method, apply_payload_fault(hardware.payload_fault, p, mass), u, integration, t)
+    if apply_command(p, hardware, u, x, k, period, command) and integration.t > t:
+        integration = restart(integration, t, x)
+    if integration.t > t:
+        return integration, x
+    crane = laden(p, hardware)
+    integration = apply_pending_events(system.switching(crane), crane, u, integration)
+    return integration, integration.x
+
+
+@kernel
+def laden(p, hardware):
+    """Return the crane with its present payload."""
+    return apply_payload_fault(hardware.payload_fault, p, hardware.totals[0].payload_mass)
+
+
+@kernel
+def latest_end(method, u, k, steps, period):
+    """Return the instant [s] that no step in period k of `steps` may pass."""
+    return (k + 1) * period if change_with_period(u.inputs, u.records) else latest_step_end(method, k, steps, period)
+
+
+@routine
+def integrate_period_with_drives(method, p, u, integration, end, latest, out, i):
     """Return the result of `integrate_period`, by steps that also end where a drive's effort has a breakpoint."""
-    while integration.status == OK and integration.t < end:
+    while True:
         break_time = next_breakpoint(u, integration.t, end)
-        integration, i = integrate_period(method, p, u, integration, break_time, break_time, out.times, out.samples, i)
-    return integration, i
+        last = latest if break_time == end else break_time
+        integration, i = integrate_period(method, p, u, integration, break_time, last, out.times, out.samples, i)
+        if integration.status != OK or integration.t >= end:
+            return integration, i
 
 
 @routine
-def end_period(p, hardware, u, integration, k, period):
-    """End period k: latch the drives' efforts, let brakes slip, read limit switches, and sample the state."""
-    latch_efforts(p, u, integration.t, integration.x)
+def end_period(p, hardware, u, x, k, period):
+    """End period k in state x: latch the drives' efforts, let brakes slip, read limit switches, sample the state."""
+    latch_efforts(p, u, (k + 1) * period, x)
     for i in range(len(hardware.drives)):
         slip(hardware.drives[i])
         read_limit_switch(hardware.drives[i])
-    sample_sensors(p, hardware, integration, k + 1, period)
+    sample_sensors(p, hardware, x, k + 1, period)
 
 
 @entry_point
-def hardware_step(method, p, hardware, command, integration, k, period, rows, i):
-    """Write row i, then integrate over period k with `command` (nu,) given to the drives.
+def hardware_step(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
+    """Write row i, then integrate over period k of `steps`.
+
+    Args:
+        method, p, hardware, integration, k, steps, period: as in `hardware_rollout`.
+        inputs: open-loop source of demands; None where `command` is held.
+        command: (nu,), at the start of the period.
+        rows, i: array whose row i is written.
 
     Returns:
         (integration, (q, v), measured (q, v), effort applied at the start of the period)
     """
-    u = apply_command(p, hardware, integration, k, period, command)
-    crane = update_payload(p, hardware, integration)
-    integration = apply_pending_events(system.switching(crane), crane, u, integration)
-    applied = system.effort(u, crane, integration.t, integration.x)
-    write(rows, i, crane, integration.t, integration.x, u)
-    while integration.status == OK and integration.t < (k + 1) * period:
-        break_time = next_breakpoint(u, integration.t, (k + 1) * period)
-        integration = integrate_to(method, crane, u, integration, break_time, break_time)
-    if integration.status == OK or integration.t >= (k + 1) * period:
-        end_period(crane, hardware, u, integration, k, period)
-    return integration, system.joints(crane, integration.x), read_measurements(crane, hardware, integration), applied
+    u, end = Drives(k * period, hardware.drives, hardware.servos, inputs), (k + 1) * period
+    integration, x = begin_period(method, p, hardware, u, integration, k, period, command)
+    crane = laden(p, hardware)
+    applied = system.effort(u, crane, k * period, x)
+    write(rows, i, crane, k * period, x, u)
+    latest = latest_end(method, u, k, steps, period)
+    while integration.status == OK and integration.t < end:
+        break_time = next_breakpoint(u, integration.t, end)
+        last = latest if break_time == end else break_time
+        integration = integrate_source_to(u, method, crane, integration, break_time, last)
+    x = integration.x
+    if integration.status == OK or integration.t >= end:
+        x = state_at(inputs, method, crane, u, integration, end)
+        end_period(crane, hardware, u, x, k, period)
+    return integration, system.joints(crane, x), read_measurements(crane, hardware, x), applied
 
 
 @entry_point
-def hardware_rollout(method, p, law, hardware, integration, period, out, loads):
+def hardware_rollout(method, p, law, hardware, inputs, integration, period, out, loads):
     """Run a law that is evaluated at the start of every period, on the measured positions and velocities.
 
     Args:
         method, p, law, integration, period, out: see `stepping.periods.zero_order_hold_rollout`.
         hardware: `HardwareState` at the start of the run, which is changed.
+        inputs: open-loop source of demands, whose values at the starts of periods `law` gives; None: the law commands.
         loads: array (steps, 2), filled with the payload's mass [kg] in every period and the energy [J] that changes of
             it have supplied until then.
 
@@ -191,27 +282,28 @@ def hardware_rollout(method, p, law, hardware, integration, period, out, loads):
     """
     steps, totals = len(out.rows) - 1, hardware.totals[0]
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
-    sample_sensors(p, hardware, integration, i, period)
+    x = integration.x
+    sample_sensors(p, hardware, x, i, period)
     for k in range(steps):
-        q, v = read_measurements(p, hardware, integration)
+        q, v = read_measurements(p, hardware, x)
         command = system.command(law, k * period, q, v)
         store(out.commands, k, 0, command)
-        u = apply_command(p, hardware, integration, k, period, command)
-        crane = update_payload(p, hardware, integration)
-        loads[k, 0], loads[k, 1] = totals.payload_mass, totals.payload_energy
-        integration = apply_pending_events(system.switching(crane), crane, u, integration)
-        write(out.rows, k, crane, integration.t, integration.x, u)
-        end = (k + 1) * period
-        integration, i = integrate_period_with_drives(method, crane, u, integration, end, out, i)
+        u, end = Drives(k * period, hardware.drives, hardware.servos, inputs), (k + 1) * period
+        integration, x = begin_period(method, p, hardware, u, integration, k, period, command)
+        loads[k, 0], loads[k, 1], crane = totals.payload_mass, totals.payload_energy, laden(p, hardware)
+        write(out.rows, k, crane, k * period, x, u)
+        latest = latest_end(method, u, k, steps, period)
+        integration, i = integrate_period_with_drives(method, crane, u, integration, end, latest, out, i)
         if integration.status != OK and integration.t < end:
             return integration, k
         if k == steps - 1:
-            finish(method, crane, u, integration, integration.t, out, i)
-        end_period(crane, hardware, u, integration, k, period)
+            finish(method, crane, u, integration, end, out, i)
+        x = state_at(inputs, method, crane, u, integration, end)
+        end_period(crane, hardware, u, x, k, period)
     return integration, steps
 
 
 @entry_point
-def read_inputs(source, t, q, v):
-    """Return the command (nu,) of open-loop inputs at time t [s]."""
+def command_at(source, t, q, v):
+    """Return the command (nu,) of a source that is evaluated once a period, at time t [s]."""
     return system.command(source, t, q, v)

@@ -20,7 +20,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry_point, generic, lean_generic, routine, routine_returning
+from crane_sim.numerics.jit import entry_point, generic, kernel, lean_generic, routine, routine_returning
 from crane_sim.numerics.states import replace_field
 from crane_sim.trajectories.breakpoints import PiecewiseSource, last_instant_before, next_breakpoint
 
@@ -85,8 +85,14 @@ def integrate_source_to(u, method, p, integration, t, latest):
 
 @integrate_source_to.register(PiecewiseSource)
 def _(u, method, p, integration, t, latest):
+    return integrate_to_breakpoints(u, u, method, p, integration, t, latest)
+
+
+@kernel
+def integrate_to_breakpoints(inputs, u, method, p, integration, t, latest):
+    """Return the result of `integrate_source_to` under a source u that has the breakpoints of `inputs`."""
     while integration.t < t and integration.status == OK:
-        breakpoint_ = next_breakpoint(u, integration.t)
+        breakpoint_ = next_breakpoint(inputs, integration.t)
         end = min(latest, last_instant_before(breakpoint_, integration.t))
         integration = integrate_to(method, p, u, integration, min(t, end), end)
         if integration.t == end and end < latest:

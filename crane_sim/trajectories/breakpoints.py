@@ -12,7 +12,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.numerics.jit import lean_generic, lean_kernel
 from crane_sim.trajectories.base_motion import SplineBase
-from crane_sim.trajectories.inputs import Table
+from crane_sim.trajectories.inputs import Delayed, Table
 from crane_sim.trajectories.piecewise import find_piece
 from crane_sim.trajectories.profiles import Motion
 from crane_sim.trajectories.trajectory import Trajectory
@@ -81,6 +81,8 @@ def _collect(tree: Any) -> list[Any]:
     """Return the breakpoints [s] of all functions of time in a tree of tuples."""
     if isinstance(tree, Motion | Trajectory):
         return [np.asarray(tree.starts, dtype=float)[1:]]
+    if isinstance(tree, Delayed):
+        return [tree.delay + np.concatenate([[0.0], *_collect(tree.channel)])]
     if isinstance(tree, Table):
         return [np.asarray(tree.times, dtype=float)]
     if isinstance(tree, SplineBase):

@@ -1,5 +1,6 @@
 """Open-loop inputs: functions of time that drive the actuated joints where no law commands."""
 
+from collections.abc import Sequence
 from math import sin
 from typing import Annotated, NamedTuple
 
@@ -44,11 +45,27 @@ class Table(NamedTuple):
         return find_table_error(self.times, self.values)
 
 
+class Delayed(NamedTuple):
+    """An input that takes effect later, behind the delay of its drive."""
+
+    channel: "Constant | Sine | Polynomial | Table | Delayed"
+    delay: float  # s
+    before: float  # input's unit, its value until then
+
+
 class Inputs(NamedTuple):
     """The input of one actuated joint, and the list of those of the other joints, which kernels can walk by type."""
 
-    first: Constant | Sine | Polynomial | Table
+    first: Constant | Sine | Polynomial | Table | Delayed
     tail: "Inputs | None" = None
+
+
+def delay_inputs(inputs: Inputs | None, delays: Sequence[float], before: Sequence[float]) -> Inputs | None:
+    """Return the inputs of n joints, each of them `delays[j]` [s] later, and `before[j]` until then."""
+    if inputs is None:
+        return None
+    first = Delayed(inputs.first, delays[0], before[0]) if delays[0] else inputs.first
+    return Inputs(first, delay_inputs(inputs.tail, delays[1:], before[1:]))
 
 
 @lean_generic
@@ -86,6 +103,11 @@ def _(channel, t):
     low = find_piece(times, last, t)
     high = low + 1
     return values[low] + (values[high] - values[low]) * (t - times[low]) / (times[high] - times[low])
+
+
+@value_at.register(Delayed)
+def _(channel, t):
+    return value_at(channel.channel, t - channel.delay) if t >= channel.delay else channel.before
 
 
 @lean_generic

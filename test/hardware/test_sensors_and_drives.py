@@ -89,7 +89,7 @@ TIMES = np.linspace(0.0, 0.1, 201)[1:-1]  # s, also within periods
 
 def test_a_lag_is_an_exponential() -> None:
     """An effort behind a lag follows the exponential between its demands, also within periods, not a staircase."""
-    effort, run = follow({"lag": 0.03}, [2.0] * 2 + [10.0] * 8, TIMES)
+    effort, run = follow({"lag": 0.03, "initial_demand": 2.0}, [2.0] * 2 + [10.0] * 8, TIMES)
     expected = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
     assert effort == pytest.approx(expected, rel=1e-13)  # rounding of some exponentials, one for each period
     assert run.summary["energy_audit_error"] < 1e-7  # of the method's step: 1.2e-8 with the same efforts and no lag
@@ -125,7 +125,7 @@ def test_limit_deadband_and_delay() -> None:
     scene = rod(actuators={"trolley": actuator})
     demands = [6.0 * cos(0.37 * k) for k in range(100)]
     _, _, applied = history(scene, 100, lambda t: demands[round(t / PERIOD)])
-    late = [demands[max(k - 3, 0)] for k in range(100)]
+    late = [demands[k - 3] if k >= 3 else 0.0 for k in range(100)]
     assert applied.tolist() == [0.0 if abs(d) < 1.0 else min(max(d, -3.0), 4.0) for d in late]
     plant = Plant(scene)
     for demand in demands:

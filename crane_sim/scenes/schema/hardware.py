@@ -104,6 +104,8 @@ class ActuatorGroup(Group):
 
     Within a period the effort solves u' = (demand - u) / lag within the rate limit exactly. Keys of a joint go before
     those of `all`. Laws, inputs and commands give what `drive` says, a speed or a position in the joint's unit.
+    Commands are held for a period; `inputs` are continuous, delayed and limited as well, but by a drive with a lag, a
+    rate limit or a servo they are taken once a period (`held_inputs` of the summary).
     """
 
     drive: Command = "effort"  # what the drive is commanded; the latter two are
@@ -120,6 +122,8 @@ class ActuatorGroup(Group):
     motor: MotorGroup | None = None  # of a drive by force or torque; left out: no inertia, no limit by speed
     deadband: NonNegative = 0.0  # command's unit, demands up to this size count as zero
     delay: NonNegative = 0.0  # s, from the demand to its effect; rounded to whole periods
+    initial_demand: Real | None = None  # command's unit, before t = 0, where a delay, lag or rate limit begins; left
+    # out: a force or torque carries the weight on its joint, a position is the initial one, everything else is 0
 
 
 class BrakeGroup(Group):

@@ -1,0 +1,91 @@
+"""The start of drives: delay, lag and rate limit act on the first demand, and a drive that carries a load holds it."""
+
+from math import exp, inf
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.plant import Plant
+from crane_sim.simulation.rollout import simulate
+
+pytestmark = pytest.mark.interpreted
+
+MASS, FORCE, END = 20.0, 10.0, 2.0  # kg, N, s
+LATE_STEP: dict[str, Any] = {
+    "crane": "overhead",
+    "duration": END,
+    "trolley": {"mass": MASS},
+    "cable": {"lengths": [1.0], "node_masses": [1e-9]},
+}
+FOLLOWS = {"drive": "velocity", "servo": {"gain": inf, "max_acceleration": 1.0}}
+LAGGED = 0.5 * (END**2 / 2.0 - 0.5 * END + 0.25 * (1.0 - exp(-END / 0.5)))  # m: a = 0.5 (1 - exp(-t / 0.5)) m/s²
+STEPS: tuple[tuple[dict[str, Any], float, float], ...] = (  # (drive, step, m after 2 s)
+    ({"delay": 0.5}, FORCE, 0.5625),
+    ({"lag": 0.5}, FORCE, LAGGED),
+    ({"rate_limit": 5.0}, FORCE, 1.0 / 3.0),
+    ({"delay": 0.5, "lag": 1e-9}, FORCE, 0.5625),
+    (FOLLOWS | {"delay": 0.5}, 1.0, 1.0),
+    ({"delay": 0.5, "initial_demand": FORCE}, FORCE, 1.0),
+    ({"lag": 0.5, "initial_demand": FORCE}, FORCE, 1.0),
+)
+
+
+@pytest.mark.parametrize(("drive", "step", "position"), STEPS)
+@pytest.mark.parametrize("by_law", [False, True], ids=["input", "commands"])
+def test_a_step_at_the_start(drive: dict[str, Any], step: float, position: float, by_law: bool) -> None:
+    """From rest the first demand passes the drive as any later one does, an input's or a law's; the field says else."""
+    inputs = {} if by_law else {"inputs": {"trolley": {"kind": "constant", "value": step}}}
+    law = (lambda t, q, v: (step,)) if by_law else None
+    run = simulate(LATE_STEP | inputs | {"actuators": {"trolley": drive}}, law=law)
+    assert run.q[-1, 0] == pytest.approx(position, abs=1e-8)  # m, of the steps and of the nanogram of load
+    assert run.summary["initial_demand"] == {"trolley": drive.get("initial_demand", 0.0)}
+
+
+HOISTS: tuple[dict[str, Any], ...] = (
+    {
+        "crane": "overhead",
+        "trolley": {"drive": "fixed"},
+        "cable": {"lengths": [3.0], "node_masses": [10.0]},
+        "hoist": {"drive": "force", "inertia": 20.0},
+    },
+    {
+        "crane": "bridge",
+        "trolley": {"mass": 600.0},
+        "bridge": {"mass": 900.0},
+        "rope": {"drive": "force"},
+        "payload": {"mass": 2000.0},
+        "initial": {"q": [0.0, 0.0, 8.0, 0.0, 0.0]},
+    },
+)
+
+
+@pytest.mark.parametrize("lateness", [{"delay": 0.1}, {"lag": 0.1}, {"rate_limit": 1.0}], ids=str)
+@pytest.mark.parametrize("document", HOISTS, ids=[document["crane"] for document in HOISTS])
+def test_a_hoist_holds_its_load(document: dict[str, Any], lateness: dict[str, Any]) -> None:
+    """Until a drum's drive has anything else to do, it carries the weight of the load, which stays where it is."""
+    joint = "hoist" if "hoist" in document else "rope"
+    scene = load_scene(document | {"duration": 0.1, "actuators": {joint: lateness}})
+    mass = document["cable"]["node_masses"][0] if "cable" in document else document["payload"]["mass"]
+    weight, index = mass * 9.81, scene.actuated.index(joint)
+    command = tuple(-weight if name == joint else 0.0 for name in scene.actuated)
+    run = simulate(scene, law=lambda t, q, v: command)
+    assert run.summary["initial_demand"][joint] == pytest.approx(-weight, rel=1e-10)  # of the differences of an energy
+    assert run.q == pytest.approx(np.tile(run.q[0], (len(run.q), 1)), abs=1e-9)
+    assert run.u[0, index] == pytest.approx(-weight, rel=1e-10)
+
+
+def test_a_boom_holds_its_weight_and_a_position_is_kept() -> None:
+    """Booms begin with the torques of their weights, of the load too; a point that is moved begins where it is."""
+    boom = load_scene("knuckle_setpoint", {"control": None, "reference": None, "actuators": {"all": {"lag": 0.2}}})
+    held = Plant(boom).summary()["initial_demand"]
+    assert held["slew"] == pytest.approx(0.0, abs=1e-9) and held["boom"] > 0.0 > held["rope"]
+    point = {"tip": [0.3, 0.1, 2.5]}
+    servo = {
+        "suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4},
+        "actuators": {"all": {"delay": 0.1}},
+        "initial": point,
+    }
+    moved = load_scene("pendulum_free", servo)
+    assert Plant(moved).summary()["initial_demand"] == {"tip_x": 0.3, "tip_y": 0.1}
