@@ -20,6 +20,7 @@ SOURCES = {
 LAYERS = (
     "crane_sim.process_signals",
     "crane_sim.files",
+    "crane_sim.tracing",
     "crane_sim.numerics",
     "crane_sim.system",
     "crane_sim.laws",

@@ -1,0 +1,63 @@
+"""Traced functions, and calls of one from another."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from crane_sim.tracing.graph import Array, Block, Graph, Kind, TraceError, Value, kind_of, numbers_of
+from crane_sim.tracing.operations import graph_of
+from crane_sim.tracing.trees import flatten, unflatten
+
+
+class Function(NamedTuple):
+    """A function as a list of instructions, and the Python function that it was traced from.
+
+    Called with floats and arrays it computes; called with values of another traced function it becomes a call there.
+    """
+
+    name: str  # of letters, digits and underscores
+    python: Callable[..., Any]
+    graph: Graph
+    block: Block
+    result: Any  # a tree like what it returns
+    inlined: bool  # into what calls it
+
+    @property
+    def parameter_kinds(self) -> tuple[Kind, ...]:
+        """Return the kinds of the arguments."""
+        return tuple(self.graph.kinds[number] for number in self.block.parameters)
+
+    @property
+    def result_kinds(self) -> tuple[Kind, ...]:
+        """Return the kinds of what it returns, leaf by leaf."""
+        return tuple(self.graph.kinds[number] for number in self.block.results)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Compute, or note a call."""
+        graph = graph_of(*(x.address if isinstance(x, Array) else x for x in arguments))
+        if graph is None:
+            return self.python(*arguments)
+        if len(arguments) != len(self.block.parameters):
+            raise TraceError(f"{self.name} takes {len(self.block.parameters)} arguments, not {len(arguments)}")
+        values = [_as_value(graph, x, kind) for x, kind in zip(arguments, self.parameter_kinds, strict=True)]
+        results = graph.append("call", numbers_of(tuple(values)), self.result_kinds, self)
+        return unflatten(self.result, iter(results))
+
+
+def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "", inlined: bool = False) -> Function:
+    """Return a function traced with symbols of these kinds; a parameter of kind ARRAY is an `Array`.
+
+    Raises:
+        TraceError: it does with a number what only a float can do, such as a condition on it.
+    """
+    graph, trees = Graph(), []
+
+    def values(*symbols: Value) -> tuple[Value, ...]:
+        trees.append(function(*(Array(s) if s.kind is Kind.ARRAY else s for s in symbols)))
+        return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[0]))
+
+    block = graph.trace_block(values, kinds)
+    return Function(name or function.__name__, function, graph, block, trees[0], inlined)
+
+
+def _as_value(graph: Graph, argument: Any, kind: Kind) -> Value:
+    return argument.to_value() if isinstance(argument, Array) else graph.lift(argument, kind)

@@ -1,0 +1,156 @@
+"""What equations call beside arithmetic: on floats it computes, on values it notes instructions."""
+
+import ctypes
+from collections.abc import Callable
+from math import exp as _exp
+from math import pow as _pow
+from math import sqrt as _sqrt
+from typing import Any
+
+from crane_sim.tracing.graph import Graph, Kind, TraceError, Value, kind_of, numbers_of, unary
+from crane_sim.tracing.trees import flatten, structure_of, unflatten
+
+_LIBRARY: Any = ctypes.CDLL("libm.so.6")
+_LIBRARY.fma.restype, _LIBRARY.fma.argtypes = ctypes.c_double, [ctypes.c_double] * 3
+
+UNROLLED = 8
+"""Turns of a loop of known length up to which it is unrolled."""
+
+
+def graph_of(*numbers: Any) -> Graph | None:
+    """Return the graph that the first value among numbers belongs to, None where all are floats."""
+    return next((x.graph for x in numbers if isinstance(x, Value)), None)
+
+
+def fma(a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c, rounded once."""
+    graph = graph_of(a, b, c)
+    if graph is None:
+        return _LIBRARY.fma(a, b, c)
+    x, y, z = graph.lift(a), graph.lift(b), graph.lift(c)
+    if z.literal == 0.0 or 0.0 in (x.literal, y.literal) or 1.0 in (x.literal, y.literal):
+        return x * y + z  # exact products: rounded once as well
+    return graph.append("fma", numbers_of((x, y, z)), (Kind.REAL,))[0]
+
+
+def sqrt(x: Any) -> Any:
+    """Return the square root of a number that is not negative."""
+    return unary("sqrt", x) if isinstance(x, Value) else _sqrt(x)
+
+
+def power(x: Any, exponent: Any) -> Any:
+    """Return x, positive, to the power of a number, as the C library computes it."""
+    graph = graph_of(x, exponent)
+    if graph is None:
+        return _pow(x, exponent)
+    return graph.append("power", numbers_of((graph.lift(x), graph.lift(exponent))), (Kind.REAL,))[0]
+
+
+def exp(x: Any) -> Any:
+    """Return e to the power of a number, as the C library computes it."""
+    return unary("exp", x) if isinstance(x, Value) else _exp(x)
+
+
+def to_integer(x: Any) -> Any:
+    """Return a whole number as an integer."""
+    return x.graph.append("to_integer", (x.number,), (Kind.INTEGER,))[0] if isinstance(x, Value) else int(x)
+
+
+def select(condition: Any, a: Any, b: Any) -> Any:
+    """Return a where the condition holds, else b; numbers, or tuples of them. Both are computed."""
+    if not isinstance(condition, Value):
+        return a if condition else b
+    if condition.literal is not None:
+        return a if condition.literal else b
+    if isinstance(a, tuple):
+        return unflatten(a, iter([select(condition, x, y) for x, y in zip(flatten(a), flatten(b), strict=True)]))
+    x, y = _of_one_kind(condition.graph, a, b)
+    if x.number == y.number:
+        return x
+    return condition.graph.append("select", numbers_of((condition, x, y)), (x.kind,))[0]
+
+
+def minimum(a: Any, b: Any) -> Any:
+    """Return the smaller number, a where they are equal."""
+    return select(b < a, b, a)
+
+
+def maximum(a: Any, b: Any) -> Any:
+    """Return the larger number, a where they are equal."""
+    return select(b > a, b, a)
+
+
+def sign(x: Any) -> Any:
+    """Return -1.0, 0.0 or 1.0."""
+    return select(x > 0.0, 1.0, select(x < 0.0, -1.0, 0.0))
+
+
+def branch(condition: Any, then: Callable[[], Any], otherwise: Callable[[], Any]) -> Any:
+    """Return what one of two functions without arguments returns; only that one is evaluated.
+
+    Raises:
+        TraceError: their results differ in structure.
+    """
+    literal = condition.literal if isinstance(condition, Value) else condition
+    if literal is not None:
+        return then() if literal else otherwise()
+    graph, trees = condition.graph, []
+
+    def record(function: Callable[[], Any]) -> Any:
+        def values() -> tuple[Value, ...]:
+            trees.append(function())
+            return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[-1]))
+
+        return graph.trace_block(values)
+
+    blocks = record(then), record(otherwise)
+    if structure_of(trees[0]) != structure_of(trees[1]):
+        raise TraceError("the functions of a branch return different structures")
+    kinds = tuple(graph.kinds[number] for number in blocks[0].results)
+    return unflatten(trees[0], iter(graph.append("branch", (condition.number,), kinds, blocks)))
+
+
+def repeat_while(proceed: Callable[[Any], Any], body: Callable[[Any], Any], start: Any) -> Any:
+    """Return the last of start, body(start), body(body(start)) …: the first for which `proceed` does not hold.
+
+    States are numbers or nested tuples, all of one structure. Traced where a leaf of `start` is a value.
+    """
+    graph = graph_of(*flatten(start))
+    if graph is None:
+        while proceed(start):
+            start = body(start)
+        return start
+    initial = [graph.lift(leaf, kind_of(leaf)) for leaf in flatten(start)]
+    kinds = tuple(value.kind for value in initial)
+
+    def record(function: Callable[[Any], Any]) -> Any:
+        def values(*leaves: Value) -> tuple[Value, ...]:
+            results = flatten(function(unflatten(start, iter(leaves))))
+            return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in results)
+
+        return graph.trace_block(values, kinds)
+
+    blocks = record(proceed), record(body)
+    if tuple(graph.kinds[number] for number in blocks[1].results) != kinds:
+        raise TraceError("the body of a loop changes the structure or a kind of its state")
+    return unflatten(start, iter(graph.append("loop", numbers_of(tuple(initial)), kinds, blocks)))
+
+
+def repeat(count: Any, body: Callable[[Any, Any], Any], start: Any, graph: Graph | None = None) -> Any:
+    """Return the state after body(i, state) for i = 0 .. count - 1.
+
+    A count that is known while tracing is unrolled up to `UNROLLED`; beyond, `graph` says whose loop it becomes.
+    """
+    if not isinstance(count, Value) and (graph is None or count <= UNROLLED):
+        for i in range(count):
+            start = body(i, start)
+        return start
+    owner: Graph = graph or count.graph
+    first = owner.constant(0, Kind.INTEGER)
+    _, last = repeat_while(lambda s: s[0] < count, lambda s: (s[0] + 1, body(s[0], s[1])), (first, start))
+    return last
+
+
+def _of_one_kind(graph: Graph, a: Any, b: Any) -> tuple[Value, Value]:
+    kind = next((x.kind for x in (a, b) if isinstance(x, Value)), kind_of(a))
+    return graph.lift(a, kind), graph.lift(b, kind)

@@ -1,0 +1,91 @@
+"""Traced functions: what tracing notes, folds and refuses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from crane_sim.tracing.elementary import sincos
+from crane_sim.tracing.function import trace
+from crane_sim.tracing.graph import Kind, TraceError, Value
+from crane_sim.tracing.operations import branch, fma, repeat, repeat_while, select, sqrt
+
+REAL, INTEGER, ARRAY = Kind.REAL, Kind.INTEGER, Kind.ARRAY
+
+
+def operations_of(function, kinds=(REAL,)):
+    """Return the names of the instructions that a function is traced into, constants left out."""
+    block = trace(function, kinds, "f").block
+    return [i.operation for i in block.instructions if i.operation != "constant"]
+
+
+def test_literal_zeros_and_ones_leave_no_instruction() -> None:
+    """What a model lacks, given as the literal 0, is not in the code."""
+    assert operations_of(lambda x: (0.0 * x + x * 1.0 - 0.0) / 1.0 + fma(0.0, x, 0.0) + (x - x)) == []
+
+
+def test_operations_on_constants_are_computed_while_tracing() -> None:
+    """Arithmetic on literals is none in the code; a division by the literal 0 is left to it."""
+    assert operations_of(lambda x: x + sqrt(4.0) * (3.0 - 1.0)) == ["add"]
+    assert operations_of(lambda x: x + (x * 0.0 + 1.0) / 0.0) == ["divide", "add"]
+
+
+def test_equal_expressions_are_computed_once() -> None:
+    """An expression that stands twice is one instruction, in an inner block, too; products commute."""
+    assert operations_of(lambda x, y: (x * y) * (y * x), (REAL, REAL)) == ["multiply", "multiply"]
+    names = operations_of(lambda x: x * x + branch(x > 1.0, lambda: x * x, lambda: 1.0))
+    assert names == ["multiply", "less", "branch", "add"]
+
+
+def test_masses_are_arguments_and_structure_is_not() -> None:
+    """A condition on what is known while tracing leaves one side; a loop of known length is unrolled."""
+    assert operations_of(lambda x: select(True, x + 2.0, sqrt(x))) == ["add", "sqrt"]
+    assert operations_of(lambda x: branch(False, lambda: sqrt(x), lambda: -x)) == ["negate"]
+    assert operations_of(lambda x: repeat(3, lambda i, y: y * x, x)) == ["multiply"] * 3
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x: 1.0 if x > 0.0 else 2.0,
+        lambda x: math.sqrt(x),
+        lambda x: np.sin(x),
+        lambda x: x**3,
+        lambda x: max(x, 1.0),
+        lambda x: x + "1",
+        lambda x: branch(x > 0.0, lambda: (x, x), lambda: x),
+        lambda x: repeat_while(lambda y: y[0] > 0.0, lambda y: (y[0], y[0]), (x,)),
+        lambda x: x + select(x > 0.0, x > 1.0, x > 2.0),
+    ],
+)
+def test_what_only_a_number_can_do_is_refused(function) -> None:
+    """A condition, a library's function and a change of structure end in an error while tracing, not in wrong code."""
+    with pytest.raises(TypeError):
+        trace(function, (REAL,), "f")
+
+
+def test_integers_and_reals_do_not_mix() -> None:
+    """A real in arithmetic on integers is an error: nothing is rounded silently."""
+    with pytest.raises(TraceError, match="neither a integer|neither"):
+        trace(lambda i: i * 0.5, (INTEGER,), "f")
+    with pytest.raises(TraceError, match="one is INTEGER, the other REAL"):
+        trace(lambda i, x: i + x, (INTEGER, REAL), "f")
+
+
+def test_numpy_floats_are_literals() -> None:
+    """A float of NumPy on either side becomes a constant, and no array of symbols."""
+    f = trace(lambda x: np.float64(2.0) * x + np.float64(1.0), (REAL,), "f")
+    assert isinstance(f.result, Value)
+
+
+def test_called_with_floats_it_computes() -> None:
+    """The same function is its own interpreter."""
+    f = trace(lambda x, y: (fma(x, y, 1.0), sincos(x)[0]), (REAL, REAL), "f")
+    assert f(2.0, 3.0) == (7.0, sincos(2.0)[0])
+
+
+def test_sine_and_cosine_are_within_a_digit_of_the_c_library() -> None:
+    """Sine and cosine are within 2.3e-16, one digit of 1, of the C library's, up to 1e5 rad."""
+    for angle in np.random.default_rng(1).uniform(-1e5, 1e5, 20000).tolist():
+        s, c = sincos(angle)
+        assert abs(s - math.sin(angle)) <= 2.3e-16 and abs(c - math.cos(angle)) <= 2.3e-16
