@@ -21,6 +21,7 @@ LAYERS = (
     "crane_sim.process_signals",
     "crane_sim.files",
     "crane_sim.tracing",
+    "crane_sim.multibody",
     "crane_sim.numerics",
     "crane_sim.system",
     "crane_sim.laws",
