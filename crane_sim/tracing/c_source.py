@@ -96,6 +96,8 @@ class _FunctionSource:
             return f"-{names[0]}"
         if operation == "load":
             return f"*({self._place(instruction.arguments, instruction.literal)})"
+        if operation == "to_real":
+            return f"(double){names[0]}"
         assert operation == "to_integer", operation
         return f"(int64_t){names[0]}"
 

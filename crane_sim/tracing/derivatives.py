@@ -116,6 +116,7 @@ _OPERATIONS: dict[str, Callable[..., Any]] = {
     "equal": _on_values(operator.eq),
     "unequal": _on_values(operator.ne),
     "both": _on_values(operator.and_),
+    "to_real": _on_values(operations.to_real),
     "to_integer": _on_values(operations.to_integer),
 }
 

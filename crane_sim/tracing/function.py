@@ -61,3 +61,19 @@ def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "",
 
 def _as_value(graph: Graph, argument: Any, kind: Kind) -> Value:
     return argument.to_value() if isinstance(argument, Array) else graph.lift(argument, kind)
+
+
+def call_address(function: Any, arguments: tuple[Any, ...], result: tuple[Kind, ...] = ()) -> Any:
+    """Return what the function at an address returns, a leaf for each kind; a Python function is called as it is.
+
+    Args:
+        function: a value of kind FUNCTION, or a Python function.
+        arguments: values and arrays of the kinds that it takes.
+        result: kinds of what it returns, at most one.
+    """
+    if not isinstance(function, Value):
+        return function(*arguments)
+    graph = function.graph
+    values = [x.to_value() if isinstance(x, Array) else graph.lift(x, kind_of(x)) for x in arguments]
+    results = graph.append("call_address", numbers_of((function, *values)), result, result)
+    return results[0] if result else None

@@ -14,12 +14,13 @@ Number = float | int
 
 
 class Kind(Enum):
-    """What a value is, by its type in LLVM's language."""
+    """What a value is."""
 
-    REAL = "double"
-    INTEGER = "i64"
-    BOOLEAN = "i1"
-    ARRAY = "ptr"  # address of reals
+    REAL = "real"
+    INTEGER = "integer"
+    BOOLEAN = "boolean"
+    ARRAY = "array"  # the address of reals
+    FUNCTION = "function"  # its address
 
 
 class Instruction(NamedTuple):
@@ -60,7 +61,7 @@ FOLDED: dict[str, Callable[..., Any]] = {
 
 COMMUTATIVE = {"add", "multiply", "equal", "unequal", "both"}
 COMPARISONS = {"less", "less_equal", "equal", "unequal"}
-IMPURE = {"load", "store", "call", "branch", "loop"}
+IMPURE = {"load", "store", "call", "call_address", "branch", "loop"}
 """Operations that read or write memory, or may: each is kept as it is noted."""
 
 
@@ -317,9 +318,7 @@ def _simpler_sum(x: Value, y: Value) -> Value | None:
 def _simpler_difference(x: Value, y: Value) -> Value | None:
     if y.literal == 0.0:
         return x
-    if x.literal == 0.0:
-        return -y
-    return x.graph.constant(0, x.kind) if x.number == y.number else None
+    return -y if x.literal == 0.0 else None
 
 
 def _simpler_product(x: Value, y: Value) -> Value | None:

@@ -11,6 +11,13 @@ from typing import Any
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import IMPURE, Block, Instruction, Kind, TraceError
 
+_TYPES = {
+    Kind.REAL: "double",
+    Kind.INTEGER: "i64",
+    Kind.BOOLEAN: "i1",
+    Kind.ARRAY: "ptr",
+    Kind.FUNCTION: "ptr",
+}
 _ARITHMETIC = {"add": "add", "subtract": "sub", "multiply": "mul", "divide": "div"}
 _COMPARISON = {
     "less": ("fcmp olt", "icmp slt"),
@@ -70,7 +77,8 @@ def _callees(block: Block) -> Iterator[Function]:
 
 
 def _type(kind: Kind, width: int) -> str:
-    return kind.value if width == 1 or kind is Kind.ARRAY else f"<{width} x {kind.value}>"
+    scalar = _TYPES[kind]
+    return scalar if width == 1 or scalar == "ptr" else f"<{width} x {scalar}>"
 
 
 def _result_type(kinds: tuple[Kind, ...], width: int) -> str:
@@ -80,10 +88,8 @@ def _result_type(kinds: tuple[Kind, ...], width: int) -> str:
 
 
 def _literal(number: float | int, kind: Kind, width: int) -> str:
-    text = str(int(number))
-    if kind is Kind.REAL:
-        text = f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}"
-    return text if width == 1 else "<" + ", ".join([f"{kind.value} {text}"] * width) + ">"
+    text = f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}" if kind is Kind.REAL else str(int(number))
+    return text if width == 1 else "<" + ", ".join([f"{_TYPES[kind]} {text}"] * width) + ">"
 
 
 class _FunctionText:
@@ -110,13 +116,13 @@ class _FunctionText:
         kind = self._kind(number)
         if kind is Kind.ARRAY:
             return f"ptr noalias {self._name(number)}"
-        if not exported or self._width == 1:
+        if not exported or self._width == 1 or kind is Kind.FUNCTION:
             return self._typed(number)
         scalar, vector = f"%scalar{number}", _type(kind, self._width)
-        self._write(f"%first{number} = insertelement {vector} undef, {kind.value} {scalar}, i32 0")
+        self._write(f"%first{number} = insertelement {vector} undef, {_TYPES[kind]} {scalar}, i32 0")
         zeros = f"<{self._width} x i32> zeroinitializer"
         self._write(f"{self._name(number)} = shufflevector {vector} %first{number}, {vector} undef, {zeros}")
-        return f"{kind.value} {scalar}"
+        return f"{_TYPES[kind]} {scalar}"
 
     @property
     def _result(self) -> str:
@@ -183,6 +189,8 @@ class _FunctionText:
             return f"and {first} {names}"
         if operation == "negate":
             return f"fneg {first} {names}" if real else f"sub {first} zeroinitializer, {names}"
+        if operation == "to_real":
+            return f"sitofp {first} {names} to {_type(Kind.REAL, self._width)}"
         assert operation == "to_integer", operation
         return f"fptosi {first} {names} to {_type(Kind.INTEGER, self._width)}"
 
@@ -214,8 +222,17 @@ class _FunctionText:
 
     def _write_call(self, instruction: Instruction) -> None:
         callee: Function = instruction.literal
-        kind = _result_type(callee.result_kinds, self._width)
-        call = f"call {kind} @{callee.name}({', '.join(map(self._typed, instruction.arguments))})"
+        self._write_call_of(instruction, f"@{callee.name}", callee.result_kinds, instruction.arguments)
+
+    def _write_call_address(self, instruction: Instruction) -> None:
+        address, *arguments = instruction.arguments
+        self._write_call_of(instruction, self._name(address), instruction.literal, tuple(arguments))
+
+    def _write_call_of(
+        self, instruction: Instruction, callee: str, result: tuple[Kind, ...], arguments: tuple[int, ...]
+    ) -> None:
+        kind = _result_type(result, self._width)
+        call = f"call {kind} {callee}({', '.join(map(self._typed, arguments))})"
         if len(instruction.results) <= 1:
             self._write(f"{self._name(instruction.results[0])} = {call}" if instruction.results else call)
             return

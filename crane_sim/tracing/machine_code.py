@@ -24,6 +24,7 @@ _C_TYPES: dict[Kind, Any] = {
     Kind.INTEGER: ctypes.c_int64,
     Kind.BOOLEAN: ctypes.c_bool,
     Kind.ARRAY: ctypes.c_void_p,
+    Kind.FUNCTION: ctypes.c_void_p,
 }
 _DIGEST = hashlib.sha256().digest_size
 

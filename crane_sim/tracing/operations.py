@@ -7,7 +7,7 @@ from math import pow as _pow
 from math import sqrt as _sqrt
 from typing import Any
 
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value, kind_of, numbers_of, unary
+from crane_sim.tracing.graph import Array, Graph, Kind, TraceError, Value, kind_of, numbers_of, unary
 from crane_sim.tracing.trees import flatten, structure_of, unflatten
 
 _LIBRARY: Any = ctypes.CDLL("libm.so.6")
@@ -54,6 +54,16 @@ def exp(x: Any) -> Any:
 def to_integer(x: Any) -> Any:
     """Return a whole number as an integer."""
     return x.graph.append("to_integer", (x.number,), (Kind.INTEGER,))[0] if isinstance(x, Value) else int(x)
+
+
+def to_real(i: Any) -> Any:
+    """Return an integer as a real."""
+    return i.graph.append("to_real", (i.number,), (Kind.REAL,))[0] if isinstance(i, Value) else float(i)
+
+
+def from_element(array: Any, index: Any) -> Any:
+    """Return an array that begins with an element of another one, whose memory it shares."""
+    return array.from_element(index) if isinstance(array, Array) else array[index:]
 
 
 def select(condition: Any, a: Any, b: Any) -> Any:
