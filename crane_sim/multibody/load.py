@@ -11,8 +11,9 @@ pull -T n of the last link, a force f on C and a moment M, moves by
 from typing import Any, NamedTuple
 
 from crane_sim.multibody import linear
-from crane_sim.multibody.attitude import Quaternion, rotation
+from crane_sim.multibody.attitude import Quaternion, angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.chain import across
+from crane_sim.multibody.tree import BaseMotion
 from crane_sim.multibody.vectors import ZERO, Matrix, Vector, add, cross, dot, multiply, scale, subtract
 
 
@@ -53,9 +54,19 @@ def to_body(rows: Matrix, a: Vector) -> Vector:
     return add(add(scale(a[0], rows[0]), scale(a[1], rows[1])), scale(a[2], rows[2]))
 
 
-def move_load(attitude: Quaternion, omega: Vector) -> LoadMotion:
-    """Return the motion of a body with this attitude and absolute angular velocity [rad/s], in its own axes."""
-    return LoadMotion(attitude, rotation(attitude), omega)
+def move_load(attitude: Quaternion, rate: Quaternion, base: BaseMotion) -> LoadMotion:
+    """Return the motion of a body with this attitude and its rate, both relative to the base."""
+    rows = rotation(attitude)
+    return LoadMotion(attitude, rows, add(angular_velocity(attitude, rate), to_body(rows, base.angular_velocity)))
+
+
+def attitude_acceleration(load: RigidLoad, motion: LoadMotion, base: BaseMotion, moment: Vector) -> Quaternion:
+    """Return the attitude's second derivative relative to the base under a moment [N m], in the body's axes."""
+    w = to_body(motion.rows, base.angular_velocity)
+    omega = subtract(motion.omega, w)
+    carried = subtract(to_body(motion.rows, base.angular_acceleration), cross(omega, w))
+    alpha = subtract(angular_acceleration(load, motion, moment), carried)
+    return quaternion_acceleration(motion.attitude, omega, alpha)
 
 
 def end_mobility(load: Load, motion: LoadMotion | None, n: Vector) -> Any:

@@ -6,20 +6,19 @@ to the base, then their rates. Equations see directions and attitude put back on
 
 from typing import Any, NamedTuple
 
-from crane_sim.multibody.attitude import align, angular_velocity, quaternion_acceleration
+from crane_sim.multibody.attitude import align
 from crane_sim.multibody.chain import Link, Winch, direction_accelerations, solve_tensions
 from crane_sim.multibody.load import (
     Load,
     LoadForce,
     LoadMotion,
     RigidLoad,
-    angular_acceleration,
+    attitude_acceleration,
     end_acceleration,
     end_acceleration_across,
     end_mobility,
     move_load,
     pull_moment,
-    to_body,
 )
 from crane_sim.multibody.tree import (
     BaseMotion,
@@ -33,6 +32,8 @@ from crane_sim.multibody.tree import (
     point_acceleration,
     point_mobility,
     point_position,
+    to_base_axes,
+    to_tree_axes,
 )
 from crane_sim.multibody.vectors import ZERO, Vector, add, cross, scale, subtract
 
@@ -82,7 +83,7 @@ def crane_accelerations(crane: Crane, q: State, v: State, inputs: Inputs) -> Sol
     links = _links(crane, q, v, motion, inputs.base)
     winch = inputs.winch._replace(rate=v.length) if crane.hoisted else inputs.winch
     free = _free_accelerations(crane, dynamics, inputs, motion)
-    first, last = _to_tree(dynamics, links[0].unit), links[-1].unit
+    first, last = to_tree_axes(dynamics, links[0].unit), links[-1].unit
     mobility = point_mobility(crane.support, dynamics, crane.support.tip, first, inputs.free)
     tensions, length_acceleration = solve_tensions(links, winch, mobility, free)
     pull = scale(tensions[0], first)
@@ -90,13 +91,13 @@ def crane_accelerations(crane: Crane, q: State, v: State, inputs: Inputs) -> Sol
     qdd = accelerations(dynamics, efforts, inputs.free)
     tip = point_acceleration(crane.support, dynamics, crane.support.tip, qdd)
     end = add(free[-1], end_acceleration_across(crane.load, motion, last, tensions[-1]))
-    ends = (_to_base(dynamics, tip), *free[1:-1], end)
+    ends = (to_base_axes(dynamics, tip), *free[1:-1], end)
     directions = direction_accelerations(links, winch, tensions, ends)
     moved = State(
         qdd,
         length_acceleration if crane.hoisted else None,
         tuple(_relative(a, n, d, inputs.base) for a, n, d in zip(directions, q.directions, v.directions, strict=True)),
-        _attitude_acceleration(crane.load, motion, v, inputs, (last, tensions[-1])),
+        _attitude_acceleration(crane.load, motion, inputs, last, tensions[-1]),
     )
     return Solution(moved, tensions, _reaction(crane, dynamics, qdd, pull), dynamics)
 
@@ -120,11 +121,7 @@ def _links(crane: Crane, q: State, v: State, motion: LoadMotion | None, base: Ba
 
 
 def _load_motion(load: Load, q: State, v: State, base: BaseMotion) -> LoadMotion | None:
-    if not isinstance(load, RigidLoad):
-        return None
-    resting = move_load(q.attitude, ZERO)
-    carried = to_body(resting.rows, base.angular_velocity)
-    return resting._replace(omega=add(angular_velocity(q.attitude, v.attitude), carried))
+    return move_load(q.attitude, v.attitude, base) if isinstance(load, RigidLoad) else None
 
 
 def _free_accelerations(
@@ -134,7 +131,7 @@ def _free_accelerations(
     qdd = accelerations(dynamics, inputs.efforts, inputs.free)
     tip = point_acceleration(crane.support, dynamics, crane.support.tip, qdd)
     nodes = (ZERO,) * len(crane.masses)  # they fall: gravity is in the accelerations
-    return (_to_base(dynamics, tip), *nodes, end_acceleration(crane.load, motion, inputs.on_load))
+    return (to_base_axes(dynamics, tip), *nodes, end_acceleration(crane.load, motion, inputs.on_load))
 
 
 def _relative(acceleration: Vector, n: Vector, rate: Vector, base: BaseMotion) -> Vector:
@@ -144,18 +141,11 @@ def _relative(acceleration: Vector, n: Vector, rate: Vector, base: BaseMotion) -
     return subtract(acceleration, carried)
 
 
-def _attitude_acceleration(
-    load: Load, motion: LoadMotion | None, v: State, inputs: Inputs, last: tuple[Vector, Any]
-) -> Any:
-    """Return the second derivative of the attitude relative to the base; `last`: direction and tension of the link."""
+def _attitude_acceleration(load: Load, motion: LoadMotion | None, inputs: Inputs, last: Vector, tension: Any) -> Any:
     if not isinstance(load, RigidLoad) or motion is None:
         return None
-    moment = add(inputs.on_load.moment, pull_moment(load, motion, *last))
-    alpha = angular_acceleration(load, motion, moment)
-    w = to_body(motion.rows, inputs.base.angular_velocity)
-    omega = subtract(motion.omega, w)
-    carried = subtract(to_body(motion.rows, inputs.base.angular_acceleration), cross(omega, w))
-    return quaternion_acceleration(motion.attitude, omega, subtract(alpha, carried))
+    moment = add(inputs.on_load.moment, pull_moment(load, motion, last, tension))
+    return attitude_acceleration(load, motion, inputs.base, moment)
 
 
 def _reaction(crane: Crane, dynamics: Dynamics, qdd: tuple[Any, ...], pull: Vector) -> Wrench:
@@ -163,16 +153,6 @@ def _reaction(crane: Crane, dynamics: Dynamics, qdd: tuple[Any, ...], pull: Vect
     total = base_reaction(dynamics, qdd)
     place = point_position(dynamics, crane.support.tip)
     return Wrench(subtract(total.force, pull), subtract(total.moment, cross(place, pull)))
-
-
-def _to_tree(dynamics: Dynamics, a: Vector) -> Vector:
-    s, c = dynamics.turn
-    return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
-
-
-def _to_base(dynamics: Dynamics, a: Vector) -> Vector:
-    s, c = dynamics.turn
-    return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
 
 
 def _sum(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -113,9 +113,10 @@ class Screw(NamedTuple):
 class Dynamics(NamedTuple):
     """A tree at one instant.
 
-    `turn` is (sine, cosine) of the angle about the base's z that the components' axes are turned by.
+    `turn` is (sine, cosine) of the angle about the base's z that the components' axes are turned by: the slew's.
     """
 
+    slews: bool  # whether the first joint turns the axes of the components
     turn: tuple[Any, Any]
     links: tuple[Link, ...]
     screws: tuple[Screw, ...]
@@ -147,7 +148,7 @@ def compute_dynamics(
     bias_efforts = tuple(_power(s, c.bias) for c, s in zip(composites, screws, strict=True))
     total = _sum_of([c.bias for c, joint in zip(composites, tree.joints, strict=True) if joint.parent < 0])
     factors = linear.factor(matrix if free is None else _without_sticking(matrix, free))
-    return Dynamics(turn, links, screws, momenta, total, matrix, bias_efforts, factors)
+    return Dynamics(_slews(tree), turn, links, screws, momenta, total, matrix, bias_efforts, factors)
 
 
 def accelerations(dynamics: Dynamics, efforts: tuple[Any, ...], free: tuple[Any, ...] | None = None) -> tuple[Any, ...]:
@@ -204,6 +205,17 @@ def base_reaction(dynamics: Dynamics, joint_accelerations: tuple[Any, ...]) -> W
     """Return the wrench that moves the tree: of the base and of all forces on links together."""
     moved = [_scaled(momentum, a) for momentum, a in zip(dynamics.momenta, joint_accelerations, strict=True)]
     return _sum_of([dynamics.bias, *moved])
+
+
+def to_tree_axes(dynamics: Dynamics, a: Vector) -> Vector:
+    """Return a vector of the base's axes in the components' axes."""
+    return _turn_back(a, dynamics.turn)
+
+
+def to_base_axes(dynamics: Dynamics, a: Vector) -> Vector:
+    """Return a vector of the components' axes in the base's."""
+    s, c = dynamics.turn
+    return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
 
 
 def _slews(tree: Tree) -> bool:
