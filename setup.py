@@ -32,6 +32,17 @@ setup(
     python_requires=">=3.11",
     install_requires=["setuptools", "numpy>=2", "scipy", "numba", "pydantic", "pyyaml", "rich", "click"],
     extras_require={
+        "ros": [
+            "ros-diagnostic-msgs==5.3.6",
+            "ros-geometry-msgs==5.3.6",
+            "ros-nav-msgs==5.3.6",
+            "ros-rclpy[fastrtps]==7.1.6",
+            "ros-rosgraph-msgs==2.0.3",
+            "ros-sensor-msgs==5.3.6",
+            "ros-std-msgs==5.3.6",
+            "ros-std-srvs==5.3.6",
+            "ros-trajectory-msgs==5.3.6",
+        ],
         "rerun": ["rerun-sdk==0.41.*"],
         "mcap": ["rosbags"],
         "plots": ["matplotlib"],

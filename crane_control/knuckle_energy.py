@@ -111,10 +111,15 @@ def _(law, t, q, v):
     return control_action(law.parameters, q, v)
 
 
-@system.effort.register(EnergyLaw)
+@system.demand.register(EnergyLaw)
 def _(u, p, t, x):
     q, v = system.actuated_joints(p, x)
-    return system.saturate(p, control_action(u.parameters, q, v))
+    return control_action(u.parameters, q, v)
+
+
+@system.effort.register(EnergyLaw)
+def _(u, p, t, x):
+    return system.saturate(p, system.demand(u, p, t, x))
 
 
 @entry_point

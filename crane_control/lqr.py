@@ -106,6 +106,11 @@ def _(law, t, q, v):
     return feedback(law.rows, law, t, q, v)
 
 
+@system.demand.register(LqrLaw)
+def _(u, p, t, x):
+    return feedback(u.rows, u, t, *system.joints(p, x))
+
+
 @system.effort.register(LqrLaw)
 def _(u, p, t, x):
     return saturated_feedback(u, p, t, x)

@@ -146,8 +146,7 @@ def _(law, t, q, v):
 
 @system.effort.register(OverheadEnergyLaw)
 def _(u, p, t, x):
-    q, v = system.joints(p, x)
-    return system.saturate(p, control_action(u, q, v))
+    return control_action(u, *system.joints(p, x))
 
 
 @entry_point

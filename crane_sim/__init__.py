@@ -13,6 +13,8 @@ identify: parameters of a scene from a recording or a ROS bag of a rig, with con
 study.run: many runs as one table (import crane_sim.study).
 SceneError: an invalid scene; SimulationError: a run that could not go on.
 
+`__version__` is the version of this package.
+
 Names are imported when they are first used, so that a node pays only for what it needs.
 """
 
@@ -79,6 +81,8 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version(__name__)
     if name not in _HOMES:
         raise AttributeError(f"module 'crane_sim' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 from pydantic import ValidationError
 
-from crane_sim.files.errors import SceneError, foreign_path, join_lines, no_group, one_line, shorten, unknown_key
+from crane_sim.files.errors import PATH, SceneError, foreign_path, join_lines, no_group, one_line, shorten, unknown_key
 from crane_sim.files.functions import load_function
 from crane_sim.files.types import type_adapter
 from crane_sim.numerics.column import NotVectorisable
@@ -100,7 +100,12 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         SceneError: no such law, or it does not accept the settings or the scene.
     """
     with _errors_in_one_line(name):
-        return _make_own_law(name, settings, nominal) if ":" in name else _find_builder(name)(settings, nominal)
+        return _make_own_law(name, settings, nominal) if is_own(name) else _find_builder(name)(settings, nominal)
+
+
+def is_own(name: str) -> bool:
+    """Return whether a law is named by its code, FILE.py:FUNCTION or MODULE:FUNCTION, and not an installed one."""
+    return ":" in name
 
 
 def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]) -> list["Law | SceneError"]:
@@ -150,7 +155,7 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
         raise SceneError(f"control: {join_lines(error)}") from None
     except Exception as error:  # of an external package: whatever it is, the user gets a one-line error
         what = f"{type(error).__name__}: {join_lines(error)}"
-        raise SceneError(f"control.law = {name!r}: cannot be built: {what}") from error
+        raise SceneError(f"control.law = {shorten(name, PATH)}: cannot be built: {what}") from error
 
 
 def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
@@ -158,7 +163,7 @@ def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
     entries = [entry for entry in _laws() if entry.name == name]
     if not entries:
         known = f"known: {', '.join(law_names())}; or FILE.py:FUNCTION, MODULE:FUNCTION"
-        raise SceneError(f"control.law = {name!r}: no such law ({known})")
+        raise SceneError(f"control.law = {shorten(name)}: no such law ({known})")
     return entries[0].load()
 
 
@@ -169,8 +174,8 @@ def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         law = found(settings, nominal)
         if callable(law):
             return cast(Law, law)
-        line = f"control.law = {name!r}: a function of (settings, scene) must return a law, a function of (t, q, v)"
-        raise SceneError(f"{line}; it returned {shorten(law)}")
+        line = "a function of (settings, scene) must return a law, a function of (t, q, v); it returned"
+        raise SceneError(f"control.law = {shorten(name, PATH)}: {line} {shorten(law)}")
     if settings:
         raise ForeignSetting(next(iter(settings)), (), name)
     return found
@@ -181,11 +186,11 @@ def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequenc
     given = getattr(law, "commands", "effort")
     kinds = [given] * len(drives) if isinstance(given, str) else given
     if not isinstance(kinds, Sequence) or len(kinds) != len(drives):
-        line = f"control.law = {name!r}: commands = {shorten(given)}: must be effort, velocity or position"
+        line = f"control.law = {shorten(name, PATH)}: commands = {shorten(given)}: must be effort, velocity or position"
         raise SceneError(f"{line}, or one of these for each of {', '.join(actuated)}")
     for joint, kind, drive in zip(actuated, kinds, drives, strict=True):
         if kind != drive:
-            line = f"control.law = {name!r}: commands {kind} of the {joint}"
+            line = f"control.law = {shorten(name, PATH)}: commands {kind} of the {joint}"
             raise SceneError(f"{line}, whose drive takes {drive} (actuators.{joint}.drive)")
 
 

@@ -129,6 +129,12 @@ def effort(u, p, t, x):
 
 
 @generic
+def demand(u, p, t, x):
+    """Return the efforts (nu,) of the source u before what `saturate` limits: by default its `effort`."""
+    return effort(u, p, t, x)
+
+
+@generic
 def command(law, t, q, v):
     """Return the effort commands (nu,) of a law; q and v begin with the actuated joints."""
     raise NotImplementedError

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import hypothesis
+import long_parts
 import pytest
 import session_guard
 from interpreted import pytest_runtest_protocol
@@ -89,8 +90,10 @@ def _find_others(mark: str) -> dict[int, str]:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the time limit of `pyproject.toml`."""
+    """Add the time limit of `pyproject.toml`, and the part of the long tests."""
     parser.addini("test_limit", "s for each phase of a test, which fails then; 0: none", type="string", default="0")
+    parts = f"of the long tests only this part, of {long_parts.PARTS}; auto: the one that is due at this commit"
+    parser.addoption("--part", choices=long_parts.CHOICES, help=parts)
 
 
 @contextmanager
@@ -117,6 +120,7 @@ def _limited(item: pytest.Item) -> Iterator[None]:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Let processes of tests share byte code where Python is told to write none: each would compile all modules."""
+    long_parts.choose_part(config)
     if os.environ.get("PYTHONDONTWRITEBYTECODE") and not _worker_of(config):
         folder = tempfile.mkdtemp(prefix="crane_sim-bytecode-")
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
@@ -142,10 +146,10 @@ def _worker_of(config: pytest.Config) -> str:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects; the longest files are first.
+    """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects; then `--part` selects.
 
-    At the end of the tests a worker has nothing to do while the other one runs a file of minutes. Workers must have
-    one order of files.
+    The longest files are first: at the end of the tests a worker has nothing to do while the other one runs a file of
+    minutes. Workers must have one order of files.
     """
     if _worker_of(config):
         items.sort(key=lambda item: str(item.path))
@@ -157,6 +161,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         assert isinstance(item, pytest.Function)
         if item.callspec.id not in mark.kwargs["cases"]:
             item.own_markers.remove(mark)
+    long_parts.deselect_other_parts(config, items)
 
 
 @pytest.hookimpl(wrapper=True)

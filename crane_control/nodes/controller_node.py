@@ -4,6 +4,7 @@ Of a law with an outer loop it runs the inner one, which follows the setpoints o
 """
 
 import sys
+from collections import Counter
 from types import SimpleNamespace
 from typing import Any
 
@@ -62,6 +63,10 @@ class ControllerNode(LawNode):
     def missing(self) -> str:
         """See `LawNode`."""
         return super().missing() or (self._setpoints.missing() if self._setpoints else "")
+
+    def refused(self) -> Counter[str]:
+        """See `LawNode`."""
+        return super().refused() + (self._setpoints.refused() if self._setpoints else Counter[str]())
 
     def on_spin(self) -> None:
         """See `LawNode`."""

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import Counter
 from math import degrees
 from types import SimpleNamespace
 from typing import Any
@@ -21,6 +22,7 @@ from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.common.source_subscription import SourceSubscription
 from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers, serve_responder
 from crane_sim.ros.controller.states import State, StateReader
 from crane_sim.ros.operator.devices import Device, GamepadDevice, JoyDevice, KeyboardDevice
@@ -99,8 +101,8 @@ class OperatorNode:
         self._next_panel, self._counts = 0.0, {"stops": 0, "losses": 0}
         self._commands = host.node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
         self._activation = ActivationBuffer(self._on_state)
-        self._states = host.node.create_subscription(
-            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS, raw=True
+        self._states = SourceSubscription(
+            host.node, JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS
         )
 
     def set_active(self, active: bool) -> None:
@@ -110,6 +112,10 @@ class OperatorNode:
     def missing(self) -> str:
         """See `Responder`; the device may come later."""
         return missing_peers(self._states, self._commands, self._settings.expected_recorders)
+
+    def refused(self) -> Counter[str]:
+        """See `Responder`."""
+        return self._states.filter.refused
 
     def on_spin(self) -> None:
         """Report the panel to the terminal when it is due."""

@@ -3,9 +3,12 @@
 import os
 import sys
 import warnings
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from crane_sim import process_signals
+
+if TYPE_CHECKING:
+    import click
 
 
 def main() -> int:
@@ -16,16 +19,16 @@ def main() -> int:
 
     from crane_sim.cli.commands import app
     from crane_sim.files.errors import SceneError
+    from crane_sim.files.installation import missing_package
 
     try:
         return app(standalone_mode=False) or 0
     except SceneError as error:
         return _fail(str(error), 2)
+    except ModuleNotFoundError as error:
+        return _fail(missing_package(str(error.name), "this command"), 2)
     except click.ClickException as error:
-        if type(error).__name__ == "NoArgsIsHelpError":  # older versions of click print the usage themselves
-            print(error.format_message(), file=sys.stderr)
-            return 2
-        return _fail(error.format_message(), 2)
+        return _fail_by_usage(error)
     except click.Abort:  # a RuntimeError as well
         return _fail("interrupted", 1)
     except (RuntimeError, OSError) as error:
@@ -34,6 +37,14 @@ def main() -> int:
         return _fail("the run does not fit into memory; shorten its duration", 1)
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a gap in the checks: still one line
         return _fail(f"unforeseen {type(error).__name__}: {error}; please report the scene that led here", 1)
+
+
+def _fail_by_usage(error: "click.ClickException") -> int:
+    """Print what click says of a command line; return the exit code."""
+    if type(error).__name__ == "NoArgsIsHelpError":  # older versions of click print the usage themselves
+        print(error.format_message(), file=sys.stderr)
+        return 2
+    return _fail(error.format_message(), 2)
 
 
 def _fail(message: str, code: int, stream: TextIO | None = None) -> int:

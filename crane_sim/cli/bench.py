@@ -19,6 +19,7 @@ from crane_sim.evaluation.bench.store import merge_suite, read_store, write_stor
 from crane_sim.evaluation.bench.suites import SUITES
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.output import write_text
 
 SUITE_NAMES = ("scenes", *SUITES, "page")
 _HELP = f"""Benchmark speed against error (scenes), ROS transport and other suites.
@@ -63,12 +64,14 @@ def bench(
         raise SceneError(f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes")
     if suite != "groups" and cranes:
         raise SceneError(f"bench {suite}: --crane only applies to groups")
+    cases = scenes.select_cases(ids, quick)
+    if cranes:
+        groups.select_cases(cranes)
     install_groups("plots")  # before anything is measured, which would be lost
     data = read_store(_make_folder(folder))
     if suite == "page" and not data:
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
     if suite == "scenes":
-        cases = scenes.select_cases(ids, quick)
         with Console(stderr=True).status("measuring") as status:
             measured = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
         data = merge_suite(data, suite, measured)
@@ -107,7 +110,7 @@ def _write(data: dict[str, Any], folder: Path) -> None:
             if measured and save_figure(draw_benchmark, measured, folder / name, dpi=110):
                 written.append(name)
         drawn = any((folder / name).is_file() for name in FIGURES.values())
-        (folder / "performance.md").write_text(format_page(data, drawn=drawn))
+        write_text(folder / "performance.md", format_page(data, drawn=drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     Console(stderr=True).print(f"written to {folder}: {', '.join(written)}", markup=False)

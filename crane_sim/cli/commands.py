@@ -23,6 +23,7 @@ from crane_sim.cli.tune import tune
 from crane_sim.cli.viewing import check_output, clip, find_recording, replay, shot, view
 from crane_sim.files.catalogue import config_folder, scene_files
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_output
 from crane_sim.recording.read import read_recording
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
     arguments = options.arguments(loaded.name)
     with report.compiling(quiet=as_json, evaluated=loaded):
         _warm_plant(loaded)
+    arguments["compile_time"] = report.compile_time()
     with report.progress(loaded, quiet=as_json or not sys.stderr.isatty()) as reporter:
         summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
     process_signals.exit_now(report.print_outcome(dict(loaded.notes) | summary, loaded, as_json))
@@ -99,11 +101,11 @@ def plot(runs: tuple[Path, ...], output: Path | None) -> None:
 
     Of several runs of one crane: one curve a run of each quantity that all have, with one legend.
     """
-    install_groups("plots")
     from crane_sim.evaluation.report.figure import KINDS, save_comparison_figure, save_run_figure
 
     recordings = [find_recording(run) for run in runs or (None,)]
     file = check_output(output, recordings[0], *KINDS)
+    install_groups("plots")
     if len(recordings) == 1:
         save_run_figure(read_recording(recordings[0]), file)
     else:
@@ -124,10 +126,12 @@ def write_report(run: Path | None, output: Path | None) -> None:
     from crane_sim.evaluation.report.page import save_page
 
     if run is not None and run.is_dir():
-        install_groups("plots", "study")
         from crane_sim.evaluation.report.study_page import save_study_page
+        from crane_sim.study.result import check_folder
 
+        check_folder(run)
         file = check_output(output, run / "report", ".html")
+        install_groups("plots", "study")
         save_study_page(run, file)
         print(file)
         return
@@ -147,9 +151,10 @@ def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
         raise SceneError("--scene: belongs to --save FOLDER; leave it out, or say where the page is")
     ensure_writable_folder(folder)
     if folder is not None:
-        install_groups("plots")
-        from crane_sim.evaluation.documentation.scenes_page import save_page
+        from crane_sim.evaluation.documentation.scenes_page import check_names, save_page
 
+        check_names(names)
+        install_groups("plots")
         save_page(folder, names)
         return
     descriptions = {
@@ -189,18 +194,25 @@ def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), help="Of the site (default: site).")
 def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) -> None:
     """List the pages in docs that commands write; with PAGES, write these anew ("pictures", "all")."""
-    from crane_sim.evaluation.documentation import command
-
     if not (build or serve):
         if folder is not None:
             raise SceneError("crane docs --output: needs --build or --serve")
+        from crane_sim.evaluation.documentation import command
+
+        command.check_names(pages)
         install_groups(*["plots"] * bool(pages))
         command.docs(pages)
         return
     if pages:
         raise SceneError(f"crane docs {pages[0]}: the site has all pages; leave out the name")
+    from crane_sim.evaluation.documentation.site import build_site, serve_site, source_tree
+
+    tree = source_tree()
     install_groups("docs")
-    command.build(folder, serve)
+    site = build_site(tree, folder or Path("site"))
+    print(site / "index.html")
+    if serve:
+        serve_site(site)
 
 
 @app.command()
@@ -240,7 +252,7 @@ def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
         if folder is None:
             print(text)
         else:
-            Path(folder, name).write_text(f"{text.rstrip()}\n")
+            write_output("--save", Path(folder, name), lambda path, text=text: path.write_text(f"{text.rstrip()}\n"))
             print(Path(folder, name))
 
 
@@ -275,8 +287,9 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 
     ITEM: overhead, hardcases, knuckle, offshore, observer; all when left out.
     """
-    from crane_sim.evaluation.reproduce import show
+    from crane_sim.evaluation.reproduce import check_item, show
 
+    check_item(item)
     ensure_writable_folder(folder)
     install_groups(*["plots"] * (folder is not None))
     show(item, as_json, folder)

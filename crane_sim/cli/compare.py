@@ -116,6 +116,8 @@ def print_comparison(comparison: Comparison) -> None:
     for name, run in zip(names, comparison.runs, strict=True):
         if not run.finished:
             console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True, markup=False)
+        if run.real_time_violation:
+            console.print(f"{name}: {run.real_time_violation}", highlight=False, soft_wrap=True, markup=False)
     title = f"differences from {escape(first)}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
     table = _make_table("run", "quantity", "largest", "at [s]", "RMS", "unit", title=title)
     for name, differences in zip(others, comparison.differences, strict=True):

@@ -64,6 +64,7 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     with report.compiling(quiet=as_json, evaluated=loaded):
         ready = with_operator_drives(loaded, given["duration"], speeds)
         _warm(ready)
+    arguments["compile_time"] = report.compile_time()
     console = _open_console(ready, assignment, given, as_json)
     console.log(_describe_drives(loaded, ready))
     try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +18,8 @@ from crane_sim.cli import report
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import require
+from crane_sim.files.output import write_text
 
 if TYPE_CHECKING:
     from crane_sim.identification import Identification
@@ -49,16 +50,21 @@ def identify_parameters(
 
     The folder gets the scene with the estimates, all results, and a picture of fit against data.
     """
-    install_groups("plots")
     from crane_sim.identification import identify
 
     loaded = load_scene_with_options(scene, settings=settings)
+    if not run.exists():
+        raise SceneError(f"RUN = {str(run)!r}: no such file")
+    install_groups("plots")
     folder = output or Path("runs") / f"identify-{run.stem}"
     options = {} if segment is None else {"segment": segment}
     with _output_folder(folder):
         with report.compiling(quiet=as_json):
             found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
-        files = save(found, folder)
+        try:
+            files = save(found, folder)
+        except OSError as error:
+            raise SceneError(f"-o {folder}: cannot be written: {error.strerror or error}") from None
     if as_json:
         print(json.dumps(report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}))
     else:
@@ -86,8 +92,7 @@ def _output_folder(folder: Path) -> Iterator[None]:
 
 def prepare_output_folder(folder: Path) -> None:
     """Make the folder; SceneError: it cannot be made, or the picture cannot be drawn."""
-    if find_spec("matplotlib") is None:
-        raise SceneError("the picture needs the Python package matplotlib (pip install matplotlib)")
+    require("matplotlib", "the picture")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -99,8 +104,8 @@ def save(found: Identification, folder: Path) -> list[Path]:
     from crane_sim.evaluation.report.identification_figure import save_identification_figure
 
     scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))
-    scene.write_text(yaml.safe_dump(found.scene.to_dict(), sort_keys=False))
-    estimate.write_text(json.dumps(report.json_value(found.to_dict()), indent=1) + "\n")
+    write_text(scene, yaml.safe_dump(found.scene.to_dict(), sort_keys=False))
+    write_text(estimate, json.dumps(report.json_value(found.to_dict()), indent=1) + "\n")
     units = dict(zip(found.guess.joint_names, found.guess.joint_units, strict=True))
     save_identification_figure(found, units, picture)
     return [scene, estimate, picture]

@@ -21,6 +21,7 @@ from crane_sim.evaluation.league.table import format_comparison, tables_by_crane
 from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.reproduce.table import print_tables
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_text
 
 
 def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) -> None:
@@ -86,8 +87,8 @@ def save_samples(cells: Sequence[SampledCell], folder: Path) -> None:
     data = sampled_json_data(join_cells(read_cells(folder), cells))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / FILE).write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
-        (folder / "league_samples.md").write_text(format_samples(cells_in(data)))
+        write_text(folder / FILE, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+        write_text(folder / "league_samples.md", format_samples(cells_in(data)))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 
@@ -106,8 +107,8 @@ def save_comparison(cells: Sequence[Cell], folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "league.json").write_text(json.dumps(json_data(cells), indent=1, ensure_ascii=False) + "\n")
+        write_text(folder / "league.json", json.dumps(json_data(cells), indent=1, ensure_ascii=False) + "\n")
         drawn = save_figure(draw_league, cells, folder / "league.png", dpi=100)
-        (folder / "league.md").write_text(format_comparison(cells, drawn))
+        write_text(folder / "league.md", format_comparison(cells, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None

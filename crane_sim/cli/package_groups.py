@@ -5,7 +5,7 @@ import hashlib
 import importlib
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -36,18 +36,33 @@ GROUPS = {
 }
 
 
-def install_groups(*names: str) -> None:
+def install_groups(*names: str, ask: bool = True) -> None:
     """Install those groups that the tree's environment lacks; an environment of another making is left as it is.
 
+    `ask`: on a terminal they are installed only if the user agrees.
+
     Raises:
+        SceneError: the user does not.
         RuntimeError: the packages could not be installed; the message is one line.
     """
-    if not is_of_this_tree() or all(map(_is_installed, names)):
+    missing = [name for name in names if not _is_installed(name)]
+    if not is_of_this_tree() or not missing:
         return
+    if ask and sys.stdin.isatty() and sys.stderr.isatty():
+        _ask(missing)
     with _lock():
         for name in names:
             if not _is_installed(name):
                 _install(name)
+
+
+def _ask(names: Sequence[str]) -> None:
+    """Ask on the terminal whether groups may be installed; raise SceneError if not."""
+    purposes = ", and ".join(GROUPS[name].purpose for name in names)
+    size = sum(GROUPS[name].size for name in names)
+    if not click.confirm(f"crane: install the packages for {purposes} ({size} MB)?", default=True, err=True):
+        commands = " and ".join(how_to_install(name) for name in names)
+        raise SceneError(f"the packages for {purposes} are not installed; {commands} installs them")
 
 
 def check_names(names: tuple[str, ...]) -> None:
@@ -115,7 +130,7 @@ def _stamp(name: str) -> Path:
 def install_packages(groups: tuple[str, ...]) -> None:
     """Install groups of packages that only some commands need, which they do themselves; without GROUP, list them."""
     check_names(groups)
-    install_groups(*groups)
+    install_groups(*groups, ask=False)
     table = Table(box=None, pad_edge=False)
     for heading in ("group", "MB", "installed", "for"):
         table.add_column(heading, overflow="fold")

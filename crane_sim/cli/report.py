@@ -9,6 +9,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,13 +21,22 @@ from rich.table import Table
 from crane_sim.files.catalogue import config_folder
 from crane_sim.recording.metric_units import plain_unit
 from crane_sim.recording.path_units import path_unit_of_scene
+from crane_sim.recording.run import NOT_IN_REAL_TIME
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
 
 _GROUPS = {
-    "speed": ("wall_time", "real_time_factor", "steps_per_second", "rhs_evaluations", "deadline_misses"),
+    "speed": (
+        "wall_time",
+        "compile_time",
+        "real_time_factor",
+        "steps_per_second",
+        "rhs_evaluations",
+        "deadline_misses",
+        "unanswered_steps",
+    ),
     "motion": (
         "peak_swing_deg",
         "residual_swing_deg",
@@ -73,6 +83,7 @@ def speed(run: "Rollout") -> dict[str, float]:
     wall, summary = run.stats["wall_time"], run.summary
     return {
         "wall_time": wall,
+        "compile_time": compile_time(),
         "real_time_factor": summary["sim_time"] / wall,
         "steps_per_second": summary["steps"] / wall,
     }
@@ -125,23 +136,42 @@ def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
         yield ProgressReporter(update, log)
 
 
+def compile_time() -> float:
+    """Return how long this process has compiled [s]."""
+    from crane_sim.numerics.compile_time import compile_time as seconds
+
+    return seconds()
+
+
+_COMPILING = (
+    "compiling this kind of scene (once per kind, group and law: ten seconds to a minute, on a busy machine four)"
+)
+
+
 @contextmanager
 def compiling(quiet: bool, evaluated: "Scene | None" = None) -> Iterator[None]:
     """Show a status line while a kind of scene is compiled; show none where nothing needs compiling.
 
-    Of a scene that is `evaluated` in the block, a second process compiles what evaluates its runs.
+    Where stderr is no terminal, or `quiet`, it is one line, once in a process. Of a scene that is `evaluated` in the
+    block, a second process compiles what evaluates its runs.
     """
     from crane_sim.numerics.jit import watch_compiling
     from crane_sim.simulation.parallel_compilation import compile_evaluation_beside
 
-    console = Console(stderr=True, quiet=quiet)
-    status = console.status("compiling this kind of scene (the first time only, up to a minute)")
+    status = Console(stderr=True).status(_COMPILING)
+    show = _say_compiling if quiet or not sys.stderr.isatty() else status.start
     try:
         beside = nullcontext() if evaluated is None else compile_evaluation_beside(evaluated)
-        with watch_compiling(status.start), beside:
+        with watch_compiling(show), beside:
             yield
     finally:
         status.stop()
+
+
+@cache
+def _say_compiling() -> None:
+    """Say on stderr that a kind of scene is compiled."""
+    print(f"crane: {_COMPILING}", file=sys.stderr, flush=True)
 
 
 def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
@@ -149,7 +179,7 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     console = Console()
     law = summary.get("law") or ("external" if summary.get("commands") else "none")
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
-    hidden, path_unit = () if summary["mode"] == "realtime" else ("deadline_misses",), path_unit_of_scene(scene)
+    hidden, path_unit = _hidden_metrics(summary), path_unit_of_scene(scene)
     table = Table(title=title, show_header=False, title_justify="left")
     seconds = f"{_format_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
     table.add_row("simulated", f"{seconds}{summary.get('steps')} steps")
@@ -164,11 +194,18 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     console.print(table)
     _print_joints(console, summary, scene)
     _warn_compression(console, summary)
+    _warn_real_time(console, summary)
     print_notes(summary, console)
     _print_events(console, summary)
     if "state_sha256" in summary:
         console.print(f"state sha256  {summary['state_sha256']}", highlight=False)
     _print_files(console, summary)
+
+
+def _hidden_metrics(summary: Mapping[str, Any]) -> set[str]:
+    """Return the metrics of speed that say nothing: of deadlines where there are none, of compilation without any."""
+    hidden = set() if summary["mode"] == "realtime" else {"deadline_misses"}
+    return hidden if summary.get("compile_time") else hidden | {"compile_time"}
 
 
 def print_outcome(summary: dict[str, Any], scene: "Scene", as_json: bool) -> int:
@@ -250,6 +287,13 @@ def _warn_compression(console: Console, summary: dict[str, Any]) -> None:
     if steps := summary.get("negative_tension_steps", 0):
         periods, most = f"{steps} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
         line = f"warning: the cable was under compression of up to {most} N in {periods}; a rope cannot push"
+        console.print(line, highlight=False, soft_wrap=True)
+
+
+def _warn_real_time(console: Console, summary: dict[str, Any]) -> None:
+    """Warn of a run in real time that the machine was too slow for."""
+    if violation := summary.get("real_time_violation"):
+        line = f"warning: {NOT_IN_REAL_TIME}: {violation}; its motion and metrics are also those of this machine"
         console.print(line, highlight=False, soft_wrap=True)
 
 

@@ -6,13 +6,13 @@ import socket
 import tempfile
 from collections.abc import Callable, Mapping
 from datetime import datetime
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import require
 from crane_sim.recording.files import lock_file, unfinished_name
 from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
 from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 _PREFIX = re.compile(r"[A-Za-z_][A-Za-z0-9_/]*")  # of frame names
 _NAMESPACE = re.compile(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # as ROS allows it, without the leading slash
-_NOT_INSTALLED = "which is not installed (pip install"
 VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
 _OPTIONS = {
@@ -107,7 +106,7 @@ class RunOptions(NamedTuple):
         return cls(**values)
 
     def check(self) -> None:
-        """Raise a single-line SceneError for an impossible value or combination."""
+        """Raise a single-line SceneError for an impossible value or combination, or a package that is missing."""
         if self.mode not in ("lockstep", "realtime"):
             raise SceneError(f"--mode = {self.mode!r}: possible: lockstep, realtime")
         if self.rate is not None and not (self.rate > 0.0 and math.isfinite(self.rate)):
@@ -127,6 +126,13 @@ class RunOptions(NamedTuple):
         self._check_names()
         self._check_effect()
         self._check_files()
+        self._check_packages()
+
+    def _check_packages(self) -> None:
+        """Raise MissingPackage where the nodes could not be imported: they would each end with a traceback."""
+        require("rclpy", "a run over ROS")
+        if not self.no_record:
+            require("rerun", "the recording (--no-record leaves it out)")
 
     def _check_names(self) -> None:
         """Raise SceneError for an invalid ROS name."""
@@ -226,8 +232,7 @@ def check_recording(path: Path | None) -> None:
     """Raise a single-line SceneError where `simulate --record` cannot write the recording."""
     if path is None:
         return
-    if find_spec("rerun") is None:
-        raise SceneError(f"--record: needs the Python package rerun-sdk, {_NOT_INSTALLED} 'crane_sim[rerun]')")
+    require("rerun", "--record:")
     ensure_writable_file("--record", path)
 
 
@@ -250,8 +255,7 @@ def _default_recording(scene: str) -> Path:
 
 
 def _check_mcap(path: Path) -> None:
-    if find_spec("rosbags") is None:
-        raise SceneError(f"--mcap: needs the Python package rosbags, {_NOT_INSTALLED} 'crane_sim[mcap]')")
+    require("rosbags", "--mcap:")
     if path.suffix != ".mcap":
         raise SceneError(f"--mcap {path}: must end in .mcap, as readers expect")
     partial_file = unfinished_name(path)

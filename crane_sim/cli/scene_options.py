@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import click
-import yaml
 
-from crane_sim.files.document import YAML_ERRORS, function_from
+from crane_sim.cli.report import compiling
+from crane_sim.files.document import function_from
 from crane_sim.files.errors import SceneError, shorten
+from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
 
 DEFAULT_SCENE = "knuckle_setpoint"
 as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
@@ -55,7 +56,8 @@ def load_scene_with_options(
             raise SceneError(
                 f"--set {key}: --{key.removeprefix('control.')} sets the same key; leave out one of the two"
             )
-    return load_scene(scene, changes | options)
+    with compiling(quiet=True):  # the design of a law
+        return load_scene(scene, changes | options)
 
 
 def _parse_settings(settings: tuple[str, ...]) -> dict[str, Any]:
@@ -65,7 +67,7 @@ def _parse_settings(settings: tuple[str, ...]) -> dict[str, Any]:
         if not (key and equals):
             raise SceneError(f"--set {shorten(setting)}: must be GROUP.KEY=VALUE")
         try:
-            changes[key] = yaml.safe_load(value)
+            changes[key] = parse_yaml(value)
         except YAML_ERRORS:
             raise SceneError(f"--set {shorten(setting)}: {shorten(value)} is not a value") from None
     return changes

@@ -105,9 +105,10 @@ def realtime(seconds: float, **output: Any) -> None:
 @click.option("--save", "folder", metavar="FOLDER", required=True, help="Folder of the data.")
 def rewrite_page(folder: str) -> None:
     """Write page and plots again from the saved data."""
-    install_groups("plots")
-    from crane_sim.evaluation.soak.store import write_page
+    from crane_sim.evaluation.soak.store import read_findings, write_page
 
+    read_findings(Path(folder))
+    install_groups("plots")
     write_page(Path(folder))
 
 

@@ -11,10 +11,13 @@ import click
 from rich.console import Console
 from rich.progress import Progress
 
+from crane_sim.cli import report
 from crane_sim.cli.help_lines import FiniteRange
 from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
+from crane_sim.files.document import function_from
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.read import is_recording
 
 RUNS = Path("runs")  # where `crane run` puts recordings
 
@@ -42,10 +45,13 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
         raise SceneError(f"RUN and --live: only one of the two is possible, --live has no file yet ({run})")
     if port is not None and not live:
         raise SceneError(f"--port = {port}: only with --live, whose run serves it")
+    recording = None if live else find_recording(run)
     from crane_sim.recording.rerun.live import live_address
-    from crane_sim.recording.rerun.viewer import ENVIRONMENT, web_page, window_command
+    from crane_sim.recording.rerun.viewer import ENVIRONMENT, check_viewable, web_page, window_command
 
-    source = live_address(port or VIEWER_PORT) if live else str(find_recording(run))
+    if recording is not None:
+        check_viewable(recording)
+    source = live_address(port or VIEWER_PORT) if recording is None else str(recording)
     if web:
         command, address = web_page(source)
         print(f"{source} is shown, once the viewer has started, at\n{address}\nuntil Ctrl-C", flush=True)
@@ -62,9 +68,9 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
 @_picture_options
 def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view: str) -> None:
     """Draw a recording as the viewer shows it into a PNG, without a display: RUN, or the newest in runs/."""
+    recording = find_recording(run)
     from crane_sim.recording.rerun.screenshot import Shown, picture
 
-    recording = find_recording(run)
     output = check_output(output, recording, ".png")
     for line in picture(recording, output, at, Shown(tab, view)):
         print(f"crane: {line}", file=sys.stderr)
@@ -88,10 +94,10 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
 @_picture_options
 def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any) -> None:
     """Make a clip of a recording, without a display: RUN, or the newest in runs/; about a second a picture."""
+    recording = find_recording(run)
     from crane_sim.recording.rerun.clip import Cut, write_clip
     from crane_sim.recording.rerun.screenshot import Shown
 
-    recording = find_recording(run)
     output = check_output(output, recording, ".gif", ".mp4")
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True) as bar:
         task = bar.add_task("pictures")
@@ -101,8 +107,9 @@ def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any)
 
 @click.command()
 @_RUN
+@click.option("--law", help="Execute this law, a name or FILE.py:FUNCTION, where the run was driven without commands.")
 @as_json_option
-def replay(run: Path | None, as_json: bool) -> None:
+def replay(run: Path | None, law: str | None, as_json: bool) -> None:
     """Integrate a recorded run anew from its commands and compare every state bit for bit: RUN, or the newest.
 
     Exit code 0 where all states agree, else 1.
@@ -111,7 +118,9 @@ def replay(run: Path | None, as_json: bool) -> None:
     from crane_sim.recording.replay import replay as replay_run
 
     recording = find_recording(run)
-    outcome = replay_run(read_recording(recording))
+    own = None if law is None else function_from(law, Path.cwd())
+    with report.compiling(quiet=as_json):
+        outcome = replay_run(read_recording(recording), own)
     if as_json:
         difference = outcome.difference and outcome.difference._asdict() | {"bit": outcome.difference.bit}
         print(json.dumps({"steps": outcome.steps, "difference": difference, "changed": outcome.changed}))
@@ -133,7 +142,7 @@ def find_recording(run: Path | None) -> Path:
     Raises:
         SceneError: there is none.
     """
-    if run is not None and run.is_file():
+    if run is not None and is_recording(run):
         return run
     if run is not None:
         raise SceneError(f"RUN = {str(run)!r}: no such file; leave it out for the newest in {RUNS}/")

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import MissingPackage, import_optional
+from crane_sim.files.output import write_whole
 
 RED, BLUE, GREEN, GREY = "#c43d3d", "#2a78b8", "#2f9e62", "#555555"
 
@@ -20,11 +21,10 @@ def save_figure(draw: Callable[[Any, Any], None], data: Any, file: Path, dpi: in
         dpi: pixels per inch.
     """
     try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        print(f"no {file.name}: the figure needs matplotlib ({how_to_install('plots')})", file=sys.stderr)
+        figure = import_optional("matplotlib.figure", "the figure").Figure(layout="constrained")
+    except MissingPackage as error:
+        print(f"no {file.name}: {error}", file=sys.stderr)
         return False
-    figure = Figure(layout="constrained")
     draw(figure, data)
-    figure.savefig(file, dpi=dpi)
+    write_whole(file, lambda path: figure.savefig(path, dpi=dpi))
     return True

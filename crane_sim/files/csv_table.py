@@ -5,6 +5,9 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
+from crane_sim.files.errors import shorten
+from crane_sim.files.yaml_text import check_regular
+
 
 class Row(NamedTuple):
     """The numbers of one line."""
@@ -20,17 +23,18 @@ def read_table(file: Path) -> tuple[list[str], list[Row]]:
         ValueError: one line on why it cannot be read: its row and its text.
     """
     try:
+        check_regular(file)
         with file.open(newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream)
             lines = [(reader.line_num, line) for line in reader if any(cell.strip() for cell in line)]
     except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror}") from None
+        raise ValueError(f"cannot be read: {error.strerror or error}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"cannot be read: {error}") from None
     header = [cell.strip() for cell in lines[0][1]] if lines else []
     for name in header:
         if header.count(name) > 1:
-            raise ValueError(f"column {name!r} stands twice")
+            raise ValueError(f"column {shorten(name)} stands twice")
     return header, [Row(number, _read_numbers(number, line, header)) for number, line in lines[1:]]
 
 
@@ -38,7 +42,9 @@ def _read_numbers(row: int, line: list[str], header: list[str]) -> tuple[float, 
     """Return the numbers of a row, as many as there are columns."""
     if len(line) != len(header):
         raise ValueError(f"row {row} has {len(line)} values, the header names {len(header)} columns")
-    return tuple(_read_number(f"row {row}, {name} = {cell!r}", cell) for name, cell in zip(header, line, strict=True))
+    return tuple(
+        _read_number(f"row {row}, {name} = {shorten(cell)}", cell) for name, cell in zip(header, line, strict=True)
+    )
 
 
 def _read_number(where: str, cell: str) -> float:

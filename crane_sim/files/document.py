@@ -11,6 +11,7 @@ import yaml
 
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.errors import SceneError, did_you_mean, join_lines, one_word, shorten
+from crane_sim.files.yaml_text import YAML_ERRORS, read_yaml
 
 REAL = (
     *("control", "brake", "sensors", "imu", "camera", "actuators", "faults"),
@@ -22,21 +23,6 @@ A load on falls keeps `flexibility`: its place is among the joints, and below a 
 """
 SHARED = ("servo", "tracker_rate", "vision")
 """Settings of measurement and drive that several laws share: another law that has them keeps them."""
-YAML_ERRORS = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
-"""Errors of reading YAML: its own, and those of its converters of dates and numbers, which check little."""
-
-
-class _Unambiguous(yaml.SafeLoader):
-    """A YAML loader that rejects duplicate keys of a group, of which YAML would keep the last one silently."""
-
-    def compose_mapping_node(self, anchor: Any) -> Any:
-        """Return the node of a group as the file has it, before groups are merged into it by `<<`."""
-        node = super().compose_mapping_node(anchor)
-        keys = [key.value for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} stands twice", node.start_mark)
-        return node
 
 
 def read(source: str | Path) -> dict[str, Any]:
@@ -62,7 +48,7 @@ def read_groups(path: Path, what: str) -> dict[str, Any]:
         SceneError: it cannot be read, has a key twice, or holds something else.
     """
     try:
-        document = yaml.load(path.read_text(), _Unambiguous)
+        document = read_yaml(path)
     except YAML_ERRORS as error:
         raise SceneError(f"{what} {path}: cannot be read: {_cause(error)}") from None
     if not isinstance(document, dict):
@@ -155,7 +141,7 @@ def set_value(document: dict[str, Any], key: str, value: Any) -> None:
         place: Any = _index(group, name, key) if isinstance(group, list) else name
         inner = group[place] if isinstance(group, list) else group.get(name, {})
         if not isinstance(inner, dict | list):
-            raise SceneError(f"{key}: {name!r} is not a group of keys")
+            raise SceneError(f"{key}: {shorten(name)} is not a group of keys")
         group[place] = copy.copy(inner)
         group = group[place]
     place = _index(group, last, key) if isinstance(group, list) else last
@@ -177,7 +163,7 @@ def with_values(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[st
 def _index(values: list[Any], name: str, key: str) -> int:
     """Return a part of a dotted key as an index of a list."""
     if not name.isdecimal() or int(name) >= len(values):
-        raise SceneError(f"{key}: {name!r} is no index of a list of {len(values)}")
+        raise SceneError(f"{key}: {shorten(name)} is no index of a list of {len(values)}")
     return int(name)
 
 

@@ -27,6 +27,7 @@ _FOREIGN = ("extra_forbidden", "unexpected_keyword_argument")
 _NO_GROUP = ("model_type", "dict_type", "model_attributes_type", "named_tuple_type", "dataclass_type", "mapping_type")
 
 
+PATH = 300  # characters of a file's path, or of an error of another package, that a message has at most
 _NEAR = 0.65  # of difflib: least similarity of a word to a suggestion; "cable" and "crane" have 0.6
 
 
@@ -41,7 +42,7 @@ class SceneError(ValueError):
 def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "") -> str:
     """Return a line on an unknown key, or other `what`, `of` something, with the nearest known one."""
     names = list(known)
-    line = f"unknown {what} {key!r}{' ' * bool(of)}{of}"
+    line = f"unknown {what} {shorten(key)}{' ' * bool(of)}{of}"
     return f"{line}{did_you_mean(key, names)} (known: {', '.join(names)})"
 
 
@@ -146,27 +147,32 @@ def _expected_words(error: Any) -> str:
 
 
 def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
-    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in where).lstrip(".")
+    path = "".join(f"[{part}]" if isinstance(part, int) else f".{one_word(part)}" for part in where).lstrip(".")
     return f"{path}{joint}{message}" if path else message
 
 
-def one_word(name: Any) -> str:
-    """Return a name as it is, or shortened if it does not fit into a line."""
-    return name if isinstance(name, str) and name.isprintable() and len(name) <= 60 else shorten(name)
+def one_word(name: Any, most: int = 60) -> str:
+    """Return a name as it is, or shortened if it is longer than `most` characters or breaks the line."""
+    return name if isinstance(name, str) and name.isprintable() and len(name) <= most else shorten(name, most)
 
 
 def join_lines(error: object) -> str:
     """Return the text of an error of another package as one line."""
-    return " ".join(str(error).split())
+    return _cut(" ".join(str(error).split()), PATH)
 
 
-def shorten(value: Any) -> str:
-    """Return a value as a short text for a message, without the line breaks that arrays have."""
+def shorten(value: Any, most: int = 60) -> str:
+    """Return a value as a text of at most `most` characters for a message, without the line breaks that arrays have."""
     try:
         text = re.sub(r"\s*\n\s*", " ", repr(value))
     except (ValueError, RecursionError) as error:  # an integer of thousands of digits; groups in groups in groups
         return f"{type(value).__name__} ({error})"
-    return text if len(text) <= 60 else text[:57] + "..."
+    return _cut(text, most)
+
+
+def _cut(text: str, most: int) -> str:
+    """Return a text of at most `most` characters."""
+    return text if len(text) <= most else text[: most - 3] + "..."
 
 
 def fields_at(kind: Any, where: Sequence[int | str]) -> Sequence[str]:

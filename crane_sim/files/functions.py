@@ -11,7 +11,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import PATH, SceneError, one_word, shorten
 
 _DIGEST = "__crane_sim_source__"
 """Attribute of a module: the hash of its source when it was loaded here."""
@@ -27,11 +27,11 @@ def load_function(key: str, name: str) -> Callable[..., Any]:
     """
     place, _, function = name.rpartition(":")
     if not (place and function):
-        raise SceneError(f"{key} = {name!r}: must be FILE.py:FUNCTION or MODULE:FUNCTION")
+        raise SceneError(f"{key} = {shorten(name)}: must be FILE.py:FUNCTION or MODULE:FUNCTION")
     module = _execute_file(key, Path(place)) if place.endswith(".py") else _import_module(name, place)
     found = getattr(module, function, None)
     if not callable(found):
-        raise SceneError(f"{key} = {name!r}: {place} has no function {function!r}")
+        raise SceneError(f"{key} = {shorten(name, PATH)}: has no function {shorten(function)}")
     return found
 
 
@@ -91,7 +91,7 @@ def _execute_file(key: str, path: Path) -> ModuleType:
     name = f"_{path.stem}_{hashlib.sha256(bytes(path.absolute())).hexdigest()[:16]}"  # no other module's
     spec = spec_from_file_location(name, path, loader=_SourceLoader(name, str(path)))
     if spec is None or spec.loader is None or not path.is_file():
-        raise SceneError(f"{key}: there is no file {path}")
+        raise SceneError(f"{key}: there is no file {one_word(str(path), PATH)}")
     before, module = sys.modules.get(name), module_from_spec(spec)
     sys.modules[name] = module  # dataclasses and annotations look it up by its name
     try:

@@ -16,7 +16,7 @@ def type_adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 _ANGLE = re.compile(r"\s*([-+0-9.eE]+)\s*(deg|rad)?\s*")
-_RADIANS = {"deg": 0.017453292519943295, "rad": 1.0, None: 1.0}
+RADIANS = {"deg": 0.017453292519943295, "rad": 1.0, None: 1.0}
 
 
 def to_radians(value: Any) -> Any:
@@ -30,7 +30,7 @@ def to_radians(value: Any) -> Any:
     match = _ANGLE.fullmatch(value)
     if not match:
         raise ValueError("an angle is a number of radians, or text such as '45 deg' or '0.5 rad'")
-    return float(match[1]) * _RADIANS[match[2]]
+    return float(match[1]) * RADIANS[match[2]]
 
 
 def check_unitless_angle(largest: float, turn: str) -> Callable[[Any], Any]:
@@ -96,10 +96,12 @@ Fraction = Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, le=1.0, 
 Seed = Annotated[int, BeforeValidator(reject_bool), Field(ge=0, le=2**63 - 1)]
 Coordinate = Annotated[float, BeforeValidator(to_radians), BeforeValidator(reject_bool), Field(allow_inf_nan=False)]
 """A position of a joint or a point: metres, or an angle as radians or text."""
-TURN, HALF_TURN = 6.29, 3.15  # rad, with room for rounding
+TURN, HALF_TURN, EIGHTH_TURN = 6.29, 3.15, 0.79  # rad, with room for rounding
 Angle = Annotated[Coordinate, BeforeValidator(check_unitless_angle(TURN, "a turn"))]
 Tilt = Annotated[Coordinate, BeforeValidator(check_unitless_angle(HALF_TURN, "half a turn"))]
 """An angle from the vertical or the horizontal."""
+Heel = Annotated[Coordinate, BeforeValidator(check_unitless_angle(EIGHTH_TURN, "an eighth of a turn"))]
+"""An angle by which a vessel leans."""
 Range = Annotated[tuple[Real, Real], AfterValidator(check_increasing)]
 AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(check_increasing)]
 LengthRange = Annotated[tuple[NonNegative, Positive], AfterValidator(check_increasing)]

@@ -8,13 +8,12 @@ Importing this registers the environments: one for each kind of crane of `DEFAUL
 that they have where none is given.
 """
 
-from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import MissingPackage, missing_package
 
 try:
     import gymnasium
 except ModuleNotFoundError:
-    raise SceneError(f"gymnasium is not installed: environments need it ({how_to_install('gym')})") from None
+    raise MissingPackage(missing_package("gymnasium", "an environment")) from None
 
 from crane_sim.gym.environment import CraneEnv
 from crane_sim.gym.task import DEFAULT_SCENES

@@ -41,6 +41,8 @@ _OPTIONS = ("q", "v")
 class CraneEnv(gymnasium.Env[Array, Array]):
     """A crane that an agent commands once every control period.
 
+    A copy, by `copy.deepcopy` or `pickle`, goes on with the episode equally, bit for bit.
+
     Attributes:
         scene: of the present episode, its uncertain parameters drawn.
         plant: the crane in motion; `plant.summary()` are the metrics of the episode.
@@ -70,7 +72,7 @@ class CraneEnv(gymnasium.Env[Array, Array]):
         self.observation_names, self.observation_units = observation_names(self.scene)
         self.action_names, self.action_units = self.scene.actuated, self.scene.command_units
         self._drawn, self._goal = self.scene, goal_of(self.scene)
-        self.plant = Plant(self.scene)
+        self.plant = Plant(self.scene, picklable=True)
         self._ended = True
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
@@ -91,7 +93,7 @@ class CraneEnv(gymnasium.Env[Array, Array]):
         self.scene = with_seed(self.scene, int(self.np_random.integers(SEEDS)) if seed is None else seed)
         if self.scene.model is not self._drawn.model:
             self._drawn, self._goal = self.scene, goal_of(self.scene)
-        self.plant = Plant(self.scene)
+        self.plant = Plant(self.scene, picklable=True)
         if options:
             self.plant.reset(options.get("q"), options.get("v"))
         self._ended, info = False, self._measure()

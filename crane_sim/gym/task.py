@@ -49,7 +49,8 @@ def task_scene(scene: SceneSource | None, crane: str) -> Scene:
     Raises:
         SceneError: the scene is invalid, takes no commands, or says nowhere where the payload should be.
     """
-    loaded = (load_scene(*DEFAULT_SCENES[crane]) if scene is None else load_scene(scene)).with_external_commands()
+    source, changes = DEFAULT_SCENES[crane] if scene is None else (scene, None)
+    loaded = load_scene(source, changes, own_law=False).with_external_commands()
     drawn = loaded.document.get("uncertain") or {}
     if clock := next((key for key in CLOCK if key in drawn), None):
         raise SceneError(f"scene {loaded.name}: uncertain.{clock}: all episodes of an environment have one time")
@@ -70,7 +71,7 @@ def with_seed(scene: Scene, seed: int) -> Scene:
     if seed == scene.seed:
         return scene
     if any(scene.document.get(group) for group in SEEDED):
-        other = load_scene(scene, {"seed": seed}).with_external_commands()
+        other = load_scene(scene, {"seed": seed}, own_law=False).with_external_commands()
         if other.joint_names != scene.joint_names:
             joints = f"{len(other.joint_names)} joints ({shorten(', '.join(other.joint_names))})"
             line = f"seed = {seed}: draws a crane of {joints}, that of the environment has {len(scene.joint_names)}"

@@ -55,6 +55,8 @@ WORTH_A_THREAD = 64
 class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     """n cranes of one kind that an agent commands once every control period; one that ended is reset at the next step.
 
+    A copy, by `copy.deepcopy` or `pickle`, goes on with the episodes equally, bit for bit.
+
     Attributes:
         scenes: (n,) of the present episodes.
         observation_names, observation_units, action_names, action_units: as of `CraneEnv`.
@@ -103,8 +105,21 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self._ended = np.zeros(num_envs, np.bool_)
         self._owed, self._largest = np.zeros(num_envs), np.zeros(num_envs)
         cores = threads or min(len(os.sched_getaffinity(0)), ceil(num_envs / WORTH_A_THREAD))
-        self._pool = ThreadPoolExecutor(cores) if cores > 1 else None
-        self._shares = [(num_envs * j // cores, num_envs * (j + 1) // cores) for j in range(cores)]
+        self._start_threads(cores)
+
+    def _start_threads(self, count: int) -> None:
+        """Start threads, which share the cranes; none where one is enough."""
+        self._pool = ThreadPoolExecutor(count) if count > 1 else None
+        self._shares = [(self.num_envs * j // count, self.num_envs * (j + 1) // count) for j in range(count)]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the attributes without the threads, which no copy can have."""
+        return {name: value for name, value in vars(self).items() if name != "_pool"}
+
+    def __setstate__(self, attributes: dict[str, Any]) -> None:
+        """Take the attributes of another environment, and start threads."""
+        vars(self).update(attributes)
+        self._start_threads(len(self._shares))
 
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begin an episode of every crane; crane i of an integer seed takes seed + i.

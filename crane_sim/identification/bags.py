@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,12 +50,12 @@ def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds
     if len(set(kinds)) > 1:
         raise SceneError(f"{path}: drives of several kinds, {', '.join(sorted(set(kinds)))}, cannot be read from a bag")
     try:
-        messages = read_messages(path, (STATES, COMMANDS))
+        contents = read_messages(path, (STATES, COMMANDS))
     except UnreadableBag as error:
         raise SceneError(f"{path}: {error}") from None
-    except ModuleNotFoundError as error:
-        raise SceneError(f"{path}: reading needs the Python package rosbags ({error.name})") from None
-    topics = {name: [each for each in messages if each.topic == name] for name in (STATES, COMMANDS)}
+    topics = {name: [each for each in contents.messages if each.topic == name] for name in (STATES, COMMANDS)}
+    if contents.damage:
+        logging.getLogger(__name__).warning("%s is damaged: %s; what is whole of it is used", path, contents.damage)
     stamped = all(any(message.stamp for message in messages) for messages in topics.values())
     states = _track(path, topics[STATES], "position", joints, stamped)
     field = kinds[0] if kinds else "effort"  # what a drive is commanded is the name of the message's field, too

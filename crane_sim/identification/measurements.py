@@ -93,7 +93,7 @@ def read_measurements(path: Path | str, scene: Scene) -> Measurements:
         SceneError: it cannot be read, or is of another crane; the message is one line.
     """
     file = Path(path)
-    if file.suffix == ".rrd":
+    if file.name.removesuffix(".part").endswith(".rrd"):
         return from_recording(read_recording(file), scene)
     bag = read_bag(file, scene.joint_names, scene.actuated, scene.commands)
     start = bag.states.nanoseconds[0]

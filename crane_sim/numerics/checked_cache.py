@@ -12,6 +12,7 @@ from numba.core.caching import FunctionCache
 
 from crane_sim.numerics import import_array_functions
 from crane_sim.numerics.cache import SOURCES_AT_IMPORT, FileLock
+from crane_sim.numerics.compile_time import COMPILE_TIMER
 from crane_sim.numerics.linked_library import linked_sources
 
 _LOCK_TIMEOUT = 120.0  # s; the largest function compiles in a third of that on a busy machine
@@ -35,7 +36,8 @@ class CheckedCache(FunctionCache):
         if loaded := super().load_overload(sig, target_context):
             return loaded
         self._release(sig)  # of a compilation that raised, after which nothing is saved
-        self._locks[sig] = FileLock(self._lock_file(sig), _LOCK_TIMEOUT)
+        with COMPILE_TIMER:
+            self._locks[sig] = FileLock(self._lock_file(sig), _LOCK_TIMEOUT)
         if loaded := super().load_overload(sig, target_context):
             self._release(sig)
         return loaded

@@ -36,6 +36,7 @@ from numba.extending import overload
 
 from crane_sim.numerics.cache import cache_folder
 from crane_sim.numerics.checked_cache import CheckedCache, is_digested, note_implementation
+from crane_sim.numerics.compile_time import COMPILE_TIMER
 from crane_sim.numerics.linked_library import LinkedCompiler, OptimizedCompiler
 
 Function = Callable[..., Any]
@@ -135,8 +136,8 @@ def entry_point(f: Function) -> Function:
     return dispatcher
 
 
-class _RareGarbageCollection(event.Listener):
-    """Raises the threshold of garbage collection while numba compiles.
+class _CompilationListener(event.Listener):
+    """Counts the time of compilations, and raises the threshold of garbage collection meanwhile.
 
     The compiler makes many objects, few of them in cycles: collections would take a sixth of its time, and free little.
     """
@@ -145,18 +146,20 @@ class _RareGarbageCollection(event.Listener):
         self._depth, self._usual = 0, gc.get_threshold()
 
     def on_start(self, event: Any) -> None:
+        COMPILE_TIMER.__enter__()
         if not self._depth:
             self._usual = gc.get_threshold()
             gc.set_threshold(max(self._usual[0], 20_000) if self._usual[0] else 0, *self._usual[1:])
         self._depth += 1
 
     def on_end(self, event: Any) -> None:
+        COMPILE_TIMER.__exit__()
         self._depth -= 1
         if not self._depth:
             gc.set_threshold(*self._usual)
 
 
-event.register("numba:compile", _RareGarbageCollection())
+event.register("numba:compile", _CompilationListener())
 
 
 class _OnStart(event.Listener):

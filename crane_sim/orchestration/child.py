@@ -30,6 +30,7 @@ class Child:
         active: it is neither deactivated nor, as the plant, paused.
         resets: number of resets of the plant that it has recorded, of a recorder.
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
+        notices: lines that it has said, until the supervisor passes them on.
         panel: what an operator's node shows, as it reported last.
     """
 
@@ -40,6 +41,7 @@ class Child:
         self.step = self.recorded = self.last_bag_step = self.resets = 0
         self.summary: dict[str, Any] | None = None
         self.panel: dict[str, Any] = {}
+        self.notices: list[str] = []
         control_fd, self._control_fd = os.pipe()
         self.report_fd, node_report_fd = os.pipe()
         self._process = start(control_fd, node_report_fd)
@@ -111,6 +113,8 @@ class Child:
                 self.last_bag_step = more.get("last_bag_step", 0)
             case {"event": "waiting", "why": str(why)}:
                 self.waiting = why
+            case {"event": "notice", "line": str(line)}:
+                self.notices.append(line)
             case {"event": "panel", **shown}:
                 self.panel = shown
             case {"event": "resumed"}:

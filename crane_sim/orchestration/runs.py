@@ -12,7 +12,7 @@ from crane_sim.orchestration.desk_link import OPERATOR, Operator, desk_link
 from crane_sim.orchestration.process_group import ProcessGroup
 from crane_sim.orchestration.roles import RecorderRole, Role, RoleSpec
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
-from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording
+from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording, merge_summaries
 from crane_sim.orchestration.supervisor import READY_TIMEOUT, Callbacks, RunError, Supervisor
 from crane_sim.process_signals import collect_signals
 
@@ -29,6 +29,7 @@ class _RunSettings(NamedTuple):
     controller: bool  # ours is started
     restart: bool
     operator: Operator | None = None
+    compile_time: float = 0.0
 
 
 def run(
@@ -53,6 +54,7 @@ def run(
     paused: bool = False,
     fifo: int | None = None,
     operator: Operator | None = None,
+    compile_time: float = 0.0,
     on_progress: Callable[[int, int], object] | None = None,
     on_news: Callable[[str], object] | None = None,
     on_activated: Callable[[str, int], object] | None = None,
@@ -83,6 +85,7 @@ def run(
         paused: begin paused, until resumed by a service call.
         operator: commands the crane through the node `operator`, with `controller` False, in realtime.
         fifo: the plant's real-time priority under SCHED_FIFO, 1 .. 99; 0 or None for none.
+        compile_time: s that the caller has compiled for this run; the summary's has it, too.
         on_progress: called with (steps done, steps in all) about ten times a second.
         on_news: called with single-line messages for the terminal.
         on_activated: called with a node's name and process id when it becomes the active one of its role.
@@ -97,7 +100,8 @@ def run(
     optional |= {"publish_tf": tf, "frame_prefix": frame_prefix, "beside": beside}
     plant |= {name: value for name, value in optional.items() if value is not None}
     recorder = _recorder_settings(record, mcap, live_port, operator is not None)
-    settings = _RunSettings(namespace or scene.crane, plant, recorder, controller and scene.sampled, restart, operator)
+    is_controlled = controller and scene.sampled
+    settings = _RunSettings(namespace or scene.crane, plant, recorder, is_controlled, restart, operator, compile_time)
     with (
         collect_signals() as interrupts,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
@@ -172,9 +176,9 @@ def _supervise(supervisor: Supervisor, roles: list[Role], scene: "Scene", settin
         supervisor.stop_early()
     head: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "mode": settings.plant["mode"]}
     head |= {"seed": scene.seed}
-    summary = (
-        (plant.summary or head) | collect_controller_summary(supervisor, roles) | ({"error": error} if error else {})
-    )
+    summary = merge_summaries(plant.summary or head, collect_controller_summary(supervisor, roles))
+    summary |= {"error": error} if error else {}
+    summary["compile_time"] = summary.get("compile_time", 0.0) + settings.compile_time
     if settings.restart:
         summary |= {"restarts": {role.name: role.restarts for role in roles[1:]}}
     recorder = next((role for role in roles if isinstance(role, RecorderRole)), None)

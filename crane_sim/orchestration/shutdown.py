@@ -3,18 +3,20 @@
 import json
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.recovery import recover_bags, recover_recordings
 from crane_sim.orchestration.roles import RecorderRole, Role
 from crane_sim.orchestration.supervisor import Supervisor
-from crane_sim.recording.files import files_before_resets
+from crane_sim.recording.files import describe_gaps, files_before_resets
 
 _SUMMARY_TIMEOUT = 10.0  # s for a controller to report its summary
 _SHUTDOWN_SUMMARY_TIMEOUT = 0.3  # s for that once a shutdown is requested
 _FILES_TIMEOUT = 120.0  # s to finish files, to join recordings, and to join bags; in a shutdown, the time that is left
+REFUSED = "refused_messages"
+"""Entry of summaries: messages of other nodes on topics of the run's own ones, with their numbers by topic and node."""
 _UNFINISHED = "it did not finish the recording"
 _KILL_TIMEOUT = 0.2  # s for a killed process to exit
 
@@ -26,7 +28,15 @@ def collect_controller_summary(supervisor: Supervisor, roles: Sequence[Role]) ->
         child.send("finish")
     ready = [child for child in controllers if child.ready]
     supervisor.drain(ready, _SUMMARY_TIMEOUT, _SHUTDOWN_SUMMARY_TIMEOUT)
-    return {key: value for child in controllers for key, value in (child.summary or {}).items()}
+    return merge_summaries(*(child.summary or {} for child in controllers))
+
+
+def merge_summaries(*parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return one summary from those of several nodes, which all refuse the same messages: the largest count of each."""
+    merged = {key: value for part in parts for key, value in part.items()}
+    refused = [part.get(REFUSED, {}) for part in parts]
+    counts = {key: max(each.get(key, 0) for each in refused) for each in refused for key in each}
+    return merged | ({REFUSED: dict(sorted(counts.items()))} if counts else {})
 
 
 def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary: dict[str, Any]) -> dict[str, Any]:
@@ -43,7 +53,7 @@ def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary:
     report = _finish_or_kill(supervisor, role, summary)
     if report is None and role.path:
         entries |= recover_recordings(role, summary, _time_for_files(supervisor))
-    merged = summary | entries | (report or {})
+    merged = merge_summaries(summary, entries, report or {})
     merged |= recover_bags(role, merged.get("mcap"), _time_for_files(supervisor))
     paths = [path for path in (role.path, role.mcap) if path]
     if before_resets := [str(file) for path in paths for file in files_before_resets(path, role.start_time)]:
@@ -96,6 +106,5 @@ def _describe_missing(report: dict[str, Any] | None, role: RecorderRole, merged:
         files = f"; {merged['recording'] or 'the recording'} is incomplete, {progress}" if role.path else ""
         files += f"; {merged.get('mcap') or 'the bag'} is incomplete" if role.mcap else ""
         return f"{role.failure or f'recorder: {role.active.fault or _UNFINISHED}'}{files}"
-    if role.path and (merged["lost_steps"] or merged["recorded_steps"] != merged["steps"]):
-        return f"recorder: the recording is incomplete, {progress}"
-    return ""
+    lost_commands = merged.get("lost_commands", 0)
+    return describe_gaps(merged["recorded_steps"], merged["steps"], lost_commands) if role.path else ""

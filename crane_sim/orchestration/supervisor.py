@@ -49,6 +49,7 @@ class Supervisor:
         self._callbacks, self._timeout = callbacks, timeout
         self._waiting_since = 0.0
         self._announced: dict[str, int] = {}
+        self._notices: set[str] = set()
         self.plant = roles[0].active
 
     def wait_ready(self) -> None:
@@ -81,6 +82,16 @@ class Supervisor:
             if time.monotonic() - start > limit or self._group.time_left <= 0.0:
                 return
             self._group.listen(_POLL)
+            self.pass_notices_on()
+
+    def pass_notices_on(self) -> None:
+        """Report what nodes have said: of several that say the same, the first one."""
+        for child in self._group.children:
+            while child.notices:
+                line = child.notices.pop(0)
+                if line not in self._notices:
+                    self._notices.add(line)
+                    self._callbacks.on_news(line)
 
     def fail_over(self, role: Role) -> bool:
         """Let a standby take over a role whose active process has exited, and report it; False where it cannot."""
@@ -114,6 +125,7 @@ class Supervisor:
                 raise RunError("interrupted")
             if self._group.listen(_POLL):
                 self._callbacks.on_progress(self.plant.step)
+                self.pass_notices_on()
                 deadline = time.monotonic() + timeout
             if not done():
                 check()

@@ -6,11 +6,12 @@ from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import yaml
-
 from crane_sim.recording.bag_messages import UnreadableBag, read_messages
-from crane_sim.recording.mcap.metadata import RUN, read_metadata
-from crane_sim.recording.run import UnreadableRecording
+from crane_sim.recording.completeness import Completeness, Steps, assess
+from crane_sim.recording.digest import agrees
+from crane_sim.recording.mcap.metadata import END, RUN, read_metadata
+from crane_sim.recording.mcap.reader import mcap_file
+from crane_sim.recording.run import UnreadableRecording, parse_scene
 from crane_sim.recording.step_assembler import StepAssembler
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.hardware import is_sensed
@@ -34,33 +35,52 @@ class RunFromBag(NamedTuple):
     scene: Scene
     rows: list[Row]  # control steps
     lost_steps: int  # number of steps before the last one that lack a message
+    lost_commands: int  # number of rows without their command, while no brakes acted
     has_true_states: bool  # the rows' states are not those that sensors measure
+    end: dict[str, str]  # how the run ended, as the file's end says; empty without that
+    completeness: Completeness
 
 
 def read_bag(path: Path) -> RunFromBag:
-    """Return the run in a bag.
+    """Return the run in a bag: of one that is cut or damaged the steps whose messages are whole.
 
     Raises:
-        UnreadableRecording: the file is damaged, or lacks the scene or messages; the message is one line.
+        UnreadableRecording: the file lacks the scene, or messages; the message is one line.
     """
-    properties = read_metadata(path, RUN)
+    properties = read_metadata(mcap_file(path), RUN)
     if "scene_file" not in properties:
         raise UnreadableRecording(f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version")
-    scene = load_scene(yaml.safe_load(properties["scene_file"]))
-    if properties.get("law") == "external":  # another node commanded, whatever law the scene has
-        scene = scene.with_external_commands()
     try:
-        messages = read_messages(path, REQUIRED_TOPICS, OPTIONAL_TOPICS)
+        contents = read_messages(path, REQUIRED_TOPICS, OPTIONAL_TOPICS)
     except UnreadableBag as error:
         raise UnreadableRecording(f"{path}: {error}") from None
-    has_true_states = any(message.topic == "true_states" for message in messages)
+    if not agrees(properties, contents.is_checked):
+        raise UnreadableRecording(f"{path}: is damaged: its scene is not as it was written")
+    scene = load_scene(parse_scene(properties["scene_file"], path), own_law=False)
+    if properties.get("law") == "external":  # another node commanded, whatever law the scene has
+        scene = scene.with_external_commands()
+    has_true_states = any(message.topic == "true_states" for message in contents.messages)
     decoder = _Decoder(scene, has_true_states)
-    for message in messages:
+    for message in contents.messages:
         decoder.decode(message)
     rows = decoder.steps.pop_rows(final=True)
     if not rows:
         raise UnreadableRecording(f"{path}: has no control step: no joint_states with an applied_effort of its stamp")
-    return RunFromBag(properties, scene, rows, decoder.steps.lost_steps, has_true_states or not is_sensed(scene))
+    end, shows_truth = contents.metadata.get(END, {}), has_true_states or not is_sensed(scene)
+    if not agrees(end, contents.is_checked):
+        end, contents = {}, contents._replace(damage=contents.damage or "its end is not as it was written")
+    completeness = _assess(scene, rows, end, contents.damage)
+    lost = decoder.steps.lost_steps, decoder.steps.lost_commands
+    return RunFromBag(properties, scene, rows, *lost, shows_truth, end, completeness)
+
+
+def _assess(scene: Scene, rows: Sequence[Row], end: Mapping[str, str], damage: str) -> Completeness:
+    """Return the completeness of a bag; of one by an older version, without an end, by the scene's duration."""
+    good = len(rows)
+    steps = int(end["steps"]) if end else max(good, scene.steps)
+    lost = 0 if damage else steps - good
+    recorded = steps - lost if end or not lost else None
+    return assess(Steps(good, (rows[-1].step - 1) * scene.period, scene.steps, recorded, lost), damage)
 
 
 class _Decoder:

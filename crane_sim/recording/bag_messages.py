@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+import logging
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import shorten
+from crane_sim.files.installation import MissingPackage, import_optional
+from crane_sim.recording.mcap.reader import McapContents, StoredMessage, mcap_file, read_mcap
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
+
+    Decode = Callable[[bytes, str], Any]
+
+_LOG = logging.getLogger(__name__)
 
 
 class UnreadableBag(ValueError):
@@ -25,8 +31,18 @@ class Message(NamedTuple):
     content: Any
 
 
-def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> list[Message]:
-    """Return the messages of topics in the order in which they were received.
+class BagContents(NamedTuple):
+    """What is readable of a bag."""
+
+    messages: list[Message]  # in the order in which they were received
+    malformed: int  # number of messages that are left out, since they cannot be decoded
+    metadata: dict[str, dict[str, str]]  # by name, of MCAP files
+    damage: str  # what is not as it was written, one phrase; empty for nothing
+    is_checked: bool  # it has checksums
+
+
+def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> BagContents:
+    """Return the messages of topics; those that cannot be decoded are left out, and a warning counts them.
 
     Args:
         path: the bag.
@@ -34,33 +50,56 @@ def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] =
         optional: others that it may have.
 
     Raises:
-        UnreadableBag: the bag is damaged, or lacks a required topic.
-        ModuleNotFoundError: rosbags is not installed.
+        UnreadableBag: nothing of the bag is readable, or it lacks a required topic.
+        MissingPackage: rosbags is not installed.
     """
-    any_reader = import_module("rosbags.highlevel").AnyReader  # by name: optional
-    types = import_module("rosbags.typesys")
+    types = import_optional("rosbags.typesys", "a bag")
+    store = types.get_typestore(types.Stores.ROS2_JAZZY)
+    is_mcap = path.name.removesuffix(".part").endswith(".mcap")
+    contents, decode = _read_file(path, store) if is_mcap else _read_folder(path, store)
+    wanted = {*required, *optional}
+    chosen = [each for each in contents.messages if _name(each.topic) in wanted]
+    for name in required:
+        topics = sorted({each.topic for each in chosen if _name(each.topic) == name})
+        if len(topics) != 1:
+            why = f"several topics, {', '.join(topics)}; give one" if topics else f"no messages of a topic {name}"
+            raise UnreadableBag(f"has {why}")
+    decoded = [_decode(each, decode) for each in chosen]
+    messages = [each for each in decoded if each is not None]
+    malformed = len(decoded) - len(messages)
+    if malformed:
+        _LOG.warning("%s: %d messages cannot be decoded and are left out", path, malformed)
+    return BagContents(messages, malformed, contents.metadata, contents.damage, contents.is_checked)
+
+
+def _read_file(path: Path, store: Any) -> tuple[McapContents, Decode]:
     try:
-        with any_reader([path], default_typestore=types.get_typestore(types.Stores.ROS2_JAZZY)) as reader:
-            return list(_messages(reader, required, optional))
-    except (ModuleNotFoundError, UnreadableBag):
+        return read_mcap(mcap_file(path)), store.deserialize_cdr
+    except (OSError, ValueError) as error:
+        raise UnreadableBag(f"cannot be read: {error}") from None
+
+
+def _read_folder(path: Path, store: Any) -> tuple[McapContents, Decode]:
+    any_reader = import_optional("rosbags.highlevel", "a bag").AnyReader
+    try:
+        with any_reader([path], default_typestore=store) as reader:
+            found = [StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in reader.messages()]
+            return McapContents(found, {}, "", False), reader.deserialize
+    except MissingPackage:
         raise
     except Exception as error:  # of a damaged file: rosbags raises many kinds
         line = shorten(str(error).splitlines()[0] if str(error) else error)
         raise UnreadableBag(f"cannot be read: {line}") from None
 
 
-def _messages(reader: Any, required: Sequence[str], optional: Sequence[str]) -> Iterator[Message]:
-    wanted = {*required, *optional}
-    chosen = [each for each in reader.connections if _name(each.topic) in wanted and each.msgcount]
-    for name in required:
-        topics = sorted({each.topic for each in chosen if _name(each.topic) == name})
-        if len(topics) != 1:
-            why = f"several topics, {', '.join(topics)}; give one" if topics else f"no messages of a topic {name}"
-            raise UnreadableBag(f"has {why}")
-    for connection, received, data in reader.messages(chosen) if chosen else ():
-        content = reader.deserialize(data, connection.msgtype)
+def _decode(stored: StoredMessage, decode: Decode) -> Message | None:
+    """Return a message, None for one that is none of its type: a topic may carry anything."""
+    try:
+        content = decode(stored.data, stored.kind)
         stamp = content.header.stamp
-        yield Message(_name(connection.topic), received, stamp.sec * 10**9 + stamp.nanosec, content)
+        return Message(_name(stored.topic), stored.time, stamp.sec * 10**9 + stamp.nanosec, content)
+    except Exception:  # of wrong bytes: rosbags raises many kinds
+        return None
 
 
 def _name(topic: str) -> str:

@@ -19,7 +19,14 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Array
     from crane_sim.simulation.rollout import Rollout
 
-COMPUTATION_METRICS = ("wall_time", "steps_per_second", "real_time_factor", "rhs_evaluations", "recorded_steps")
+COMPUTATION_METRICS = (
+    "wall_time",
+    "compile_time",
+    "steps_per_second",
+    "real_time_factor",
+    "rhs_evaluations",
+    "recorded_steps",
+)
 """Entries of a summary on how it was computed, which are not compared."""
 HELD_PREFIXES = ("u.", "command.", "reference.")
 """Prefixes of the quantities that hold over a control period; the others are interpolated linearly."""
@@ -61,6 +68,7 @@ class Comparison:
         return {
             "runs": list(self.names),
             "status": [run.status for run in self.runs],
+            "real_time_violation": [run.real_time_violation for run in self.runs],
             "interval": [float(self.t[0]), float(self.t[-1])],
             "metrics": {name: list(values) for name, values in self.metrics.items()},
             "metric_differences": [self.metric_differences(i) for i in range(1, len(self.runs))],

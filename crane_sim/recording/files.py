@@ -18,6 +18,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+def describe_gaps(recorded: int, steps: int, lost_commands: int = 0) -> str:
+    """Return one line on the steps and commands that are missing in a recording, empty where none are."""
+    if recorded == steps and not lost_commands:
+        return ""
+    without = f", {lost_commands} of them without their command" if lost_commands else ""
+    return f"recorder: the recording is incomplete, it has {recorded} of {steps} steps{without}"
+
+
 def part_of(path: str, number: int) -> Path:
     """Return the name of a part of a file, counted from 1; the first one has the complete file's."""
     file = Path(path)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 UNITS = {
     "sim_time": "s",
     "wall_time": "s",
+    "compile_time": "s",
     "settling_time": "s",
     "min_rope_tension": "N",
     "max_rope_tension": "N",

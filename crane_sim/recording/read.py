@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from crane_sim.files.installation import MissingPackage
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 
 
@@ -13,24 +15,33 @@ def read_recording(path: Path | str) -> RecordedRun:
     """Return the run in a recording FILE.rrd of `crane run`, `crane simulate --record` or `Rollout.record`.
 
     Or the run in a bag FILE.mcap of `crane run --mcap`, without events and metrics; needs the package rosbags, too.
+    What a killed run has left, FILE.rrd.part or the folder FILE.mcap.part, is read likewise. Of a file that is cut or
+    damaged the steps that are as they were written are returned; `RecordedRun.completeness` and a warning say so.
 
     Times `t` (K,) [s], positions `q` (K, nq), speeds `v` (K, nq), efforts `u` (K, nu), `payload` (K, 3) [m], ...: SI
     units, angles in rad, the names those of `Rollout`; see `RecordedRun`. Needs the package rerun-sdk.
 
     Raises:
-        UnreadableRecording: the file is missing, damaged or no recording; a SceneError whose message is one line.
+        UnreadableRecording: the file is missing, is no recording, or nothing in it is good; a SceneError whose message
+            is one line.
     """
     file = Path(path)
-    if not file.is_file():
+    if not is_recording(file):
         raise UnreadableRecording(f"{file}: {'is no file' if file.exists() else 'there is no such file'}")
-    if file.suffix == ".mcap":
-        return _import_reader("bag_reader", file).read_bag_run(file)
-    return _import_reader("reader", file).read_run(file)
-
-
-def _import_reader(name: str, file: Path) -> ModuleType:
+    is_bag = Path(file.name.removesuffix(".part")).suffix == ".mcap"
     try:
-        return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional
-    except ModuleNotFoundError as error:
-        package = "rosbags" if (error.name or "").startswith("rosbags") else "rerun-sdk"
-        raise UnreadableRecording(f"{file}: reading needs the Python package {package} ({error.name})") from None
+        run = _import_reader("bag_reader").read_bag_run(file) if is_bag else _import_reader("reader").read_run(file)
+    except MissingPackage as error:
+        raise UnreadableRecording(f"{file}: {error}") from None
+    if run.completeness.extent:
+        logging.getLogger(__name__).warning("%s %s", file, run.completeness.extent)
+    return run
+
+
+def is_recording(path: Path) -> bool:
+    """Whether there is a file of that name, or the folder of an unfinished bag."""
+    return path.is_file() or (path.is_dir() and path.name.endswith(".mcap.part"))
+
+
+def _import_reader(name: str) -> ModuleType:
+    return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional

@@ -11,10 +11,13 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.recording import provenance
+from crane_sim.recording.states import BRAKES
+from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.plant import Plant
 
 if TYPE_CHECKING:
     from crane_sim.recording.run import RecordedRun
+    from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
 Vector = Sequence[float]
@@ -51,22 +54,30 @@ class Replay(NamedTuple):
     changed: dict[str, tuple[str, str]]  # of the provenance, what is not as it was: (then, now)
 
 
-def replay(run: RecordedRun) -> Replay:
+def replay(run: RecordedRun, law: str | None = None) -> Replay:
     """Integrate a recorded run anew from its commands.
 
-    Commands that are NaN are periods in which the brakes acted. What services did to the crane in the run, such as
-    faults, is not in a recording: states differ from there on. A recorder has the measured states, a recorded
-    `Rollout` the true ones; the run agrees where one of the two does.
+    Where commands are NaN the brakes acted, as the timeline of the brakes says, or a command was lost. What services
+    did to the crane in the run, such as faults, is not in a recording: states differ from there on. A recorder has
+    the measured states, a recorded `Rollout` the true ones; the run agrees where one of the two does.
+
+    Args:
+        run: the recorded run.
+        law: in place of the run's, which acts only where the equations evaluated it, without commands. Code of
+            one's own, FILE.py:FUNCTION or MODULE:FUNCTION, is executed only if it is named here.
 
     Raises:
-        SceneError: its scene is none of this version, or a step was lost.
+        SceneError: its scene is none of this version, a step or a command was lost, or it needs a law that is not
+            named.
         SimulationError: the integration failed.
     """
-    scene = run.load_scene()
+    scene = load_scene(run.scene_values, own_law=False) if law is None else run.load_scene(law)
     missing = np.flatnonzero(np.rint(run.t / scene.period) != np.arange(len(run.t)))
     if missing.size:
         raise SceneError(f"replay: step {missing[0] + 1} is not in the recording: its command is not known")
     commanded = scene.sampled or bool(np.isfinite(run.commands).any())  # a node commanded a scene without a law
+    if not commanded and scene.law is None and scene.law_name is not None:
+        scene = run.load_scene()  # which says that it is not executed
     plant, command = Plant(scene.with_external_commands() if commanded else scene), scene.idle_command
     true: Difference | None = None
     shown: Difference | None = None
@@ -77,9 +88,16 @@ def replay(run: RecordedRun) -> Replay:
             return Replay(k + 1, max(true, shown, key=lambda each: each.step), _version_changes(run.versions))
         if commanded:
             plant.braking = all(map(isnan, run.commands[k]))
+            if plant.braking and not _acts(run.states.get(BRAKES, []), run.t[k] + 0.5 * scene.period):
+                raise SceneError(f"replay: the command of step {k + 1} is not in the recording")
             command = scene.zero_command(command) if plant.braking else tuple(map(float, run.commands[k]))
         plant.advance(command if commanded else None)
     return Replay(len(run.t), None, _version_changes(run.versions))
+
+
+def _acts(changes: Changes, t: float) -> bool:
+    """Return whether the brakes act at a time [s], by the changes of their timeline."""
+    return next((state == "acting" for since, state in reversed(changes) if since <= t), False)
 
 
 def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]) -> Difference | None:

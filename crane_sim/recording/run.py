@@ -9,10 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import yaml
 
-from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.errors import PATH, SceneError, join_lines, shorten
+from crane_sim.files.installation import MissingPackage, import_optional
+from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
+from crane_sim.recording.completeness import Completeness
 from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
@@ -25,7 +26,13 @@ if TYPE_CHECKING:
     from crane_sim.recording.states import Changes
     from crane_sim.scenes.scene import Scene
 
-NO_SUMMARY = "not finished: the recording has no summary, its recorder was killed"
+NOT_IN_REAL_TIME = "not in real time"
+ENDS = {
+    "orphaned": "its supervisor was killed",
+    "interrupted": "the recorder was interrupted",
+    "reset": "the plant was reset",
+}
+"""Ends of a run before its time, from what the recorder says in its summary."""
 
 
 class UnreadableRecording(SceneError):
@@ -93,6 +100,7 @@ class RecordedRun:
     states: dict[str, Changes]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
     events: list[tuple[float, str]]  # (s, what happened)
     summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
+    completeness: Completeness = Completeness()  # of the file, whose steps that are not good are left out
 
     def __repr__(self) -> str:
         """Return scene, law, length and how the run ended, in two lines."""
@@ -162,13 +170,29 @@ class RecordedRun:
     @cached_property
     def scene_values(self) -> dict[str, Any]:
         """The values of the scene file."""
-        return yaml.safe_load(self.scene_text)
+        return parse_scene(self.scene_text, self.path)
 
-    def load_scene(self) -> Scene:
-        """Return the scene as `crane_sim.load_scene` does: `crane_sim.simulate` of it repeats the run."""
+    def load_scene(self, law: str | None = None) -> Scene:
+        """Return the scene as `crane_sim.load_scene` does: `crane_sim.simulate` of it repeats the run.
+
+        Args:
+            law: in place of the run's. A law FILE.py:FUNCTION or MODULE:FUNCTION is only executed if it is named here.
+
+        Raises:
+            SceneError: the run's law is such code, and no law is named; or the scene is none of this version.
+        """
         from crane_sim.scenes.scene import load_scene
 
-        return load_scene(self.scene_values)
+        scene = load_scene(self.scene_values if law is None else self._with_law(law), own_law=law is not None)
+        if scene.law_name is not None and scene.law is None:
+            line = f"its law is the code of {shorten(scene.law_name, PATH)}, which is executed only where it is named"
+            raise SceneError(f"{self.path or self.name}: {line}: load_scene(law=...), crane replay --law ...")
+        return scene
+
+    def _with_law(self, law: str) -> dict[str, Any]:
+        """Return the values of the scene file with another law, which has the settings of the run's."""
+        control = self.scene_values.get("control")
+        return self.scene_values | {"control": (control if isinstance(control, dict) else {}) | {"law": law}}
 
     @cached_property
     def path_unit(self) -> str:
@@ -184,7 +208,23 @@ class RecordedRun:
     @property
     def error(self) -> str:
         """One line on what failed, empty where nothing did."""
-        return str(self.summary.get("error", "")) if self.summary else NO_SUMMARY
+        recording = f"the recording {self.completeness.extent}" if self.completeness.extent else ""
+        return "; ".join(filter(None, (str(self.summary.get("error", "")), self._early_end, recording)))
+
+    @property
+    def _early_end(self) -> str:
+        """One phrase on a run that ended before its time without an error, empty for another one."""
+        reason, planned = self.summary.get("ended_by", ""), round(self.properties["duration"] / self.period)
+        steps = self.summary.get("steps", len(self.t))
+        if not reason or steps >= planned:
+            return ""
+        return f"{ENDS.get(reason, reason)} after {steps} of {planned} steps"
+
+    @property
+    def real_time_violation(self) -> str:
+        """One line on a run in real time that the machine was too slow for, empty for any other."""
+        violation = self.summary.get("real_time_violation")
+        return f"{NOT_IN_REAL_TIME}: {violation}" if violation else ""
 
     @property
     def finished(self) -> bool:
@@ -205,11 +245,9 @@ class RecordedRun:
         of a rope over sheaves.
         """
         try:
-            pandas = import_module("pandas")  # an optional package, wanted here only
-        except ImportError:
-            missing = f"pandas, which is not installed ({how_to_install('study', 'pandas')})"
-            line = f"a data frame needs the Python package {missing}; run.columns() has the same columns without it"
-            raise SceneError(line) from None
+            pandas = import_optional("pandas", "a data frame")
+        except MissingPackage as error:
+            raise MissingPackage(f"{error}; run.columns() has the same columns without it") from None
         columns = self.columns()
         frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
         frame.index.name = "t"
@@ -259,6 +297,21 @@ class RecordedRun:
     def show(self, height: int = 900) -> Any:
         """Return the page of `crane report` for a notebook: it plays the run in a frame `height` pixels high."""
         return import_module("crane_sim.evaluation.report.page").Frame(self, height)
+
+
+def parse_scene(text: str, path: Path | None) -> dict[str, Any]:
+    """Return the values of a recording's scene file.
+
+    Raises:
+        UnreadableRecording: it cannot be read, as of a damaged file.
+    """
+    try:
+        values = parse_yaml(text)
+    except YAML_ERRORS as error:
+        raise UnreadableRecording(f"{path}: its scene cannot be read: {join_lines(error)}") from None
+    if not isinstance(values, dict):
+        raise UnreadableRecording(f"{path}: its scene holds {type(values).__name__}, not groups of keys")
+    return values
 
 
 def crane_of(properties: Mapping[str, Any]) -> Crane:

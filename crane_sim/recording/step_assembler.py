@@ -32,6 +32,7 @@ class StepAssembler:
 
     Attributes:
         lost_steps: number of steps before the newest returned row that never became complete.
+        lost_commands: number of returned rows of a commanded crane without a command, while no brakes acted.
     """
 
     def __init__(
@@ -57,7 +58,7 @@ class StepAssembler:
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._done = after * period_ns  # newest stamp returned
         self._newest_state = self._newest_effort = self._newest_command = self._newest_true_state = self._done
-        self.lost_steps = 0
+        self.lost_steps = self.lost_commands = 0
 
     def follows_reset(self, stamp: int) -> bool:
         """Whether a state of this stamp can only come from a plant that was reset: states arrive in order."""
@@ -96,6 +97,7 @@ class StepAssembler:
             self._acceptance_known = True
             braked_since = stamp if effort is None else 0  # lockstep, where every command before has counted
             self._commands = {at: commands for at, commands in self._commands.items() if at < braked_since}
+            self._newest_command = max(self._done, *self._commands) if self._commands else self._done
         if self._expects(stamp):
             self._commands[stamp] = [] if effort is None else [effort]
             (self._braked.add if effort is None else self._braked.discard)(stamp)
@@ -130,6 +132,7 @@ class StepAssembler:
         rows = [self._row(stamp) for stamp in stamps]
         if rows:
             self.lost_steps += rows[-1].step - self._done // self._period_ns - len(rows)
+            self.lost_commands += sum(self._commanded and row.demanded is None and not row.braked for row in rows)
             self._forget(stamps[-1])
         return rows
 

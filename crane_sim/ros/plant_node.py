@@ -98,13 +98,17 @@ class PlantNode:
         scene = scene.with_external_commands() if settings.commanded else scene
         self._host, self._settings = host, settings
         sensed = is_sensed(scene)
-        self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock, sensed)
+        self._topics = PlantTopics(
+            host.node, scene.joint_names, scene.actuated, settings.clock, sensed, host.notify
+        )
         self._topics.publish_description(urdf_with_ros2_control(scene, host.node.get_namespace()))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         clock_leads = _clock_leads(scene, settings)
         further = self._further_publishers(scene)
-        held = HeldCommands(host.node, scene, settings.mode == RunMode.REALTIME) if scene.sampled else None
-        self._simulation = SimulationRun(scene, plant, self._topics, host.pipes, largest, clock_leads, further, held)
+        held = HeldCommands(host.node, scene) if scene.sampled else None
+        self._simulation = SimulationRun(
+            scene, plant, self._topics, host.pipes, largest, clock_leads, further, held, host.notify
+        )
         self._remark_on_missing_packages()
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()

@@ -13,6 +13,7 @@ from crane_sim import load_scene
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.common.source_filter import refused_entry
 from crane_sim.ros.recorder.decoder import TOPICS
 from crane_sim.ros.recorder.outputs import Outputs, ResumeState, read_resume_state
 from crane_sim.ros.recorder.replay_buffer import ReplayBuffer
@@ -103,6 +104,7 @@ def _open_outputs(
 def _record_run(host: NodeHost, scene: "Scene", subscriptions: RecorderSubscriptions, outputs: Outputs) -> None:
     _record_until_stopped(host, subscriptions, outputs)
     added = _finish_files(host, subscriptions, outputs, *_final_summary(scene, host.stop_reason))
+    added |= refused_entry(subscriptions.refused() + outputs.misfits())
     host.pipes.report("done", summary=added)
     for output in outputs.files:
         if output.write_error:
@@ -122,6 +124,7 @@ def _record_until_stopped(host: NodeHost, subscriptions: RecorderSubscriptions, 
             if output.write_error and output.write_error not in errors:
                 errors.add(output.write_error)
                 host.node.get_logger().error(f"{output.write_error}; the run goes on unrecorded")
+        host.notify_refused(subscriptions.refused())
         if (progress := outputs.progress()) != reported:
             reported = progress
             _report_statistics(host, outputs)

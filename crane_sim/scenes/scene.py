@@ -12,9 +12,10 @@ from pydantic import ValidationError
 
 from crane_sim import system
 from crane_sim.files.document import SHARED, nominal, plain_copy, read, set_value, switch_law, without_nulls
-from crane_sim.files.errors import SceneError, foreign_path, nearest, one_line, one_word, shorten
+from crane_sim.files.errors import PATH, SceneError, foreign_path, nearest, one_line, one_word, shorten
+from crane_sim.files.output import write_text
 from crane_sim.hardware.instruments import Instruments
-from crane_sim.laws import ForeignSetting, Law, check_commands, make_law
+from crane_sim.laws import ForeignSetting, Law, check_commands, is_own, make_law
 from crane_sim.scenes.extreme_numbers import refuse_extreme_numbers
 from crane_sim.scenes.hardware_settings import CLOSE, commands_of, equipment_of, is_nonideal
 from crane_sim.scenes.instrument_settings import instruments_of
@@ -121,20 +122,26 @@ class Scene:
 
     def dump(self, path: Path | str) -> None:
         """Write the scene as a file that `load_scene` reads back."""
-        Path(path).write_text(yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True))
+        style: dict[str, Any] = {
+            "sort_keys": False,
+            "allow_unicode": True,
+            "default_flow_style": None,
+        }  # lists in lines
+        write_text(Path(path), yaml.safe_dump(self.to_dict(), **style))
 
 
 SceneSource = str | Path | Mapping[str, Any] | Scene
 """Sources of `load_scene`: a name of the catalogue, a file, a dict of a file's shape, or a scene."""
 
 
-def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) -> Scene:
+def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None, own_law: bool = True) -> Scene:
     """Return the scene of a catalogue name, a file path, a dict of a file's shape, or another scene with changes.
 
     Args:
         source: what to read; a Scene without overrides is returned as it is.
         overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than the scene's own
             leaves the settings of that one out; `notes` then name them.
+        own_law: whether a law FILE.py:FUNCTION or MODULE:FUNCTION is executed; if not, such a scene has none (`law`).
 
     Raises:
         SceneError: one line naming the key, its value and what is possible.
@@ -153,7 +160,7 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None) 
     except RecursionError:
         raise SceneError("scene: has too many nested groups") from None
     try:
-        return _build_switched(document, control, ignored, changes)
+        return _build_switched(document, control, ignored, changes, own_law)
     except (SceneError, RecursionError) as error:
         raise with_scene_name(document, error) from None
 
@@ -174,7 +181,9 @@ def _name(document: Mapping[str, Any]) -> str:
     return one_word(document.get("name", "given as a dict"))
 
 
-def _build_switched(document: dict[str, Any], control: Any, ignored: list[str], changes: Mapping[str, Any]) -> Scene:
+def _build_switched(
+    document: dict[str, Any], control: Any, ignored: list[str], changes: Mapping[str, Any], own_law: bool
+) -> Scene:
     """Return the scene with a note of what was left out of its original `control` group when its law was switched.
 
     These are the keys in `ignored`, and those that laws share, unless the new law has them or `changes` set them; the
@@ -185,7 +194,7 @@ def _build_switched(document: dict[str, Any], control: Any, ignored: list[str], 
     shared = [key for key in SHARED if switched and key in control and f"control.{key}" not in changed]
     while True:
         try:
-            scene = _build_scene(document)
+            scene = _build_scene(document, own_law)
             break
         except ForeignSetting as error:
             if error.key not in shared:
@@ -263,18 +272,20 @@ def finish_scene(draft: Draft, law: Law | None) -> Scene:
 
 def _check_continuous(file: SceneFile, law: Law | None) -> None:
     """Raise SceneError where the equations should evaluate a law that they cannot."""
-    if file.control is not None and _is_continuous(file) and not system.effort.has_implementation(type(law)):
-        raise SceneError(
-            f"control.period = 'continuous': {file.control.law!r} is a sampled law: give a period, in seconds"
-        )
+    if file.control is None or law is None or not _is_continuous(file):
+        return
+    if not system.effort.has_implementation(type(law)):
+        line = f"{shorten(file.control.law, PATH)} is a sampled law: give a period, in seconds"
+        raise SceneError(f"control.period = 'continuous': {line}")
 
 
-def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
-    """Return the scene of a document, with the control period [s] of another one where that is given."""
-    draft = draft_scene(document, period)
-    if draft.file.control is None:
+def _build_scene(document: dict[str, Any], own_law: bool) -> Scene:
+    """Return the scene of a document; arguments of `load_scene`."""
+    draft = draft_scene(document)
+    control = draft.file.control
+    if control is None or (is_own(control.law) and not own_law):
         return finish_scene(draft, None)
-    return finish_scene(draft, make_law(draft.file.control.law, *law_parts(draft)))
+    return finish_scene(draft, make_law(control.law, *law_parts(draft)))
 
 
 def _devices(file: SceneFile, period: float, law: Law | None) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -379,7 +390,7 @@ def _validate(document: dict[str, Any]) -> SceneFile:
         raise SceneError(f"{what}{', '.join(SCHEMAS)})")
     schema = schema_of(document)
     if schema is None:
-        raise SceneError(f"crane = {document.get('crane')!r}: possible: {', '.join(SCHEMAS)}")
+        raise SceneError(f"crane = {shorten(document['crane'])}: possible: {', '.join(SCHEMAS)}")
     check_cable(document)
     try:
         return schema.model_validate(without_nulls(document))

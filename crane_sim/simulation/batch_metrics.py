@@ -174,7 +174,7 @@ def _run(starts: RunStarts) -> EndColumns:
     """Run n cranes of one kind."""
     first, runs = starts.first, _allocate(starts)
     late, metered = (1.0 - LAST) * first.duration, first.model.energy_meter is not None
-    clock = Clock(first.period, first.steps, late, metered, first.sampled)
+    clock = Clock(first.period, first.steps, late, metered)
     scratch, hashes = _allocate_scratch(first), list[str]()
     for start in range(0, len(runs.q), AT_ONCE):
         end = min(start + AT_ONCE, len(runs.q))

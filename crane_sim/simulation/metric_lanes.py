@@ -81,7 +81,7 @@ def _(out, p, clock, run, scratch, states):
     for i in range(whole, k + 1):
         watch_instant(out, i, i - whole)
     note_last_outside(run, scratch, whole, k - whole)
-    count_limited_lanes(run, clock, scratch, whole, k - whole)
+    count_limited_lanes(run, scratch, whole, k - whole)
     for j in range(6):
         run.ends[j] = lanes.observed[3 + j, k % LANES]
 
@@ -94,7 +94,7 @@ def watch_block(out, p, like, first):
     watch_lanes(p, like, run, scratch, first)
     watch_swings(run.peaks, clock, scratch, first)
     note_last_outside(run, scratch, first, LANES)
-    count_limited_lanes(run, clock, scratch, first, LANES)
+    count_limited_lanes(run, scratch, first, LANES)
 
 
 @lean_routine
@@ -129,11 +129,10 @@ def note_last_outside(run, scratch, first, count):
 
 
 @lean_kernel
-def count_limited_lanes(run, clock, scratch, first, count):
+def count_limited_lanes(run, scratch, first, count):
     """Count the commands that were limited, of `count` instants from number `first` on in the lanes."""
-    if clock.sampled:
-        efforts = scratch.lanes.joints[2 * len(run.q) :, :count].T
-        run.counts[4] += count_limited(scratch.commands[first : first + count], efforts)
+    efforts = scratch.lanes.joints[2 * len(run.q) :, :count].T
+    run.counts[4] += count_limited(scratch.commands[first : first + count], efforts)
 
 
 @lean_routine

@@ -20,13 +20,12 @@ AT_ONCE = 16
 
 
 class Clock(NamedTuple):
-    """Control periods of a run, the same for all cranes of a kind, and whether these have meters and sampled laws."""
+    """Control periods of a run, the same for all cranes of a kind, and whether these have meters."""
 
     period: float  # s
     steps: int
     late: float  # s, when the last part of the run begins
     metered: bool
-    sampled: bool  # whether a law is sampled every period
 
 
 class RunColumns(NamedTuple):
@@ -116,7 +115,7 @@ def watch_run(out, p, clock, run, scratch, states):
     watch_instants(run.peaks, t[:k], clock.late, u[:k], tensions, scratch.ends)
     note_range(q, run.ranges[0], run.ranges[1])
     note_outside(run.target, run.near, t[:k], driven_q, run.outside)
-    run.counts[4] = count_limited(scratch.commands[:k], u[:k]) if clock.sampled else 0
+    run.counts[4] = count_limited(scratch.commands[:k], u[:k])
     for j in range(6):
         run.ends[j] = scratch.ends[k, j]
     for j in range(nu):

@@ -3,7 +3,6 @@
 Tracking error of a run, accumulated block by block: the same bits for any length of the blocks.
 """
 
-import hashlib
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -21,6 +20,7 @@ from crane_sim.simulation.flat_summary import one_run, or_none
 from crane_sim.simulation.peaks import LAST, Peaks, fill_watched, no_peaks, swing_angles, watch_instants
 from crane_sim.simulation.reeving import FallPeaks, fall_tensions
 from crane_sim.simulation.settling import Settling, nearness, settling_times
+from crane_sim.simulation.state_hash import StateHash
 from crane_sim.stepping.rows import split
 from crane_sim.trajectories.trajectory import sample_trajectory
 
@@ -228,8 +228,8 @@ def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float
 class Metrics:
     """Metrics of one run, from blocks of rows, one row a control period: the same bits however long the blocks are."""
 
-    def __init__(self, scene: Scene, model: Any, x: Any) -> None:
-        """Start with state x of the model that is integrated."""
+    def __init__(self, scene: Scene, model: Any, x: Any, picklable: bool = False) -> None:
+        """Start with state x of the model that is integrated; `picklable`: as of `StateHash`."""
         self._scene, self._model = scene, model
         self._nq, self._nu = len(scene.joint_names), len(scene.actuated)
         self._driven: list[int] = [scene.joint_names.index(name) for name in scene.actuated]
@@ -237,7 +237,7 @@ class Metrics:
         self._settling: Settling | None = None
         if scene.reference is not None:
             self._settling = Settling(np.array(scene.reference), self._of_driven(scene.initial_q))
-        self._sha = hashlib.sha256()
+        self._hash = StateHash(picklable)
         self._peaks = no_peaks(self._nu)
         self._extremes = Extremes(scene)
         self._contact_force = 0.0 if getattr(model, "contact", None) is not None else None
@@ -249,7 +249,7 @@ class Metrics:
         if not len(rows):
             return
         q, v, u, supplied, tensions = (np.ascontiguousarray(part) for part in split(rows, self._nq, self._nu))
-        self._sha.update(np.column_stack([t, q, v]).astype("<f8").tobytes())
+        self._hash.extend(np.column_stack([t, q, v]))
         energies, ends = np.empty((len(t), 2)), np.empty((len(t), 6))
         fill_watched(self._scene.model, t, q, v, energies, ends)
         self._balance.extend(q[:, self._driven], u, supplied, energies[:, 0], energies[:, 1])
@@ -287,8 +287,6 @@ class Metrics:
         `crane_sim.simulation.energy_balance`; `state_sha256` is over the little-endian float64 bytes of t, q, v of
         every control step and of the final state.
         """
-        sha = self._sha.copy()
-        sha.update(np.array([t, *q, *v], dtype="<f8").tobytes())
         final = derive_instant(self._scene, t, q, v)
         audit = self._balance.errors(self._of_driven(q), *read_meters(self._model, integration.x))
         target, near, outside = self._targets()
@@ -303,7 +301,7 @@ class Metrics:
             near=near,
             outside=outside,
             audit=np.array([audit]),
-            sha=[sha.hexdigest()],
+            sha=[self._hash.hexdigest(np.array([t, *q, *v]))],
         )
         return one_run(name_metrics(self._scene, ended)) | self._further(t, q, final.payload)
 

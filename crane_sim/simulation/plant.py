@@ -36,15 +36,20 @@ class Plant:
         faults: names of the faults that the scene may have.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, picklable: bool = False) -> None:
         """Put the crane in its initial state.
+
+        Args:
+            scene: what moves.
+            picklable: whether it can be pickled, at the price of the memory of all states of the run; it can be copied
+                by `copy.deepcopy` in any case.
 
         Raises:
             SceneError: there is something else than a Scene.
         """
         if not isinstance(scene, Scene):
             raise SceneError(f"scene = {shorten(scene)}: must be a Scene, as `crane_sim.load_scene` returns")
-        self.scene = scene
+        self.scene, self._picklable = scene, picklable
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self.faults: tuple[str, ...] = scene.hardware.names if scene.hardware is not None else ()
         self.reset()
@@ -68,7 +73,7 @@ class Plant:
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
         self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
-        self._metrics = Metrics(self._start, self.model, self._integration.x)
+        self._metrics = Metrics(self._start, self.model, self._integration.x, self._picklable)
 
     @property
     def t(self) -> float:
@@ -175,11 +180,11 @@ class Plant:
             return self._advance_with_hardware(self._hardware, u)
         if u is None:
             step_args = (self._integration, self.k, scene.steps, scene.period, self._rows, self._filled)
-            integration, q, v, applied = continuous_step(scene.method, self.model, scene.source, *step_args)
+            integration, q, v, applied, u = continuous_step(scene.method, self.model, scene.source, *step_args)
         else:
             step_args = (self._restart_at_period(), end, self._rows, self._filled)
             integration, q, v, applied = zero_order_hold_step(scene.method, self.model, u, *step_args)
-            self._saturated += applied != u
+        self._saturated += applied != u
         return integration, q, v, None, applied
 
     def _restart_at_period(self) -> Any:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.laws import evaluate_law, with_initial_state
+from crane_sim.numerics.compile_time import compile_time
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.metrics import Derived, Metrics, derive
@@ -74,19 +75,14 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     out = Output(rows, np.empty((scene.steps, nu)), times, samples)
     if scene.hardware is not None and not scene.hardware.ideal:
         return _with_hardware(scene, law, integration, out)
-    if not scene.sampled:
-        integration, periods_done = continuous_rollout(
-            scene.method, model, scene.source, integration, scene.period, out
-        )
-        return RawRun(
-            *_whole(scene, out, periods_done), integration, 0, np.full_like(out.commands[:periods_done], np.nan)
-        )
-    integration, periods_done = zero_order_hold_rollout(
-        scene.method, model, _compile_law(scene, law), integration, scene.period, out
+    roll_out, source = (
+        (zero_order_hold_rollout, _compile_law(scene, law)) if scene.sampled else (continuous_rollout, scene.source)
     )
+    integration, periods_done = roll_out(scene.method, model, source, integration, scene.period, out)
     commands = out.commands[:periods_done]
     limited = np.any(commands != split(rows[:periods_done], nq, nu).u, axis=1)
-    return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()), commands)
+    given = commands if scene.sampled else np.full_like(commands, np.nan)
+    return RawRun(*_whole(scene, out, periods_done), integration, int(limited.sum()), given)
 
 
 def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> RawRun:
@@ -151,7 +147,7 @@ class Rollout:
     tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
     commands: Array  # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
     derived: Derived  # what is computed from the states: nodes, energies, swing, ...
-    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time
+    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time, and compile_time, which is no part of that [s]
     summary: dict[str, Any]  # the metrics that docs/summary.md explains
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
@@ -274,10 +270,11 @@ def simulate(
     named = {"control.law": law if isinstance(law, str) else None, "duration": duration}
     scene = _with_changes(scene, named, overrides)
     times = checked_times(sample_times, scene.steps * scene.period)
-    started = time.perf_counter()
+    started, compiled_before = time.perf_counter(), compile_time()
     scene = scene.with_external_commands() if callable(law) else scene
     run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
-    wall, (rows, samples, integration), model = time.perf_counter() - started, run[:3], scene.model
+    wall = time.perf_counter() - started - (compile_time() - compiled_before)
+    (rows, samples, integration), model = run[:3], scene.model
     counted = {"rhs_evaluations": integration.evaluations, "steps": integration.steps}
     counted |= {"rejected": integration.rejected, "wall_time": wall}
     periods = np.arange(len(rows), dtype=np.float64) * scene.period
@@ -285,6 +282,7 @@ def simulate(
     failed = len(rows) <= scene.steps
     events = events_of(integration, model, periods[-1], failed)
     result = make_rollout(scene, run, *shown, counted, summarize(scene, run), events)
+    result.stats["compile_time"] = compile_time() - compiled_before
     if failed:
         _end_early(result, integration, model)
     return result

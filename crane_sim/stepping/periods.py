@@ -42,7 +42,7 @@ class Output(NamedTuple):
     """Arrays that a rollout fills."""
 
     rows: Any  # (steps + 1, width), at the start of each period and at the end
-    commands: Any  # (steps, nu), of the law before limits; None where no law is sampled
+    commands: Any  # (steps, nu), of law or inputs at the start of each period, before limits; None: not wanted
     times: Any  # (m,) s, increasing: sample times
     samples: Any  # (m, width), rows at these times
 
@@ -135,17 +135,17 @@ def continuous_step(method, p, source, integration, k, steps, period, rows, i):
     """Write row i, then integrate over period k of `steps` [s] with the source in the equations.
 
     Returns:
-        (integration, q, v, effort applied)
+        (integration, q, v, effort applied, effort demanded)
     """
     t, end = k * period, (k + 1) * period
     integration = apply_pending_events(system.switching(p), p, source, integration)
     x = dense_output(method, p, source, integration, t)
-    u = system.effort(source, p, t, x)
+    u, demanded = system.effort(source, p, t, x), system.demand(source, p, t, x)
     write(rows, i, p, t, x, u)
     latest = latest_step_end(method, k, steps, period)
     integration = integrate_source_to(source, method, p, integration, end, latest)
     q, v = system.joints(p, dense_output(method, p, source, integration, end))
-    return integration, q, v, u
+    return integration, q, v, u, demanded
 
 
 @routine
@@ -208,8 +208,10 @@ def pass_each_period(method, p, source, integration, period, out):
     i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(steps):
-        end = (k + 1) * period
-        write_instant(out, k, p, k * period, dense_output(method, p, source, integration, k * period), source)
+        t, end = k * period, (k + 1) * period
+        x = dense_output(method, p, source, integration, t)
+        store(out.commands, k, 0, system.demand(source, p, t, x))
+        write_instant(out, k, p, t, x, source)
         latest = latest_step_end(method, k, steps, period)
         integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:

@@ -4,7 +4,6 @@ Morris' design changes one parameter at a time along paths through a grid of fou
 sequences: from them `sensitivity` finds how metrics depend on the parameters.
 """
 
-from importlib import import_module
 from math import prod
 from typing import Any
 
@@ -12,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy  # which imports `scipy.stats` where it is used
 
-from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
 from crane_sim.study.schema import MORRIS, SALTELLI, Study, Values
 
 LEVELS = 4
@@ -76,8 +74,4 @@ def load_salib(module: str) -> Any:
     Raises:
         SceneError: it is not installed.
     """
-    try:
-        return import_module(f"SALib.{module}")
-    except ModuleNotFoundError:
-        line = f"SALib is not installed: designs of sensitivity need it ({how_to_install('study')})"
-        raise SceneError(line) from None
+    return import_optional(f"SALib.{module}", "a design of sensitivity")

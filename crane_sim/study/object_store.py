@@ -1,11 +1,10 @@
 """Copies of a finished study on a disk or in an object store, by fsspec."""
 
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from crane_sim.files.errors import SceneError, join_lines
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
 
 
 def check_store(url: str) -> None:
@@ -32,10 +31,7 @@ def copy_study(folder: Path, url: str) -> None:
 
 def _file_system(url: str) -> tuple[Any, str]:
     """Return the file system of a URL, and the path in it."""
-    try:
-        fsspec = import_module("fsspec")
-    except ModuleNotFoundError:
-        raise SceneError(f"fsspec is not installed: --copy-to needs it ({how_to_install('study')})") from None
+    fsspec = import_optional("fsspec", "--copy-to")
     try:
         store, place = fsspec.core.url_to_fs(url)
     except (ImportError, ValueError) as error:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import require
 from crane_sim.recording.files import unfinished_name
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import is_better_larger, worst_joint
@@ -50,8 +49,8 @@ def _records_runs(study: Study) -> bool:
 
 def check_recorder(study: Study) -> None:
     """Raise SceneError where a study asks for recordings that cannot be written here."""
-    if _records_runs(study) and find_spec("rerun") is None:
-        raise SceneError(f"study: recordings: need the Python package rerun-sdk ({how_to_install('rerun')})")
+    if _records_runs(study):
+        require("rerun", "study: recordings:")
 
 
 def check_worst_metric(listed: CaseList) -> None:

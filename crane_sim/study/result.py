@@ -26,18 +26,23 @@ def read_result(folder: Path) -> "StudyResult":
     Raises:
         SceneError: the folder holds no study, one that is not finished, or a damaged one.
     """
-    if (folder / SEARCH).is_file():
-        raise SceneError(_tuned_folder(folder))
-    if not (folder / "study.json").is_file():
-        raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")
-    if not (folder / "table.parquet").is_file():
-        raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
+    check_folder(folder)
     load_pyarrow()
     known = deprecated_names.rename_keys(read_identity(folder / "study.json").get("study", {}))
     try:  # not `load_study`, whose checks of a new study may be newer than the folder
         return StudyResult(Study.model_validate(known), folder)
     except ValidationError as error:
         raise SceneError(f"folder {folder}: study: {one_line(error, Study)}") from None
+
+
+def check_folder(folder: Path) -> None:
+    """Raise SceneError where a folder holds no study, or one that is not finished."""
+    if (folder / SEARCH).is_file():
+        raise SceneError(_tuned_folder(folder))
+    if not (folder / "study.json").is_file():
+        raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")
+    if not (folder / "table.parquet").is_file():
+        raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
 
 
 def _tuned_folder(folder: Path) -> str:

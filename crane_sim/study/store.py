@@ -14,14 +14,14 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
+from crane_sim.files.output import partial_files, write_whole
 from crane_sim.simulation.flat_summary import cell_of
 from crane_sim.study.columns import PARAMETER, OwnMetric
 from crane_sim.study.deprecated_names import rename_keys
@@ -49,11 +49,7 @@ def load_pyarrow(module: str = "pyarrow") -> Any:
     Raises:
         SceneError: it is not installed.
     """
-    try:
-        return import_module(module)
-    except ModuleNotFoundError:
-        line = f"pyarrow is not installed: tables of studies need it ({how_to_install('study')})"
-        raise SceneError(line) from None
+    return import_optional(module, "the table of a study")
 
 
 def identity_of(study: Study) -> dict[str, Any]:
@@ -300,17 +296,3 @@ def _columns_of_text(study: Study) -> set[str]:
     listed = {key: each.values for key, each in study.parameters.items() if isinstance(each, Values)}
     types = {key: {type(cell_of(value)) for value in values} - {type(None)} for key, values in listed.items()}
     return {PARAMETER + key for key, each in types.items() if len(each) > 1 and each != {int, float}}
-
-
-def partial_files(path: Path) -> Iterator[Path]:
-    """Yield what processes have left that ended while they wrote a file with `write_whole`."""
-    return path.parent.glob(f".{path.name}.*")
-
-
-def write_whole(path: Path, write: Any) -> None:
-    """Write a file so that it is there whole or not at all: under another name, then renamed."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    write(partial)
-    with partial.open("rb") as file:
-        os.fsync(file.fileno())
-    partial.replace(path)

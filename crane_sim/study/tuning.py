@@ -14,7 +14,6 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
-from importlib import import_module
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,7 +23,8 @@ import yaml
 
 from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
+from crane_sim.files.output import write_whole
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import worst_joint
 from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
@@ -41,7 +41,6 @@ from crane_sim.study.store import (
     locked_folder,
     partial_files,
     read_identity,
-    write_whole,
 )
 from crane_sim.study.tuning_checks import (
     base_changes,
@@ -177,10 +176,7 @@ def _in_line(value: Any) -> str:
 
 
 def _load_optuna() -> Any:
-    try:
-        optuna = import_module("optuna")
-    except ModuleNotFoundError:
-        raise SceneError(f"optuna is not installed: crane tune needs it ({how_to_install('study')})") from None
+    optuna = import_optional("optuna", "crane tune")
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     return optuna
 

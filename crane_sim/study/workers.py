@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
-from importlib import import_module
+from multiprocessing import resource_tracker
 from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
 from crane_sim.process_signals import blocked_interrupts, end_with_parent
 
 LOCAL = "local"
@@ -63,12 +63,23 @@ class WorkerProcesses(ProcessPoolExecutor):
 
     def __init__(self, count: int) -> None:
         """Take the number of processes, which are started as tasks are submitted."""
+        _start_resource_tracker()
         super().__init__(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return the future of a task; a process that is started for it does not see SIGINT before it ignores it."""
         with blocked_interrupts():
             return super().submit(fn, *args, **kwargs)
+
+
+def _start_resource_tracker() -> None:
+    """Start the process that removes the semaphores of this one, should it be killed, and prints no warning of that."""
+    quiet = "ignore:resource_tracker:UserWarning"
+    sys.warnoptions.append(quiet)  # an argument of Python processes that are started now
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions.remove(quiet)
 
 
 @contextmanager
@@ -117,10 +128,7 @@ def _begin_worker(parent: int) -> None:
 @contextmanager
 def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
     """Yield the workers of a Dask cluster."""
-    try:
-        dask, distributed = import_module("dask"), import_module("distributed")
-    except ModuleNotFoundError:
-        raise SceneError(f"dask is not installed: --scheduler needs it ({how_to_install('study')})") from None
+    dask, distributed = (import_optional(module, "--scheduler") for module in ("dask", "distributed"))
     with ExitStack() as stack:
         if scheduler == LOCAL:
             stack.enter_context(dask.config.set(_QUIET))

@@ -34,6 +34,11 @@ def _(u, p, t, x):
     return system.effort(u.source, p, t, x)
 
 
+@system.demand.register(PiecewiseSource)
+def _(u, p, t, x):
+    return system.demand(u.source, p, t, x)
+
+
 @lean_generic
 def next_breakpoint(u, t):
     """Return the first breakpoint [s] of a source after time t, infinite where there is none."""

@@ -99,6 +99,11 @@ def _(inputs, t):
     return (value_at(inputs.first, t), *values_at(inputs.tail, t))
 
 
+@system.demand.register(Inputs)
+def _(u, p, t, x):
+    return values_at(u, t)
+
+
 @system.effort.register(Inputs)
 def _(u, p, t, x):
     return system.saturate(p, values_at(u, t))

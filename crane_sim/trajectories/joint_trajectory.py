@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-import yaml
 from pydantic import BeforeValidator, Field
 
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.csv_table import Row, read_table
 from crane_sim.files.errors import join_lines
 from crane_sim.files.types import NonNegative, Real
+from crane_sim.files.yaml_text import YAML_ERRORS, read_yaml
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, PiecewisePolynomial, with_rest_at_ends
 
 NS_PER_S = 1e9
@@ -114,8 +114,8 @@ def read_trajectory(name: str) -> dict[str, Any]:
     try:
         if path.suffix == ".csv":
             return _from_rows(*read_table(path))
-        message = next(iter(yaml.safe_load_all(path.read_text())), None)  # an echo of messages puts a line after each
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, ValueError) as error:
+        message = read_yaml(path, several=True)  # an echo of messages puts a line after each
+    except YAML_ERRORS as error:
         raise ValueError(f"file {path}: is no trajectory: {join_lines(error)}") from None
     for key in ("joint_names", "points"):
         if not isinstance(message, Mapping) or key not in message:

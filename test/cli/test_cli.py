@@ -187,7 +187,7 @@ def test_simulate_prints_one_object_with_the_summary() -> None:
     printed = json.loads(result.stdout)
     expected = simulate("knuckle_setpoint", duration=1.0).summary
     assert result.returncode == 0
-    assert {key: printed[key] for key in expected} == expected
+    assert {key: printed[key] for key in expected} == expected and printed["compile_time"] >= 0.0
 
 
 @pytest.mark.slow

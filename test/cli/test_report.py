@@ -1,12 +1,14 @@
 """Terminal output after a run."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
 from crane_sim import load_scene
-from crane_sim.cli.report import json_value, print_summary
+from crane_sim.cli.report import _say_compiling, compiling, json_value, print_summary
+from crane_sim.numerics.jit import entry_point
 
 SUMMARY = {
     "scene": "knuckle_setpoint",
@@ -59,6 +61,40 @@ def test_deadline_misses_are_those_of_real_time(mode: str, shown: bool, capsys: 
     """Deadline misses are printed in real time only: no other mode has deadlines."""
     print_summary(SUMMARY | {"mode": mode}, load_scene("knuckle_setpoint"))
     assert ("deadline misses" in capsys.readouterr().out) == shown
+
+
+@pytest.mark.parametrize(("seconds", "shown"), [(0.0, False), (41.5, True)])
+def test_compile_time_is_shown_where_there_is_some(
+    seconds: float, shown: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Compilation is told apart from the wall time of the run, where anything was compiled."""
+    print_summary(SUMMARY | {"compile_time": seconds}, load_scene("knuckle_setpoint"))
+    assert ("compile time" in (text := capsys.readouterr().out)) == shown == ("41.5 s" in text)
+
+
+def test_compilation_is_said_in_a_pipe(capsys: pytest.CaptureFixture[str]) -> None:
+    """Where stderr is no terminal one line says that a kind of scene is compiled, once, and none where nothing is."""
+    _say_compiling.cache_clear()
+    with compiling(quiet=False):
+        pass
+    assert not capsys.readouterr().err
+    for _ in range(2):
+
+        @entry_point
+        def double(x):
+            return 2.0 * x
+
+        with compiling(quiet=False):
+            assert double(1.0) == 2.0
+    assert re.fullmatch(r"crane: compiling this kind of scene \([^\n]*\)\n", capsys.readouterr().err)
+
+
+def test_a_run_that_was_not_in_real_time_is_marked(capsys: pytest.CaptureFixture[str]) -> None:
+    """The summary of a run in real time that the machine was too slow for says so in one line."""
+    violation = "610 of 2500 steps were late, and 581 had no new command"
+    print_summary(SUMMARY | {"mode": "realtime", "real_time_violation": violation}, load_scene("knuckle_setpoint"))
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if line.startswith(f"warning: not in real time: {violation}; ")]
 
 
 def test_json_has_plain_numbers() -> None:

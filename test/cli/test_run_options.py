@@ -1,13 +1,13 @@
 """The options of `crane run`: single-line errors before anything starts, and checks without side effects."""
 
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
 
-from crane_sim.cli import run_options
 from crane_sim.cli.commands import app
 from crane_sim.cli.drive import drive
 from crane_sim.cli.run_options import RunOptions
@@ -112,7 +112,7 @@ def test_a_killed_run_s_bag_is_not_in_the_way(tmp_path: Path) -> None:
 
 def test_mcap_needs_rosbags(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without rosbags --mcap is rejected with the package's name."""
-    monkeypatch.setattr(run_options, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "rosbags", None)
     with pytest.raises(SceneError, match="--mcap: needs the Python package rosbags"):
         OPTIONS._replace(mcap=Path("run.mcap")).check()
 

@@ -19,7 +19,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, age in (("b", 10.0), ("a", 20.0)):
         file = tmp_path / "runs" / f"{name}.rrd"
         file.parent.mkdir(exist_ok=True)
-        file.touch()
+        file.write_bytes(b"RRF2")
         os.utime(file, (1e9 - age, 1e9 - age))
     return tmp_path
 
@@ -47,6 +47,14 @@ def test_the_newest_recording_is_taken(folder: Path) -> None:
         file.unlink()
     with pytest.raises(SceneError, match="^RUN: runs/ has no recording yet; crane run makes one$"):
         find_recording(None)
+
+
+@pytest.mark.parametrize("command", ["view", "shot", "clip"])
+def test_a_file_that_is_no_recording_is_refused(folder: Path, command: str) -> None:
+    """What does not begin as a recording does is refused at once: the viewer would wait for one."""
+    (folder / "page.rrd").write_text("# a page\n")
+    with pytest.raises(SceneError, match="^page.rrd: is no recording: its first bytes are not those of one$"):
+        run(command, "page.rrd")
 
 
 @pytest.mark.usefixtures("folder")

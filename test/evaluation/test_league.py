@@ -16,7 +16,7 @@ from crane_sim.evaluation.league.scenes import trial_scene
 from crane_sim.evaluation.league.trials import Group, Trial
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import missing_package
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study.schema import load_study
@@ -148,7 +148,7 @@ def test_a_page_without_matplotlib_has_no_figure(
     save_comparison(CELLS, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md", "league.png"}
     assert "league.png" not in (tmp_path / "league.md").read_text()
-    assert capsys.readouterr().err == f"no league.png: the figure needs matplotlib ({how_to_install('plots')})\n"
+    assert capsys.readouterr().err == f"no league.png: {missing_package('matplotlib', 'the figure')}\n"
 
 
 def test_page_figure_and_data_are_written(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ PUSHED: dict[str, Any] = {  # the point reaches its limit after three seconds: x
     "inputs": {"tip_x": {"kind": "constant", "value": 1.0}},
     "suspension.limits": {"x": [-1.0, 4.5]},
 }
+LATE = "9 of 100 steps were late, and 3 had no new command"
 SCRIPT = """() => {
   const { times, payload, tip, link, drawn } = window.crane, rows = [];
   for (let k = 0; k < COUNT; k++) {
@@ -64,7 +65,9 @@ def record_failed_run(folder: Path) -> RecordedRun:
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RecordedRun]:
     """Record short runs, and one that fails."""
     folder = tmp_path_factory.mktemp("runs")
-    return {name: record_run(*each, folder) for name, each in SCENES.items()} | {"failed": record_failed_run(folder)}
+    found = {name: record_run(*each, folder) for name, each in SCENES.items()} | {"failed": record_failed_run(folder)}
+    found["gantry"].summary["real_time_violation"] = LATE
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -121,6 +124,13 @@ def test_pages_of_the_catalogue(first: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.interpreted
+@pytest.mark.interpreted
+def test_a_run_that_was_not_in_real_time_says_so(answers: dict[str, Any]) -> None:
+    """The page of a run that the machine was too slow for begins with a line on it, others have none."""
+    assert f"not in real time: {LATE};" in answers["gantry"]["answer"]["text"][:600]
+    assert not any("real time" in answers[name]["answer"]["text"][:600] for name in ("knuckle", "overhead", "failed"))
+
+
 def test_a_failed_run_says_why(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
     """The page of a failed run begins with the cause, the one of another run has no such line."""
     assert "reached its travel limit" in runs["failed"].error and not runs["failed"].finished

@@ -12,7 +12,7 @@ import pytest
 from gymnasium.vector import SyncVectorEnv, VectorEnv
 
 from crane_sim import SceneError, load_scene
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import missing_package
 from crane_sim.gym import DEFAULT_SCENES, CraneEnv, CraneVectorEnv
 
 N = 3
@@ -195,4 +195,4 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     with pytest.raises(SceneError) as refused:
         importlib.import_module("crane_sim.gym")
-    assert str(refused.value) == f"gymnasium is not installed: environments need it ({how_to_install('gym')})"
+    assert str(refused.value) == missing_package("gymnasium", "an environment")

@@ -16,7 +16,7 @@ TEXTS = [scene_files()[name].read_text() for name in NAMES]
 
 NUMBERS = st.sampled_from([0, 1, -1, 2, 3, 0.5, -0.5, 1e-3, 1e3, 1e-300, 5e-324, 1e18, 1e300, -1e300, 2**63, 10**400])
 ODD = st.sampled_from([float("nan"), float("inf"), float("-inf"), True, False, None, "", "45 deg", "e", "nan", "1e999"])
-TEXT = st.text(max_size=12)
+TEXT = st.text(max_size=12) | st.sampled_from(["k" * 3000, "no name,\nbut a line: [and another]"])
 JUNK = st.recursive(
     NUMBERS | ODD | TEXT | st.integers() | st.floats() | st.dates() | st.binary(max_size=4),
     lambda inner: st.lists(inner, max_size=7) | st.dictionaries(TEXT | st.integers() | st.none(), inner, max_size=4),

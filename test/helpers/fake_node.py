@@ -1,9 +1,42 @@
 """A node without a middleware, for what a controller publishes."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
+
+import pytest
+from rclpy.serialization import serialize_message
+
+_MODULES = ("crane_sim.ros.controller.law_node", "crane_sim.ros.controller.setpoints", "crane_control.nodes.operator_node")
+
+
+@pytest.fixture
+def fake_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let nodes without a middleware subscribe to their sources, without publishers to tell apart."""
+    for module in _MODULES:
+        monkeypatch.setattr(f"{module}.SourceSubscription", FakeSourceSubscription)
+
+
+class FakeSourceSubscription:
+    """A subscription of a fake node that delivers messages, serialized or not, as serialized ones.
+
+    Attributes:
+        filter: which has refused nothing.
+    """
+
+    def __init__(self, node: Any, kind: type, topic: str, callback: Any, qos: Any, *_: Any, **__: Any) -> None:
+        """Subscribe."""
+        self.filter = SimpleNamespace(refused=Counter())
+
+        def deliver(message: Any) -> None:
+            callback(message if isinstance(message, bytes) else serialize_message(message))
+
+        node.create_subscription(kind, topic, deliver, qos, raw=True)
+
+    def missing(self) -> str:
+        """Return that nothing is."""
+        return ""
 
 
 class FakeNode:

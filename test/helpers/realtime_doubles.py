@@ -165,7 +165,12 @@ def stepped_clock(monkeypatch: pytest.MonkeyPatch) -> None:
 def settings(timeout: float, on_silence: str = "zero", rate: float = 1.0) -> SimpleNamespace:
     """Return the plant's parameters."""
     return SimpleNamespace(
-        rate=rate, command_timeout=timeout, on_silence=on_silence, command_lease=0.2, command_stamps="state"
+        rate=rate,
+        command_timeout=timeout,
+        on_silence=on_silence,
+        command_lease=0.2,
+        command_stamps="state",
+        commanded=False,
     )
 
 

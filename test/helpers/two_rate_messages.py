@@ -21,7 +21,7 @@ class OneTopicNode:
         self.callback: Any = None
         self.lines: list[str] = []
 
-    def create_subscription(self, _type: type, topic: str, callback: Any, _qos: Any) -> None:
+    def create_subscription(self, _type: type, topic: str, callback: Any, _qos: Any, **_: Any) -> None:
         """Record the callback."""
         assert topic == self.topic
         self.callback = callback

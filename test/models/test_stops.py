@@ -13,6 +13,7 @@ import crane_sim
 from crane_sim import SceneError, load_scene, orchestration, simulate_batch, system
 from crane_sim.models.guards import LOWER, UPPER
 from crane_sim.models.stops import MIN_LENGTH, describe_length_event
+from crane_sim.simulation.batch_metrics import run_with_metrics
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError
 
@@ -102,12 +103,11 @@ PUSHING: dict[str, tuple[Any, dict[str, Any], str]] = {
 }
 FAR_DOWN = {"integrator": FIXED, "duration": 0.3}
 LQR = {"law": "lqr", "period": "continuous"}
+WINCH = FAR_DOWN | {"hoist": {"drive": "force"}}
 LAWS: dict[str, tuple[Any, dict[str, Any], int]] = {  # laws in the equations that want the rope to push, and its joint
     "knuckle": ("knuckle_continuous", FAR_DOWN | {"reference.q": [0, "30 deg", "-10 deg", 40.0]}, 3),
-    "overhead": ("overhead_hoist_energy", FAR_DOWN | {"reference.q": [0.0, 40.0]}, 1),
-    "lqr": ("overhead_hoist_energy", FAR_DOWN | {"reference.q": [0.0, 80.0], "control": LQR}, 1),
+    "lqr": ("overhead_hoist_energy", WINCH | {"reference.q": [0.0, 80.0], "control": LQR}, 1),
 }
-PULLED = {"drum": {"inertia": 5.0}, "massless winch": {}}
 
 
 def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
@@ -119,19 +119,16 @@ def questions() -> dict[str, tuple[Any, dict[str, Any]]]:
     for name, (scene, changes, key) in PUSHING.items():
         runs_by_name |= {f"{name} {slack}": (scene, changes | {key: slack}) for slack in ("allow", "stop")}
     runs_by_name |= {f"law {name}": case[:2] for name, case in LAWS.items()}
-    for name, hoist in PULLED.items():
-        runs_by_name |= {
-            f"pulled {name} {push}": (hoist_scene(500.0, **hoist, push=push), {}) for push in (False, True)
-        }
-    return runs_by_name
+    return runs_by_name | {f"pulled {push}": (hoist_scene(500.0, push=push), {}) for push in (False, True)}
 
 
 class Run:
     """A run and how it ended."""
 
-    def __init__(self, error: str, q: Any, v: Any, u: Any, tension: Any) -> None:
+    def __init__(self, error: str, run: crane_sim.Rollout) -> None:
         """Take the error's line and what the run has of every period."""
-        self.error, self.q, self.v, self.u, self.tension = error, q, v, u, tension
+        self.error, self.q, self.v, self.u, self.tension = error, run.q, run.v, run.u, run.tension
+        self.limited = run.summary["saturated_steps"]
 
     @property
     def end(self) -> float:
@@ -147,7 +144,7 @@ def run_to_end(scene: Any, changes: dict[str, Any]) -> Run:
         run, error = crane_sim.simulate(load_scene(scene, changes)), ""
     except SimulationError as failure:
         run, error = failure.run, str(failure)
-    return Run(error, run.q, run.v, run.u, run.tension)
+    return Run(error, run)
 
 
 @pytest.fixture(scope="module")
@@ -212,30 +209,72 @@ def test_a_rope_goes_slack_when_mechanics_say_so(runs: dict[str, Run]) -> None:
     assert runs["overhead stop"].end == pytest.approx(drop, abs=DIGITS)
 
 
-@pytest.mark.parametrize("name", PULLED)
-def test_a_hoist_by_force_only_pulls(runs: dict[str, Run], name: str) -> None:
-    """A demand that pays out is applied as zero, so that the load falls at most freely, unless `push` is given."""
-    pulled, pushed = runs[f"pulled {name} False"], runs[f"pulled {name} True"]
+def test_a_winch_without_inertia_only_pulls(runs: dict[str, Run]) -> None:
+    """A demand that pays out is applied as zero and counted, and the load falls freely, unless `push` is given."""
+    pulled, pushed = runs["pulled False"], runs["pulled True"]
     assert np.all(pulled.u[:-1, 1] == 0.0) and np.all(pushed.u[:-1, 1] == 500.0)
     assert pulled.tension.min() >= 0.0 and pushed.tension.max() < 0.0
-    share = 10.0 / (10.0 + PULLED[name].get("inertia", 0.0))  # the drum falls along
-    assert pulled.q[-1, 1] == pytest.approx(2.0 + 0.5 * 9.81 * share, abs=1e-9)  # exact for a parabola
+    assert (pulled.limited, pushed.limited) == (100, 0)
+    assert pulled.q[-1, 1] == pytest.approx(2.0 + 0.5 * 9.81, abs=1e-9)  # exact for a parabola
     assert pushed.q[-1, 1] > pulled.q[-1, 1] + 10.0
+
+
+@pytest.mark.parametrize("push", [False, True])
+@pytest.mark.parametrize("masses", [[10.0], [4.0, 6.0]])
+def test_a_drum_pays_out_by_its_motor(masses: list[float], push: bool) -> None:
+    """A force that pays out turns a drum down, M l'' = F + T - c l' and m l'' = m g - T, while the rope pulls."""
+    cable = {"model": "straight", "lengths": [2.0] * len(masses), "node_masses": masses}
+    scene = hoist_scene(30.0, inertia=20.0, push=push) | {"trolley": {"drive": "fixed"}, "cable": cable}
+    run = crane_sim.simulate(load_scene(scene, {"friction.hoist": {"coulomb": 0.0, "static": 0.0, "viscous": 2.0}}))
+    rate, end = 2.0 / 30.0, (30.0 + 98.1) / 2.0  # 1/s, m/s: l' = end (1 - exp(-rate t))
+    paid = end * (1.0 - (1.0 - np.exp(-rate)) / rate)
+    assert run.q[-1, run.scene.joint_names.index("hoist")] == pytest.approx(2.0 + paid, abs=1e-8)  # of steps of 5 ms
+    assert run.summary["min_rope_tension"] > 30.0 and run.summary["saturated_steps"] == 0
+    assert np.all(run.u == 30.0)
+
+
+def test_a_winch_with_friction_pays_out_by_its_motor() -> None:
+    """A winch without inertia that pays out against friction has the tension T = c l' - F, and its whole effort F."""
+    friction = {"rope": {"coulomb": 0.0, "static": 0.0, "viscous": 50.0}}
+    changes = HANGING | {"friction": friction, "inputs": {"rope": {"kind": "constant", "value": 3.0}}, "duration": 0.5}
+    changes |= {"initial.v": [0.0, 0.0, 0.0, 0.2, 0.0, 0.0], "integrator": FIXED, "rope": {"drive": "force"}}
+    run = crane_sim.simulate(load_scene("knuckle_winch", changes))
+    assert run.summary["saturated_steps"] == 0 and np.all(run.u[:, 3] == 3.0)
+    assert run.tension.min() > 1.0
+    np.testing.assert_allclose(run.tension, 50.0 * run.v[:, 3] - 3.0, atol=1e-9)  # rounding
+
+
+def test_a_drum_above_elastic_falls_pays_out_by_its_motor() -> None:
+    """Falls only pull, whatever their drum does: it takes every effort."""
+    model = load_scene("tower_set_down", {"hoist": {"drive": "force", "mass": 2000.0}}).model
+    assert system.saturate(model, (1.0, 2.0, 500.0)) == (1.0, 2.0, 500.0)
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_laws_in_the_equations_only_pull(runs: dict[str, Run], name: str) -> None:
-    """A continuous law that wants to push its load to a target far below has zero applied in place of that."""
+    """A continuous law that wants a winch to push its load has zero applied in place of that, which is counted."""
     run, joint = runs[f"law {name}"], LAWS[name][2]
     assert run.error == "" and np.all(run.u[:, joint] <= 0.0) and np.any(run.u[:, joint] == 0.0)
-    assert run.tension.min() >= 0.0
+    assert run.tension.min() >= 0.0 and run.limited == np.sum(run.u[:-1, joint] == 0.0)
 
 
 def test_demands_that_push_are_counted() -> None:
-    """A sampled law that wants a hoist to push has its effort applied as zero in every period, and each is counted."""
-    scene = load_scene("overhead_hoist_energy", {"control.period": 0.01, "duration": 0.2, "integrator": FIXED})
+    """A sampled law that wants a winch to push has its effort applied as zero in every period, and each is counted."""
+    scene = load_scene("overhead_hoist_energy", WINCH | {"control": {"law": "lqr"}, "duration": 0.2})
     run = crane_sim.simulate(scene, law=lambda t, q, v: (0.0, 25.0))
     assert run.summary["saturated_steps"] == 20 and np.all(run.u[:, 1] == 0.0)
+
+
+def test_inputs_that_push_are_counted_in_every_kind_of_run() -> None:
+    """Periods at whose start an input wants a winch to push are counted by `simulate`, a `Plant` and a batch alike."""
+    sine = {"kind": "sine", "offset": -50.0, "amplitude": 100.0, "frequency": 10.0}
+    scene = load_scene(hoist_scene(0.0) | {"inputs": {"hoist": sine}})
+    demands, plant = -50.0 + 100.0 * np.sin(10.0 * 0.01 * np.arange(100)), Plant(scene)
+    for _ in range(100):
+        plant.advance()
+    (batched,) = run_with_metrics([scene])
+    counts = [plant.saturated, batched.metrics["saturated_steps"], crane_sim.simulate(scene).summary["saturated_steps"]]
+    assert counts == [np.sum(demands > 0.0)] * 3
 
 
 SLACK_CHAINS: dict[str, tuple[dict[str, Any], list[float]]] = {

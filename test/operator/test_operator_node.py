@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from fake_node import fake_sources
 
 from crane_control.nodes.operator_node import OperatorNode
 from crane_sim import load_scene
@@ -13,7 +14,9 @@ from crane_sim.ros.common.serialization import STATE, JointStateCodec
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.metrics import derive_instant
 
-pytestmark = pytest.mark.interpreted
+__all__ = ["fake_sources"]
+
+pytestmark = [pytest.mark.interpreted, pytest.mark.usefixtures("fake_sources")]
 
 
 class Graph:

@@ -19,7 +19,7 @@ COUNT = 4000  # messages a topic: fewer than a recorder's history holds
 def main() -> None:
     """Publish to one subscriber."""
     rclpy.init()
-    node: Node = rclpy.create_node("burst")
+    node: Node = rclpy.create_node("plant")  # whose messages a recorder takes
     joints = load_scene("knuckle_setpoint").actuated
     codec, zeros = JointStateCodec(joints, EFFORT), (0.0,) * len(joints)
     publishers = [node.create_publisher(JointState, name, messages.DEEP_STREAM_QOS) for name in TOPICS]

@@ -12,7 +12,9 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.cli.compare import print_comparison
+from crane_sim.evaluation.report.comparison_page import comparison_data
 from crane_sim.evaluation.report.page import save_comparison
+from crane_sim.evaluation.report.page_data import page_data
 from crane_sim.laws import LawError
 from crane_sim.recording.metric_units import metric_row
 
@@ -54,6 +56,21 @@ def test_a_run_is_itself(run: crane_sim.RecordedRun) -> None:
     assert comparison.names == ("a (1)", "a (2)") and len(comparison.t) == len(run.t)
     bag = replace(run, path=Path("a.mcap"))
     assert crane_sim.compare(run, bag).names == ("a.rrd", "a.mcap")
+
+
+def test_a_run_that_was_not_in_real_time_is_marked(
+    run: crane_sim.RecordedRun, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Table, page and data of a comparison name the run whose motion the machine decided, and figure and page of it."""
+    late = replace(run, summary=run.summary | {"real_time_violation": "9 of 100 steps were late"})
+    line = "not in real time: 9 of 100 steps were late"
+    comparison = crane_sim.compare(run, late, names=("a", "b"))
+    print_comparison(comparison)
+    assert f"b: {line}" in capsys.readouterr().out.splitlines()
+    assert comparison.to_dict()["real_time_violation"] == ["", line]
+    assert comparison_data(comparison)["real_time_violation"] == f"b: {line}"
+    assert page_data(late)["real_time_violation"] == line and not page_data(run)["real_time_violation"]
+    assert line in late.plot().get_suptitle() and "real time" not in run.plot().get_suptitle()
 
 
 def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:

@@ -44,7 +44,7 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     shutil.copytree(file.part, left)
     with next(left.iterdir()).open("ab") as grown:
         grown.write(b"\x06\x99")  # the beginning of a record
-    file.close()
+    file.close({})
     with pytest.raises(TimeoutError):
         repair_folder(left, lambda: 0.0)  # no time left: it stays as it is
     recovered = repair_folder(left)

@@ -68,6 +68,15 @@ def test_a_flipped_bit_is_named(k: int, joint: int, bit: int, tmp_path: Path) ->
     assert found == (k + 1, run.crane.joint_names[joint], "velocity", bit)
 
 
+def test_a_command_that_was_lost_is_named(tmp_path: Path) -> None:
+    """A step without its command, while no brakes acted, is a command that is not known, and no other state."""
+    run = recorded("a law and limits", tmp_path / "run.rrd")
+    commands = run.commands.copy()
+    commands[7] = nan
+    with pytest.raises(crane_sim.SceneError, match="the command of step 8 is not in the recording"):
+        replay_run(replace(run, commands=commands))
+
+
 def test_what_has_changed_since_is_listed(tmp_path: Path) -> None:
     """Of versions and machine those that are not as they were are named, with both values."""
     run = recorded("a law and limits", tmp_path / "run.rrd")

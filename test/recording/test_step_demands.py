@@ -105,6 +105,35 @@ def test_held_commands_are_the_demands() -> None:
     assert [row.braked for row in rows] == [False, False, True, False]
 
 
+@pytest.mark.parametrize("values", [(float("nan"), 1.0, 2.0, 3.0), (1e30,) * 4, (1.0,) * 3, ()])
+def test_what_is_no_held_command_is_refused(values: tuple[float, ...]) -> None:
+    """Numbers of which some are none, or which no drive takes, are neither a command nor brakes, but counted."""
+    received: list[tuple] = []
+    recorder = SimpleNamespace(add_accepted=lambda *command: received.append(command))
+    scene = load_scene("knuckle_setpoint")
+    decoder = MessageDecoder(scene, recorder)  # type: ignore[arg-type]
+    held = decoder.callbacks()["held_command"]
+    held(JointStateCodec(scene.actuated[: len(values)], EFFORT).encode(PERIOD_NS, values))
+    held(JointStateCodec(scene.actuated, EFFORT).encode(-PERIOD_NS, EFFORT_A))
+    assert not received and decoder.refused == {"held_command": 2}
+
+
+def test_a_stranger_before_the_first_held_command_hides_no_command() -> None:
+    """Commands of others, also of later states, end with the first held one: a row waits for its own."""
+    assembler = StepAssembler(PERIOD_NS, None)
+    assembler.add_state(PERIOD_NS, EFFORT_A, EFFORT_A)
+    assembler.add_command(50 * PERIOD_NS, EFFORT_C)
+    assembler.add_accepted(PERIOD_NS, EFFORT_B)
+    assembler.add_effort(PERIOD_NS, EFFORT_B)
+    for k in (2, 3):
+        assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)
+        assembler.add_effort(k * PERIOD_NS, EFFORT_B)
+    assert [row.demanded for row in assembler.pop_rows()] == [EFFORT_B]
+    assembler.add_accepted(3 * PERIOD_NS, EFFORT_B)
+    assert [row.demanded for row in assembler.pop_rows()] == [None, EFFORT_B]
+    assert assembler.lost_commands == 1
+
+
 def test_a_lost_command_is_no_braking() -> None:
     """In lockstep a step whose command was lost has no demand; brakes act where the plant says so, at the run's end."""
     assembler = StepAssembler(PERIOD_NS, None)
@@ -117,3 +146,4 @@ def test_a_lost_command_is_no_braking() -> None:
     rows = assembler.pop_rows(final=True)
     assert [row.demanded for row in rows] == [EFFORT_B, None, EFFORT_B, None]
     assert [row.braked for row in rows] == [False, False, False, True]
+    assert assembler.lost_commands == 1

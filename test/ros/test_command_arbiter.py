@@ -1,7 +1,7 @@
 """Command arbiter and its lease, without DDS: which publisher owns the crane, and which warnings there are."""
 
 import time
-from collections import deque
+from collections import Counter, deque
 from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any
@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile
 
 from crane_sim.ros.plant import command_arbiter
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandLease, CommandTopic
-from crane_sim.ros.plant.sender_subscription import MessageWithSender
+from crane_sim.ros.common.sender_subscription import MessageWithSender
 
 A, B, C = b"a" * 16, b"b" * 16, b"c" * 16
 LEASE = 0.1  # s
@@ -73,8 +73,10 @@ class ArbiterFixture:
         node = SimpleNamespace(
             create_subscription=lambda *_, **__: subscription, get_publishers_info_by_topic=lambda _: self.graph
         )
-        host: Any = SimpleNamespace(node=node)
-        simulation: Any = SimpleNamespace(warn=self._warn, validator=SimpleNamespace(reject=lambda *_: None))
+        host: Any = SimpleNamespace(node=node, notify=lambda _: None)
+        validator = SimpleNamespace(reject=lambda *_: None)
+        self.refused = Counter[str]()
+        simulation: Any = SimpleNamespace(warn=self._warn, validator=validator, refused_messages=self.refused)
         topics = {TOPIC: CommandTopic(bytes, self._on_message)}
         self.arbiter = CommandArbiter(host, simulation, topics, LEASE, lambda: self.suspended)
         self.arbiter.start()
@@ -148,6 +150,29 @@ def test_a_suspended_lease_does_not_expire(bench: ArbiterFixture, clock: list[fl
     clock[0] += 1.5 * LEASE
     bench.send(B, b"fifth")
     assert bench.passed_on == [b"first", b"third", b"fifth"]
+
+
+def test_a_rival_waits_until_an_exclusive_owner_has_left(clock: list[float]) -> None:
+    """A publisher that commands beside the owner gets no exclusive lease that expires; one that begins afterwards does.
+
+    A flood pushes the owner's answers out of queues: its lease may expire although it answers.
+    """
+    lease = CommandLease(0.2, exclusive=True)
+    lease.acquire(A, 0.0)
+    assert not lease.accepts(B, 0.1)
+    lease.acquire(A, 0.15)
+    assert not lease.accepts(B, 9.0)
+    assert lease.accepts(C, 9.0)
+    lease.owner = b""  # it has left
+    assert lease.accepts(B, 9.0)
+
+
+def test_a_successor_need_not_wait_for_its_turn(clock: list[float]) -> None:
+    """One that commands for the first time after the owner's last command is no rival, although it was refused."""
+    lease = CommandLease(0.2, exclusive=True)
+    lease.acquire(A, 0.0)
+    assert not lease.accepts(B, 0.1)
+    assert lease.accepts(B, 0.3)
 
 
 def test_an_owner_that_leaves_the_graph_loses_the_lease(bench: ArbiterFixture, clock: list[float]) -> None:

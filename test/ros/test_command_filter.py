@@ -195,3 +195,19 @@ def test_one_bound_for_all_joints() -> None:
 def test_a_crane_without_actuators_has_no_bounds() -> None:
     """Without actuated joints there are no bounds."""
     assert largest_efforts(load_scene("overhead_sway")) == ()
+
+
+def test_refusals_of_every_command_are_described() -> None:
+    """Where no command was accepted a line has the last one and, where stamps are the reason, the option that helps."""
+    validator = CommandValidator(["slew"], [1.0])
+    assert validator.describe_refusals() == ""
+    for k in range(1, 4):
+        validator.validate(k * 10**18, ["slew"], [0.0], StampRange(1, 2))
+    line = validator.describe_refusals()
+    assert line.startswith("all 3 commands so far were refused, the last one: command with stamp 3000000000000000000 ns")
+    assert "--command-stamps ros" in line
+    validator.validate(2, ["slew"], [0.0], StampRange(1, 2))
+    assert validator.describe_refusals() == ""
+    other = CommandValidator(["slew"], [1.0])
+    other.validate(1, ["boom"], [0.0], StampRange(1, 2))
+    assert "the actuated ones are" in other.describe_refusals() and "--command-stamps" not in other.describe_refusals()

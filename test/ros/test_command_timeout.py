@@ -27,6 +27,33 @@ def pause(bench: RealtimeBench, realtime: Realtime, seconds: float) -> None:
     bench.events.sort(key=itemgetter(0))
 
 
+@pytest.mark.parametrize(
+    ("delay", "commanded", "unanswered", "marked"),
+    [(0.2, False, 0, False), (None, False, 150, True), (None, True, 150, False)],
+)
+def test_steps_without_a_new_command_are_counted(
+    delay: float | None, commanded: bool, unanswered: int, marked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run whose own controller does not answer in time is marked; a node of the user's may command less often."""
+    bench, realtime = make_bench(monkeypatch, 150, None if delay is None else delay * PERIOD)
+    realtime._settings.commanded = commanded
+    realtime.run()
+    metrics = realtime.metrics()
+    assert metrics["unanswered_steps"] == unanswered
+    assert (metrics.get("real_time_violation") == "0 of 150 steps were late, and 150 had no new command") == marked
+
+
+@pytest.mark.parametrize(("late", "marked"), [(0, False), (1, False), (2, True), (40, True)])
+def test_a_run_of_which_a_hundredth_was_late_is_marked(
+    late: int, marked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More late steps than one in a hundred mark a run as one that the machine was too slow for."""
+    bench, realtime = make_bench(monkeypatch, 150, 0.2 * PERIOD)
+    realtime.run()
+    bench.deadline_misses = late
+    assert realtime.metrics().get("real_time_violation", "").startswith(f"{late} of 150 steps were late") == marked
+
+
 @pytest.mark.parametrize(("on_silence", "last"), [("zero", ZERO), ("brake", (20.0, 0.0))])
 def test_a_pause_does_not_end_a_timeout(
     on_silence: str, last: tuple[float, ...], monkeypatch: pytest.MonkeyPatch

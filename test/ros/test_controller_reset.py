@@ -2,7 +2,8 @@
 
 from types import SimpleNamespace
 
-from fake_node import FakeNode
+import pytest
+from fake_node import FakeNode, fake_sources
 from trajectory_msgs.msg import JointTrajectory
 from two_rate_messages import make_setpoint_fixture, make_setpoint_message, make_state
 
@@ -10,6 +11,10 @@ from crane_control.nodes.controller_node import ControllerNode
 from crane_sim import load_scene
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.serialization import STATE, JointStateCodec
+
+__all__ = ["fake_sources"]
+
+pytestmark = pytest.mark.usefixtures("fake_sources")
 
 SCENE = load_scene("offshore_two_rate")
 

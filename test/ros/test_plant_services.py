@@ -111,7 +111,7 @@ class UnacknowledgedPublisher:
 @pytest.fixture
 def topics() -> PlantTopics:
     """Return the topics of a plant, whose subscriber has died."""
-    node: Any = SimpleNamespace(create_publisher=lambda *_: UnacknowledgedPublisher(), get_namespace=lambda: "/knuckle")
+    node: Any = SimpleNamespace(create_publisher=lambda *_, **__: UnacknowledgedPublisher(), get_namespace=lambda: "/knuckle")
     return PlantTopics(node, SCENE.joint_names, SCENE.actuated)
 
 

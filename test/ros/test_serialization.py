@@ -15,6 +15,9 @@ from std_msgs.msg import Header
 from crane_sim import load_scene
 from crane_sim.ros.common.messages import nanoseconds
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
+from crane_sim.recording.mcap.topic import has_stamp
+from crane_sim.ros.common.messages import MalformedMessage
+from crane_sim.ros.common.messages import nanoseconds as nanoseconds_of
 from crane_sim.ros.controller.states import StateReader
 from crane_sim.ros.recorder.decoder import MessageDecoder
 
@@ -99,6 +102,43 @@ def test_recorded_states_are_in_the_order_of_the_scene() -> None:
     callbacks["joint_states"](serialize_message(message))
     callbacks["applied_effort"](serialize_message(JointState(name=SCENE.actuated[::-1], effort=numbers[:4])))
     assert received.taken == [(0, tuple(numbers[::-1]), tuple(numbers[::-1])), (0, tuple(numbers[3::-1]))]
+
+
+@pytest.mark.parametrize("numbers", [(math.nan,) * 6, (0.0, math.inf, 0.0, 0.0, 0.0, 0.0)])
+@pytest.mark.parametrize("seconds", [1, -1, -(2**31)])
+def test_fields_out_of_range_are_ignored(numbers: tuple[float, ...], seconds: int) -> None:
+    """Numbers that are not finite, and stamps before zero, reach neither a law nor a recording."""
+    received: Any = Received()
+    good = (0.1,) * 6
+    for position, velocity in ((numbers, good), (good, numbers), (good, good)):
+        message = JointState(name=list(SCENE.joint_names), position=position, velocity=velocity, effort=good)
+        message.header.stamp.sec = seconds
+        data, fits = serialize_message(message), position is velocity and seconds > 0
+        assert (StateReader(received, SCENE).read(data) is not None) == fits
+        received.taken.clear()
+        for topic in ("joint_states", "true_states"):
+            MessageDecoder(SCENE, received).callbacks()[topic](data)
+        assert len(received.taken) == 2 * fits
+    effort = JointState(name=SCENE.actuated, effort=numbers[:4])
+    received.taken.clear()
+    MessageDecoder(SCENE, received).callbacks()["applied_effort"](serialize_message(effort))
+    assert not received.taken
+
+
+@pytest.mark.parametrize("fields", [EFFORT, STATE])
+def test_a_second_has_less_than_1e9_nanoseconds(fields: tuple[str, ...]) -> None:
+    """A stamp with more of them is none, in a message of the expected layout and in any other."""
+    codec = JointStateCodec(["slew"], fields)
+    message = JointState(name=["slew"], effort=[0.0])
+    message.header.stamp.nanosec = 10**9
+    with pytest.raises(MalformedMessage, match="1000000000 ns"):
+        codec.decode(serialize_message(message))
+    stamp: Any = message.header.stamp
+    for seconds, nanoseconds in ((0, 10**9), (-1, 0)):
+        stamp.sec, stamp.nanosec = seconds, nanoseconds
+        with pytest.raises(MalformedMessage):
+            nanoseconds_of(stamp)
+        assert not has_stamp(serialize_message(message))
 
 
 def test_not_a_number_survives() -> None:

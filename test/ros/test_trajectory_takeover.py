@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from builtin_interfaces.msg import Duration
-from fake_node import FakeNode
+from fake_node import FakeNode, fake_sources
 from speed_trolley import DOCUMENT
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -14,6 +14,8 @@ from crane_control.nodes.controller_node import ControllerNode
 from crane_sim import load_scene
 from crane_sim.ros.common.serialization import STATE, JointStateCodec
 from crane_sim.ros.controller import trajectory_action
+
+__all__ = ["fake_sources"]
 
 pytestmark = pytest.mark.interpreted
 CODEC = JointStateCodec(load_scene(DOCUMENT).joint_names, STATE)
@@ -70,7 +72,7 @@ def feedback(**fields: Any) -> SimpleNamespace:
 
 
 @pytest.fixture
-def node(monkeypatch: pytest.MonkeyPatch) -> FakeNode:
+def node(fake_sources: None, monkeypatch: pytest.MonkeyPatch) -> FakeNode:
     """Return the node of an active controller whose scene has neither a target nor a path."""
     action = SimpleNamespace(Result=SimpleNamespace, Feedback=feedback)
     monkeypatch.setattr(trajectory_action, "import_module", lambda _: SimpleNamespace(FollowJointTrajectory=action))

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from fake_node import fake_sources
 from process_helpers import next_line, nodes_of, started_program
 from trajectory_msgs.msg import JointTrajectory
 from two_rate_messages import PERIOD, make_setpoint_fixture, make_setpoint_message, make_state
@@ -24,6 +25,10 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.controller import states
 from crane_sim.ros.controller.states import ExecutionTime
 from crane_sim.simulation.plant import Plant
+
+__all__ = ["fake_sources"]
+
+pytestmark = pytest.mark.usefixtures("fake_sources")
 
 SCENE = load_scene("offshore_two_rate", {"duration": 0.5})
 

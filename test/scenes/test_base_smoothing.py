@@ -8,8 +8,8 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 import crane_sim
-from crane_sim.scenes.schema.base_motion import peak_accelerations, spline_base
 from crane_sim.scenes.schema.base_smoothing import smooth
+from crane_sim.scenes.schema.recorded_motion import peak_accelerations, spline_base
 from crane_sim.trajectories.base_motion import AXES
 
 CUT_OFF = 0.5  # Hz

@@ -1,19 +1,30 @@
 """Groups of packages: which there are, and when they are installed."""
 
+import io
 import re
 import sys
+from contextlib import nullcontext
 from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
 
 from crane_sim.cli import package_groups
+from crane_sim.cli.commands import app
 from crane_sim.cli.package_groups import GROUPS, check_names, install_groups
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 
 REQUIREMENTS = Path(__file__).parents[2] / "requirements"
 FAKE_PYTHON = "#!/bin/sh\necho \"$@\" >>'{log}'\nexit {code}\n"
+
+
+class Terminal(io.StringIO):
+    """A text stream that is a terminal."""
+
+    def isatty(self) -> bool:
+        """Return True."""
+        return True
 
 
 def pins_of(group: str) -> set[str]:
@@ -58,6 +69,18 @@ def test_a_group_is_installed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert len(calls.read_text().splitlines()) == 2
 
 
+@pytest.mark.parametrize(("answer", "installed"), [("n", False), ("y", True), ("", True)])
+def test_a_terminal_is_asked(answer: str, installed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is installed that the user of a terminal refuses; one line says what is missing. Yes is the default."""
+    calls, screen = make_environment(tmp_path, monkeypatch), Terminal()
+    monkeypatch.setattr(sys, "stdin", Terminal(f"{answer}\n"))
+    monkeypatch.setattr(sys, "stderr", screen)
+    with nullcontext() if installed else pytest.raises(SceneError, match=r"^the packages for studies: [^\n]* install"):
+        install_groups("study")
+    assert bool(calls.read_text()) == installed
+    assert "install the packages for studies: tune, clusters and sensitivity of sweep (240 MB)?" in screen.getvalue()
+
+
 def test_a_failed_installation_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where pip fails, the line names the lock file and the log, and the next call tries again."""
     calls = make_environment(tmp_path, monkeypatch, code=1)
@@ -66,6 +89,29 @@ def test_a_failed_installation_is_one_line(tmp_path: Path, monkeypatch: pytest.M
             install_groups("study")
         assert "\n" not in str(failure.value)
     assert len(calls.read_text().splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "report .",
+        "plot nothing.rrd",
+        "identify overhead_energy nothing.rrd --parameters payload.mass",
+        "tune nothing.yaml",
+        "docs nothing",
+        "reproduce nothing --save .",
+        "scenes --save . --scene nothing",
+        "bench --scene nothing --save .",
+        "soak page --save .",
+    ],
+)
+def test_input_is_checked_first(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command whose input is not there says so, and has installed nothing."""
+    calls = make_environment(tmp_path, monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SceneError):
+        app(command.split(), standalone_mode=False)
+    assert not calls.read_text()
 
 
 def test_other_environments_are_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -191,12 +192,12 @@ def test_recordings_without_a_recorder_are_refused(
     wanted: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A study, or a search, with recordings is refused in one line before anything runs where rerun-sdk is missing."""
-    monkeypatch.setattr("crane_sim.study.recordings.find_spec", lambda _: None)
+    monkeypatch.setitem(sys.modules, "rerun", None)
     monkeypatch.setattr("crane_sim.study.execution.check_cases", pytest.fail)
     monkeypatch.setattr("crane_sim.study.tuning.check_cases", pytest.fail)
     tuned = STUDY | {"tune": {"gains": {"control.kp.0": {"low": 1.0, "high": 2.0}}, "objectives": ["peak_swing_deg"]}}
     for start, study in ((studies.run, STUDY), (tune, tuned)):
-        with pytest.raises(SceneError, match=r"^study: recordings: need the Python package rerun-sdk [^\n]*$"):
+        with pytest.raises(SceneError, match=r"^study: recordings: needs the Python package rerun-sdk [^\n]*$"):
             start(study | {"recordings": wanted}, tmp_path / "refused", 1)
     assert not (tmp_path / "refused").exists()
 

@@ -149,7 +149,14 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
         ("time,roll\n\n0,1\n1\n", "row 4 has 1 values"),
         ("time,roll\n0,1\n1,x\n", "row 3, roll = 'x': must be a number"),
         ("time,roll\n0,nan\n", "row 2, roll = 'nan': must be a finite number"),
-        ("time,roll\n0,1\n1,1\n", "has 2 rows, a smooth motion needs at least 6"),
+        ("time,heave\n0,1\n1,1\n", "has 2 rows, a smooth motion needs at least 6"),
+        ("time,roll,roll_deg\n0,1,1\n", "column 'roll' stands twice, in two units"),
+        (
+            "time,roll\n0,0.5\n1,-3\n",
+            "row 3, roll = -3: as radians more than an eighth of a turn; did you mean degrees? ",
+        ),
+        ("time,pitch\n0,0.8\n", "row 2, pitch = 0.8: as radians more than an eighth of a turn"),
+        ("time,yaw\n0,270\n", "name the column yaw_deg (or yaw_rad)"),
         ("time\n" + "\n".join("001234"), "row 3, time = 0: must be 1e-06 s after the row before"),
         ("time\n" + "\n".join(f"{0.1 * k}" for k in range(8)), "covers 0 to 0.7 s; the run goes from 0 to 2 s"),
     ],
@@ -162,6 +169,19 @@ def test_a_bad_file_is_a_single_line_error(text: str, message: str, tmp_path: Pa
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(file=str(file))
     assert message in str(caught.value) and "motion.csv" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("deg", np.pi / 180.0), ("rad", 1.0)])
+def test_angles_of_a_file_have_the_unit_of_their_column(unit: str, factor: float, tmp_path: Path) -> None:
+    """Columns in degrees, and in radians of any size, are the motion in radians."""
+    t = np.linspace(0.0, 2.5, 26)
+    rows = np.stack([t, 3.0 * np.sin(t), 4.0 * np.cos(t), 5.0 * t], axis=1)
+    head = ",".join(["time", *(f"{axis}_{unit}" for axis in ("roll", "pitch", "yaw"))])
+    np.savetxt(tmp_path / "motion.csv", rows, delimiter=",", header=head, comments="", fmt="%.17g")
+    base = scene_of(file=str(tmp_path / "motion.csv")).model.base
+    at_rows = np.empty((len(t), 6, 3))
+    motion(base, t, at_rows)
+    assert at_rows[:, 3:, 0] == pytest.approx(factor * rows[:, 1:], abs=1e-12)  # the spline's equations, in rounding
 
 
 def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
@@ -179,7 +199,7 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
     ("groups", "message"),
     [
         ({"surge": {"amplitude": 1.0}}, "base_motion.surge[0].frequency: is missing"),
-        ({"roll": [{"amplitude": 1.0, "frequency": 1.0, "phas": 1.0}]}, "roll[0]: unknown key 'phas'"),
+        ({"roll": [{"amplitude": 0.5, "frequency": 1.0, "phas": 1.0}]}, "roll[0]: unknown key 'phas'"),
         ({"sea": SEA | {"spectrum": "pierson_moskowitz", "gamma": 2.0}}, "gamma = 2.0: belongs to jonswap"),
         ({"sea": SEA | {"response": {"heave": {"frequencies": [1, 0.5], "amplitudes": [1, 2]}}}}, "must increase"),
         ({"sea": SEA | {"response": {"yaw": {"frequencies": [1, 2], "amplitudes": [1]}}}}, "yaw.amplitudes: has 1"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_text
 
 FILE = "performance.json"
 DIGITS = 5
@@ -51,7 +52,7 @@ def _join_scene(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
 
 def write_store(data: dict[str, Any], folder: Path) -> None:
     """Write the data file."""
-    (folder / FILE).write_text(dump_points(data))
+    write_text(folder / FILE, dump_points(data))
 
 
 def dump_points(data: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 import crane_sim
 from crane_sim.evaluation.documentation.fields import comments
+from crane_sim.files.output import write_output
 
 COMMAND = "crane describe --python --save docs"
 HEAD = f"""# Python interface
@@ -36,8 +37,8 @@ def api_page() -> str:
 
 
 def save_api_page(folder: str | Path) -> None:
-    """Write the page into a folder that exists."""
-    Path(folder, "api.md").write_text(api_page())
+    """Write the page into a folder; SceneError: it cannot be written."""
+    write_output("--save", Path(folder, "api.md"), lambda path: path.write_text(api_page()))
 
 
 def _api_section(name: str, value: Any) -> Iterator[str]:

@@ -1,18 +1,15 @@
-"""`crane docs`: lists the pages that commands write, runs these commands, and builds the site of all pages."""
+"""`crane docs`: lists the pages that commands write, and runs these commands."""
 
 import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from crane_sim.evaluation.documentation.pages import PAGES
-from crane_sim.evaluation.documentation.pictures import save_pictures
-from crane_sim.evaluation.documentation.site import build_site, serve_site
-from crane_sim.files.catalogue import config_folder
+from crane_sim.evaluation.documentation.site import source_tree
 from crane_sim.files.errors import SceneError, unknown_key
 
 PICTURES = "pictures"
@@ -24,16 +21,16 @@ def docs(names: Sequence[str]) -> None:
     """List the pages, or write those that are named, `pictures` and `all` among them, from the source tree.
 
     Raises:
-        SceneError: there is no such page, or this is no source tree.
+        SceneError: as of `check_names`, or a command failed.
     """
-    for name in names:
-        if name not in (*PAGES, PICTURES, "all"):
-            raise SceneError(unknown_key(name, (*PAGES, PICTURES, "all"), "page"))
+    check_names(names)
     if not names:
         print_pages()
         return
-    tree = _source_tree()
+    tree = source_tree()
     if {PICTURES, "all"} & {*names}:
+        from crane_sim.evaluation.documentation.pictures import save_pictures  # needs Rerun
+
         save_pictures(tree / "docs")
     for name in PAGES if "all" in names else (name for name in names if name != PICTURES):
         command = [str(tree / "crane"), *shlex.split(PAGES[name].command)]
@@ -41,24 +38,13 @@ def docs(names: Sequence[str]) -> None:
             raise SceneError(f"{name}: crane {PAGES[name].command}: failed, see above")
 
 
-def build(folder: Path | None, serve: bool) -> None:
-    """Build the site of all pages into a folder, `site` when None, and serve it if `serve`, until Ctrl-C.
-
-    Raises:
-        SceneError: this is no source tree, a page has a fault, or the folder is none of this command's making.
-    """
-    site = build_site(_source_tree(), folder or Path("site"))
-    print(site / "index.html")
-    if serve:
-        serve_site(site)
-
-
-def _source_tree() -> Path:
-    """Return the source tree."""
-    tree = config_folder().parent
-    if not (tree / "docs").is_dir():
-        raise SceneError(f"{tree}: has no docs; run this in the source tree")
-    return tree
+def check_names(names: Sequence[str]) -> None:
+    """Raise SceneError where there is no page of one of these names, or this is no source tree."""
+    for name in names:
+        if name not in (*PAGES, PICTURES, "all"):
+            raise SceneError(unknown_key(name, (*PAGES, PICTURES, "all"), "page"))
+    if names:
+        source_tree()
 
 
 def print_pages() -> None:

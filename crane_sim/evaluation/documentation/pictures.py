@@ -4,6 +4,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+from crane_sim.files.output import write_whole
 from crane_sim.recording.rerun.screenshot import Shown, picture
 from crane_sim.simulation.rollout import simulate
 
@@ -43,4 +44,4 @@ def _cut_title_bar(file: Path) -> None:
 
     with Image.open(file) as whole:
         below = whole.crop((0, TITLE_BAR, *whole.size))
-    below.save(file)
+    write_whole(file, below.save)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from crane_sim.evaluation.documentation import signs
 from crane_sim.evaluation.documentation.fields import REQUIRED, Choice, Field, fields, in_words, subgroup
 from crane_sim.files.catalogue import scene_files
-from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_output
 from crane_sim.laws import law_names, law_of
 from crane_sim.scenes.registry import ALL_SCHEMAS, FALLS_SCHEMAS
 from crane_sim.scenes.schema.hardware import HardwareGroups
@@ -107,11 +107,7 @@ def save_scene_format(folder: str) -> None:
     Raises:
         SceneError: the folder cannot be written.
     """
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        (Path(folder) / "scene_format.md").write_text(scene_format())
-    except OSError as error:
-        raise SceneError(f"--save {folder!r}: {error.strerror}") from None
+    write_output("--save", Path(folder, "scene_format.md"), lambda path: path.write_text(scene_format()))
 
 
 def _identity(group: Any) -> Any:

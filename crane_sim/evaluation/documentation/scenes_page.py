@@ -10,8 +10,8 @@ from crane_sim.description import urdf
 from crane_sim.evaluation.documentation.drawing import Robot
 from crane_sim.evaluation.plotting import BLUE, RED, save_figure
 from crane_sim.files.errors import SceneError, unknown_key
+from crane_sim.files.output import write_text
 from crane_sim.models.falls.crane import FallsCrane
-from crane_sim.recording.rerun.cranes import fall_ends
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.goals import express_in_base
 from crane_sim.simulation.metrics import world_points
@@ -49,15 +49,20 @@ def save_page(folder: str | Path, names: Sequence[str] = ()) -> None:
     Raises:
         SceneError: the page has no scene of such a name.
     """
-    for name in names:
-        if name not in PORTS_AND_SITES:
-            raise SceneError(unknown_key(name, PORTS_AND_SITES, "SCENE of the page"))
+    check_names(names)
     page = Path(folder, "scenes.md")
     sections = read_sections(page.read_text()) if page.is_file() else {}
     for name in names or PORTS_AND_SITES:
         print(name, flush=True)
         sections[name] = write_section(name, Path(folder))
-    page.write_text("\n".join([_HEAD, *(sections[name] for name in PORTS_AND_SITES if name in sections)]))
+    write_text(page, "\n".join([_HEAD, *(sections[name] for name in PORTS_AND_SITES if name in sections)]))
+
+
+def check_names(names: Sequence[str]) -> None:
+    """Raise SceneError where the page has no scene of one of these names."""
+    for name in names:
+        if name not in PORTS_AND_SITES:
+            raise SceneError(unknown_key(name, PORTS_AND_SITES, "SCENE of the page"))
 
 
 def read_sections(page: str) -> dict[str, str]:
@@ -114,6 +119,8 @@ def ropes(scene: Scene, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarr
     points, tip = world_points(scene.model._replace(base=None), t, q, v)
     if isinstance(scene.model, FallsCrane):
         values = {name: q[[i]] for i, name in enumerate(scene.joint_names)}
+        from crane_sim.recording.rerun.cranes import fall_ends  # needs Rerun
+
         tops, bottoms = fall_ends(scene.model.falls, values, points[[tip]])
         return [np.array(pair) for pair in zip(tops[0], bottoms[0], strict=True)]
     return [points[tip:]]

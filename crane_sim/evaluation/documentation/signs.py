@@ -17,10 +17,11 @@ class Sign(NamedTuple):
 
 
 WORLD = """`world` is right-handed: x forward, y left, z up. Everything is in SI units and radians; an angle is a
-number of radians up to a turn (of swings, roll, pitch and yaw up to half a turn), or text of any size such as `45 deg`
-or `0.5 rad`. On a moving base `base` are the axes that move with it, and which lie on `world`
-where the base is at rest in zero; joints and paths are relative to the base, what a run shows of payload, tip and nodes
-is in `world`. Joints keep the order of the tables below, those that take efforts first."""
+number of radians up to a turn (of swings, roll, pitch and yaw up to half a turn, of roll and pitch in `base_motion`
+up to an eighth), or text of any size such as `45 deg` or `0.5 rad`. On a moving base `base` are the axes that move
+with it, and which lie on `world` where the base is at rest in zero; joints and paths are relative to the base, what a
+run shows of payload, tip and nodes is in `world`. Joints keep the order of the tables below, those that take efforts
+first."""
 
 ORIGINS = {
     "knuckle": "The origin is the pivot of the boom, on the axis about which the tower slews.",

@@ -6,11 +6,12 @@ import subprocess
 import sys
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from crane_sim.files.catalogue import config_folder
 from crane_sim.files.errors import SceneError
+from crane_sim.files.installation import require
 
 CONFIG = "zensical.toml"
 OWN = {"ARCHITECTURE.md": "architecture.md", "CHANGELOG.md": "changelog.md"}
@@ -23,6 +24,14 @@ _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _FAULT = re.compile(r"^\w+: (.*)\n.*\[ (\S+:\d+):\d+ \]", re.MULTILINE)
 
 
+def source_tree() -> Path:
+    """Return the source tree; raise SceneError where this is an installation without one."""
+    tree = config_folder().parent
+    if not (tree / "docs").is_dir():
+        raise SceneError(f"{tree}: has no docs; run this in the source tree")
+    return tree
+
+
 def build_site(tree: Path, folder: Path) -> Path:
     """Build the site of a source tree into a folder; one that an earlier build made is replaced. Returns the folder.
 
@@ -30,8 +39,7 @@ def build_site(tree: Path, folder: Path) -> Path:
         SceneError: a link leads nowhere or a page is missing, the folder is another's, or Zensical is not installed or
             does not end within `BUILD_SECONDS`.
     """
-    if find_spec("zensical") is None:
-        raise SceneError("crane docs --build: needs the Python package zensical (pip install crane_sim[docs])")
+    require("zensical", "crane docs --build")
     if folder.exists() and not (folder.is_dir() and (not any(folder.iterdir()) or (folder / "search.json").is_file())):
         raise SceneError(f"{folder}: exists and is no site of this command's making; name another with --output")
     with TemporaryDirectory() as temporary:

@@ -12,12 +12,19 @@ from crane_sim.recording.metric_units import metric_row
 from crane_sim.recording.quantities import common_quantities
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from crane_sim.recording.comparison import Comparison
     from crane_sim.recording.run import RecordedRun
 
 MAX_TOTAL_POINTS = 40_000  # of all curves
 MAX_CURVE_POINTS = 1000
 MAX_FRAME_VALUES = 140_000  # of all frames of all runs
+
+
+def _join_lines(names: Sequence[str], lines: Sequence[str]) -> str:
+    """Return the lines that runs have, each with the name of its run, as one."""
+    return "; ".join(f"{name}: {line}" for name, line in zip(names, lines, strict=True) if line)
 
 
 def comparison_data(comparison: Comparison) -> dict[str, Any]:
@@ -33,7 +40,8 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
         "about": f"{runs[0].crane.kind} crane; {names[0]} in its own colours, the others as ghosts",
         "end": max(float(run.t[-1]) + run.period for run in runs),
         "finished": all(run.finished for run in runs),
-        "error": "; ".join(f"{name}: {run.error}" for run, name in zip(runs, names, strict=True) if run.error),
+        "error": _join_lines(names, [run.error for run in runs]),
+        "real_time_violation": _join_lines(names, [run.real_time_violation for run in runs]),
         "failure_window_start": None,
         "failure_window_panels": None,
         "legend": list(zip(names, colors, strict=True)),

@@ -10,7 +10,8 @@ import numpy as np
 from crane_sim.evaluation.report.decimation import rows_with_peaks
 from crane_sim.evaluation.report.panels import AXIS_COLOR, PALETTE, RUN_COLORS, TEXT_COLOR, Panel, panels_of
 from crane_sim.files.errors import SceneError
-from crane_sim.files.installation import how_to_install
+from crane_sim.files.installation import import_optional
+from crane_sim.files.output import write_output
 from crane_sim.recording.quantities import moving_quantities
 from crane_sim.recording.states import get_color, make_spans
 
@@ -54,12 +55,8 @@ def _check_kind(file: Path) -> None:
 
 
 def _save(figure: Any, file: Path) -> None:
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with _matplotlib()[0](STYLE):  # for an SVG's identifiers, which are made here
-            figure.savefig(file, dpi=140)
-    except OSError as error:
-        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+    with _matplotlib()[0](STYLE):  # for an SVG's identifiers, which are made here
+        write_output("-o", file, lambda path: figure.savefig(path, dpi=140))
 
 
 def comparison_figure(comparison: Comparison) -> Any:
@@ -91,7 +88,8 @@ def run_figure(run: RecordedRun) -> Any:
     rc_context, figure_class = _matplotlib()
     with rc_context(STYLE):
         figure, axes = _make_axes(figure_class, rows)
-        figure.suptitle(f"{run.name} · law {run.law} · {run.status}", color=TEXT_COLOR, wrap=True)
+        title = " · ".join(filter(None, (run.name, f"law {run.law}", run.status, run.real_time_violation)))
+        figure.suptitle(title, color=TEXT_COLOR, wrap=True)
         for axis, panel in zip(axes, panels, strict=False):
             _draw(axis, run, panel)
         for axis, plane in zip(axes[len(panels) :], planes, strict=False):
@@ -106,14 +104,8 @@ def run_figure(run: RecordedRun) -> Any:
 
 def _matplotlib() -> tuple[Any, Any]:
     """Return matplotlib's `rc_context` and `Figure`; SceneError where it is not installed."""
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise SceneError(
-            f"a figure needs the Python package matplotlib, which is not installed ({how_to_install('plots')})"
-        ) from None
-    return rc_context, Figure
+    rc_context = import_optional("matplotlib", "a figure").rc_context
+    return rc_context, import_optional("matplotlib.figure", "a figure").Figure
 
 
 def _make_axes(figure_class: Any, rows: int) -> tuple[Any, Any]:

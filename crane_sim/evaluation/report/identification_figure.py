@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from crane_sim.evaluation.plotting import BLUE, GREY, RED
+from crane_sim.files.output import write_whole
 
 if TYPE_CHECKING:
     from crane_sim.identification import Identification
@@ -29,7 +30,7 @@ def save_identification_figure(found: Identification, units: dict[str, str], fil
     axes[0, 1].set_title("data less fit")
     for axis in axes[-1]:
         axis.set_xlabel("t [s]")
-    figure.savefig(file, dpi=110)
+    write_whole(file, lambda path: figure.savefig(path, dpi=110))
 
 
 def _draw_joint(row: Any, found: Identification, i: int, factor: float) -> None:

@@ -19,7 +19,8 @@ HEADLINES = {
     "min_rope_tension": "smallest tension",
     "saturated_steps": "saturated periods",
 }
-HIDDEN = ("scene", "law", "mode", "seed", "error", "state_sha256", "recording", "mcap", "event_count")
+HIDDEN = ("scene", "law", "mode", "seed", "error", "real_time_violation", "state_sha256", "recording", "mcap")
+HIDDEN += ("event_count",)
 JOINTS = {"final_error": "final error", "settling_time": "settled after", "peak_effort": "peak effort"}
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.evaluation.report.comparison_page import comparison_data
 from crane_sim.evaluation.report.page_data import page_data
-from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_output
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,11 +45,7 @@ def page(run: RecordedRun) -> str:
 
 
 def _write(document: str, file: Path) -> None:
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(document, encoding="utf-8")
-    except OSError as error:
-        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+    write_output("-o", file, lambda path: path.write_text(document, encoding="utf-8"))
 
 
 def _document(title: str, values: dict[str, Any]) -> str:

@@ -48,6 +48,7 @@ def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dic
         "kind": run.crane.kind,
         "finished": run.finished,
         "error": run.error,
+        "real_time_violation": run.real_time_violation,
         "end": end,
         "failure_window_start": None if run.finished else max(0.0, end - FAILURE_INTERVAL),
         "robot": robot,

@@ -15,7 +15,7 @@ from zlib import crc32
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_output
 from crane_sim.study.columns import PARAMETER
 from crane_sim.study.result import StudyResult, read_result
 from crane_sim.study.sensitivity import COLUMN_HEADINGS
@@ -36,11 +36,7 @@ def save_study_page(folder: Path, file: Path) -> None:
         SceneError: the folder holds no finished study, or the file cannot be written.
     """
     document = study_page(read_result(folder), file.parent)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(document, encoding="utf-8")
-    except OSError as error:
-        raise SceneError(f"-o {file}: cannot be written: {error.strerror}") from None
+    write_output("-o", file, lambda path: path.write_text(document, encoding="utf-8"))
 
 
 def study_page(result: StudyResult, folder: Path | None = None) -> str:

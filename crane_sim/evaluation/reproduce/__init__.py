@@ -26,14 +26,19 @@ NAMES: dict[str, Callable[[], list[str]]] = {
 """Every item and the function that returns the names of its rows, in order, without measuring them."""
 
 
+def check_item(item: str | None) -> None:
+    """Raise SceneError where there is no such item; None stands for all."""
+    if item is not None and item not in ITEMS:
+        raise SceneError(unknown_key(item, ITEMS, "item"))
+
+
 def measure_items(item: str | None = None) -> dict[str, list[Any]]:
     """Return the rows of an item, or of all items, measured now.
 
     Raises:
         SceneError: there is no such item.
     """
-    if item is not None and item not in ITEMS:
-        raise SceneError(unknown_key(item, ITEMS, "item"))
+    check_item(item)
     return {name: rows() for name, rows in ITEMS.items() if item in (None, name)}
 
 

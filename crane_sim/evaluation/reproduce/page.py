@@ -9,6 +9,7 @@ from crane_sim.evaluation.reproduce.figure import FIGURES
 from crane_sim.evaluation.reproduce.overhead_erratum import ROUNDING
 from crane_sim.evaluation.reproduce.table import Tables, format_value
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_text
 
 LEGENDS = {
     "overhead": "Differences are relative; an erratum is a printed form that differs from first principles where the "
@@ -62,7 +63,7 @@ def save_pages(tables: Tables, folder: str) -> None:
         for item, rows in tables.items():
             draw, picture = FIGURES.get(item), Path(folder) / f"{item}.png"
             drawn = draw is not None and save_figure(draw, rows, picture, dpi=120)
-            (Path(folder) / f"{item}.md").write_text(_write_item(item, list(rows), drawn))
+            write_text(Path(folder) / f"{item}.md", _write_item(item, list(rows), drawn))
     except OSError as error:
         raise SceneError(f"--save {folder!r}: {error.strerror}") from None
 

@@ -11,6 +11,7 @@ from crane_sim.evaluation.plotting import save_figure
 from crane_sim.evaluation.soak.metrics import Metric
 from crane_sim.evaluation.soak.page import PARTS, write_findings
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_text
 
 _MAX_SAMPLES = 100  # of a series, saved
 
@@ -33,11 +34,19 @@ def save_findings(part: str, command: str, metrics: Sequence[Metric], data: Mapp
     document = {"command": command, "machine": machine(), "metrics": [list(metric) for metric in metrics], "data": kept}
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
-        (folder / "soak" / f"{part}.json").write_text(dump_points(round_floats(document)))
+        write_text(folder / "soak" / f"{part}.json", dump_points(round_floats(document)))
         (folder / "soak" / f"{part}.png").unlink(missing_ok=True)  # the plot of former data
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
     write_page(folder)
+
+
+def read_findings(folder: Path) -> dict[str, Any]:
+    """Return the data in a folder by soak test; raises SceneError where it has none."""
+    documents = {part: document for part in PARTS if (document := _read_part(folder, part))}
+    if not documents:
+        raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
+    return documents
 
 
 def write_page(folder: Path) -> None:
@@ -46,14 +55,12 @@ def write_page(folder: Path) -> None:
     Raises:
         SceneError: as in `save_findings`, or there are no data.
     """
-    documents = {part: document for part in PARTS if (document := _read_part(folder, part))}
-    if not documents:
-        raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
+    documents = read_findings(folder)
     try:
         for part, document in documents.items():
             _draw_part(folder, part, document["data"])
         drawn = [part for part in documents if (folder / "soak" / f"{part}.png").is_file()]
-        (folder / "soak.md").write_text(write_findings(documents, drawn))
+        write_text(folder / "soak.md", write_findings(documents, drawn))
     except OSError as error:
         raise SceneError(f"--save {str(folder)!r}: {error.strerror}") from None
 

@@ -169,13 +169,19 @@ def _(rope, energy, length):
 
 
 @lean_generic
-def limit_winch(rope, u):
+def limit_winch(rope, friction, u):
     """Return u with the winch's command replaced by what a rope can transmit: tension."""
     return u
 
 
 @limit_winch.register(ForceRope)
-def _(rope, u):
+def _(rope, friction, u):
+    return limit_to_pull(friction, u)
+
+
+@lean_generic
+def limit_to_pull(friction, u):
+    """Return the result of `limit_winch` for a winch without inertia and with the joints' friction."""
     return (u[0], u[1], u[2], min(u[3], 0.0))
 
 

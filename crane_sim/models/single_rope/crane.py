@@ -275,7 +275,7 @@ def _(p, t, x, u, rows, i, first):
 
 @system.saturate.register(Crane)
 def _(p, u):
-    return limit_winch(p.cable, u)
+    return limit_winch(p.cable, p.friction, u)
 
 
 @system.joints.register(Crane)

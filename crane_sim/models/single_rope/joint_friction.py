@@ -7,7 +7,7 @@ were infinite, and a winch that sticks is a rope that keeps its length.
 
 from typing import NamedTuple
 
-from crane_sim.models.cables.rope import imposed_tension, winch_pull, winch_tension, without_rate
+from crane_sim.models.cables.rope import imposed_tension, limit_to_pull, winch_pull, winch_tension, without_rate
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH
 from crane_sim.models.supports import joint_constraint_efforts
@@ -87,6 +87,17 @@ def _(friction, p, pose, rope_state, tau, force, reaction):
     if pose.free[WINCH]:
         return winch_pull(p.cable, tau, rope_state)
     return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
+
+
+@limit_to_pull.register(JointFriction)
+def _(friction, u):
+    return limit_to_pull(friction.rope, u)
+
+
+@limit_to_pull.register(Friction)
+@limit_to_pull.register(LuGre)
+def _(friction, u):
+    return u  # the winch overcomes its friction to pay out, while the rope pulls
 
 
 @lean_kernel

@@ -14,7 +14,7 @@ from crane_sim.models.supports.friction import (
     step_control_of,
 )
 from crane_sim.models.supports.reeving import Reeving
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
 from crane_sim.trajectories.profiles import Motion, motion_acceleration
 
 HOIST = 2  # index of the hoist among the joints that friction can hold, after trolley and bridge
@@ -30,14 +30,13 @@ class ForceHoist(NamedTuple):
     """A winch with inertia that takes a force command; positive pays out."""
 
     reflected_mass: Positive  # kg, drum inertia over radius squared
-    push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
     friction: Friction | None = None  # N, of the drum, in terms of the rope
 
 
 class MasslessHoist(NamedTuple):
     """A winch without inertia: the tension of the first link is minus the commanded force (Brogliato's model)."""
 
-    push: float = 0.0  # see `ForceHoist`
+    push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
 
 
 class MotionHoist(NamedTuple):
@@ -222,22 +221,15 @@ def _(hoist, tau, rate, tension):
 
 @generic
 def limit_hoist(hoist, u):
-    """Return the efforts (nu,) with the hoist's, the last one, replaced by what it can apply."""
+    """Return the efforts (nu,) with the hoist's, the last one, replaced by what it can apply.
+
+    What has inertia takes every effort. Of a winch without any, minus the effort is the tension, which cannot be
+    negative.
+    """
     return u
-
-
-@limit_hoist.register(ForceHoist)
-def _(hoist, u):
-    return limit_to_pull(hoist.push, u)
 
 
 @limit_hoist.register(MasslessHoist)
 def _(hoist, u):
-    return limit_to_pull(hoist.push, u)
-
-
-@kernel
-def limit_to_pull(push, u):
-    """Return the efforts with the last one, which pays out where it is positive, at most 0 unless `push` is 1."""
-    last = u[-1] if push > 0.0 else min(u[-1], 0.0)
+    last = u[-1] if hoist.push > 0.0 else min(u[-1], 0.0)
     return (*u[:-1], last)

@@ -111,9 +111,10 @@ class Bag:
 
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
         """Complete the file; return its entries of the run's summary: `mcap`, and `error` if messages are missing."""
-        if not self.write_error:
-            self._attempt(self._file.close)
+        self.save()
         steps = summary.get("steps", self.last_step) - self._after
+        if not self.write_error:
+            self._attempt(self._file.close, _describe_end(summary, steps))
         if self.write_error:
             steps_before = (
                 f" since the last reset, and {self._steps_before_reset} from before it"
@@ -152,11 +153,12 @@ class Bag:
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
+        self.save()
         recorded = self.last_step - self._after
         self.resets += 1
         self._now, self.last_step, self._after = self._period_ns, 0, 0
         if not self.write_error:
-            self._attempt(self._set_aside)
+            self._attempt(self._set_aside, recorded)
         if self.write_error:
             self._steps_before_reset += recorded
             return
@@ -165,8 +167,8 @@ class Bag:
             for data in tuple(track.latched):
                 self._write_message(track, data)
 
-    def _set_aside(self) -> None:
-        self._file.close()
+    def _set_aside(self, recorded: int) -> None:
+        self._file.close(_describe_end({"ended_by": "reset"}, recorded))
         self._path.replace(before_reset(self._path, self.resets))
         self._file = self._new_file()
 
@@ -178,3 +180,8 @@ class Bag:
             work(*arguments)
         except OSError as error:
             self.write_error = f"{self._file.part}: {error.strerror}"
+
+
+def _describe_end(summary: Mapping[str, Any], steps: int) -> dict[str, str]:
+    """Return what the end of a file says: its number of steps, and of the run whether it failed or ended early."""
+    return {"steps": str(steps)} | {key: str(summary[key]) for key in ("ended_by", "error") if key in summary}

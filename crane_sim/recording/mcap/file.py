@@ -4,8 +4,10 @@ import errno
 import logging
 import os
 import shutil
+import struct
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from zlib import crc32
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Writer
@@ -14,11 +16,29 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys import Stores, get_typestore
 
 from crane_sim.recording.files import acquire_lock, unfinished_name
-from crane_sim.recording.mcap.metadata import RUN, pack_metadata
+from crane_sim.recording.mcap.metadata import END, RUN, pack_metadata
 from crane_sim.recording.mcap.repair import repair_folder
 from crane_sim.recording.mcap.topic import Topic
 
+_BEFORE_CHECKSUM = 33  # bytes of a chunk's record before its checksum: opcode, length, three numbers of 64 bits
 _NEVER = QosTime(9_223_372_036, 854_775_807)  # ROS 2's infinite duration
+
+
+class _CheckedStorage(McapWriter):
+    """Writer of chunks with checksums, which that of rosbags leaves out."""
+
+    def close_chunk(self) -> None:
+        """Write the chunk, then its checksum in its place."""
+        checksum, place = crc32(self.chunk.bio.getbuffer()), self.bio.tell() + _BEFORE_CHECKSUM
+        super().close_chunk()
+        end = self.bio.tell()
+        self.bio.seek(place)
+        self.bio.write(struct.pack("<I", checksum))
+        self.bio.seek(end)
+
+
+class _CheckedWriter(Writer):
+    STORAGE_PLUGINS = {StoragePlugin.MCAP: _CheckedStorage}  # noqa: RUF012
 
 
 class McapFile:
@@ -37,11 +57,11 @@ class McapFile:
         """
         self.path, self.part = path, unfinished_name(path)
         _make_room(self.part)
-        self._writer = Writer(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer = _CheckedWriter(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.open()
         self._lock = acquire_lock(self.part)
-        if properties and isinstance(self._writer.storage, McapWriter):
-            self._writer.storage.bio.write(pack_metadata(RUN, properties))
+        if properties:
+            self._write_metadata(RUN, properties)
         types = get_typestore(Stores.ROS2_JAZZY)
         self._connections = [
             self._writer.add_connection(topic.name, topic.kind, typestore=types, offered_qos_profiles=[_qos(topic)])
@@ -60,8 +80,10 @@ class McapFile:
                 storage.close_chunk()
             storage.bio.flush()
 
-    def close(self) -> None:
-        """Write the index and move the file to its path, replacing an existing one."""
+    def close(self, end: Mapping[str, str]) -> None:
+        """Write how the run ended and the index, and move the file to its path, replacing an existing one."""
+        self.save()
+        self._write_metadata(END, end)
         self._writer.close()
         (self.part / f"{self.part.name}.mcap").replace(self.path)
         self._remove()
@@ -70,6 +92,10 @@ class McapFile:
         """Remove the unfinished file."""
         self._writer.abort()
         self._remove()
+
+    def _write_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        if isinstance(self._writer.storage, McapWriter):
+            self._writer.storage.bio.write(pack_metadata(name, values))
 
     def _remove(self) -> None:
         shutil.rmtree(self.part)

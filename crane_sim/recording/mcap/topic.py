@@ -19,11 +19,18 @@ class Topic(NamedTuple):
 
 
 def has_stamp(data: bytes) -> bool:
-    """Return whether a serialized message that should begin with a header is long enough to."""
-    return len(data) >= _HEAD
+    """Return whether a serialized message that should begin with a header begins with a stamp that may be one."""
+    if len(data) < _HEAD:
+        return False
+    seconds, nanoseconds = _read_time(data)
+    return seconds >= 0 and nanoseconds < _SECOND
 
 
 def stamp_of(data: bytes) -> int:
     """Return the stamp, ns, of a serialized message that begins with a header, of which `has_stamp` holds."""
-    seconds, nanoseconds = struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)
+    seconds, nanoseconds = _read_time(data)
     return seconds * _SECOND + nanoseconds
+
+
+def _read_time(data: bytes) -> tuple[int, int]:
+    return struct.unpack_from("<iI" if data[1] & 1 else ">iI", data, 4)

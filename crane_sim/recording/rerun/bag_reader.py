@@ -25,11 +25,12 @@ def read_bag_run(path: Path) -> RecordedRun:
     """Return the run in a bag as its recording would have it, but for events and metrics, which no message has.
 
     Raises:
-        UnreadableRecording: the file is damaged, or lacks the scene or messages; the message is one line.
+        UnreadableRecording: the file lacks the scene, or messages; the message is one line.
     """
     bag = read_bag(path)
     with tempfile.TemporaryDirectory() as folder:
-        return replace(read_run(_record(bag, Path(folder, "run.rrd"))), path=path)
+        run = read_run(_record(bag, Path(folder, "run.rrd")))
+        return replace(run, path=path, completeness=bag.completeness)
 
 
 def _record(bag: RunFromBag, path: Path) -> Path:
@@ -44,5 +45,10 @@ def _record(bag: RunFromBag, path: Path) -> Path:
 def _summary(bag: RunFromBag) -> dict[str, Any]:
     scene, steps = bag.scene, len(bag.rows)
     entries: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    entries |= {"steps": steps + bag.lost_steps, "recorded_steps": steps, "lost_steps": bag.lost_steps}
-    return entries | ({"error": f"{bag.lost_steps} steps are not in the bag"} if bag.lost_steps else {})
+    lost = bag.lost_steps + bag.lost_commands
+    entries |= {"steps": steps + bag.lost_steps, "recorded_steps": steps, "lost_steps": lost}
+    subjects = {"steps": bag.lost_steps, "commands": bag.lost_commands}
+    missing = [f"{number} {name}" for name, number in subjects.items() if number]
+    if missing:
+        entries["error"] = f"{' and '.join(missing)} are not in the bag"
+    return entries | {key: bag.end[key] for key in ("ended_by", "error") if key in bag.end}

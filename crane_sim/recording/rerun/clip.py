@@ -13,6 +13,7 @@ import numpy as np
 from PIL import Image
 
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_output
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.recording.rerun.screenshot import Shown, ViewCamera, camera
 from crane_sim.recording.rerun.viewer import PictureError
@@ -58,7 +59,7 @@ def write_clip(
         is_video = output.suffix == ".mp4"  # video encoders want even sizes
         frames = _frames(viewer, instants, cut.width - cut.width % 2 if is_video else cut.width, on_progress)
         write = _write_mp4 if is_video else _write_gif
-        write(output, frames, cut.frames_per_second)
+        write_output("--output", output, lambda path: write(path, frames, cut.frames_per_second))
         return len(instants)
 
 

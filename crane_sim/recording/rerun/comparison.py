@@ -65,6 +65,7 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
         rec.disconnect()
         return temporary.replace(path)
     except (RuntimeError, ValueError, OSError) as error:
+        temporary.unlink(missing_ok=True)
         raise RecordingError(f"recording {temporary}: {error}") from error
     finally:
         lock.close()

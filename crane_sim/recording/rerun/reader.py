@@ -3,25 +3,43 @@
 from __future__ import annotations
 
 import json
-import warnings
-from collections import defaultdict
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections import Counter, defaultdict
+from contextlib import suppress
+from functools import reduce
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
-from rerun.chunk import RrdReader
 
+from crane_sim.recording.completeness import Steps, assess
+from crane_sim.recording.digest import DIGEST, Rows, add_digests, agrees, digest_changes
+from crane_sim.recording.rerun.block_digests import (
+    ENTITY,
+    EVENTS,
+    STATES,
+    BlockDigest,
+    is_verified,
+    parse_digests,
+    verified_steps,
+)
+from crane_sim.recording.rerun.rrd_file import NoRecording, read_chunks
 from crane_sim.recording.run import AnimationFrames, RecordedRun, UnreadableRecording, crane_of
-from crane_sim.recording.states import Changes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from crane_sim.recording.completeness import Completeness
 
 SCALARS = "Scalars:scalars"
 _ROW_ID = "rerun.controls.RowId"  # in the order in which rows were logged, also within one instant
-_SUMMARY, _RUN, _EVENTS = "__properties/summary", "__properties/run", "log/events"
-_RUN_PREFIXES = ("plots/", "frames/", "states/", "log/")  # of the names of a run's entities
+_SUMMARY, _RUN = "__properties/summary", "__properties/run"
+_RUN_ENTITIES = (_SUMMARY, _RUN, ENTITY, EVENTS, STATES, "plots/", "frames/")
+_CHANGED = {EVENTS: "TextLog:text", STATES: "StateChange:state"}  # columns
 Batches = dict[str, list[pa.RecordBatch]]  # rows by entity
+Instants = list[tuple[int, str]]  # (ns, event or state from then on)
 
 
 class Curves(NamedTuple):
@@ -38,183 +56,10 @@ def read_curves(path: Path, entity: str) -> Curves:
     Raises:
         KeyError: the recording has no such curves.
     """
-    curves = _curves(_batches(path, (entity,)), entity)
-    if curves is None:
+    rows = _join_rows(entity, _read_batches(path, (entity,))[0][entity])
+    if rows is None:
         raise KeyError(f"{path} has no curves {entity!r}")
-    return curves
-
-
-def _explain(reason: str) -> str:
-    """Return what a reason of Rerun's means, before it."""
-    if "exceeds file size" in reason:
-        return "it is cut off: "
-    # cut between two messages, or within the head of one
-    return "it is cut off, or holds no recording: " if "No recording store" in reason else ""
-
-
-def read_run(path: Path) -> RecordedRun:
-    """Return the run in a recording.
-
-    Raises:
-        UnreadableRecording: the file is no recording of a run, or is damaged.
-    """
-    try:
-        batches = _batches(path)
-    except (OSError, ValueError, RuntimeError) as error:
-        reason = str(error).partition("\n")[0].removeprefix(f"Failed to read RRD file at {path}: ")
-        raise UnreadableRecording(f"{path}: cannot be read: {_explain(reason)}{reason}") from None
-    run, document = _properties(batches, _RUN), _properties(batches, _SUMMARY).get("json")
-    if "compared" in run:
-        raise UnreadableRecording(f"{path}: holds a comparison of runs, no run; read the recordings of the runs")
-    if "crane" not in run:
-        raise UnreadableRecording(f"{path}: holds no run, or one of an older version of crane_sim, before this one")
-    summary = json.loads(document) if document else {}
-    crane = crane_of(run)
-    values = _arrays(batches, path, bool(crane.actuated), summary)
-    if len(values["t"]) != summary.get("recorded_steps", len(values["t"])):
-        raise UnreadableRecording(f"{path}: is damaged: {len(values['t'])} of {summary['recorded_steps']} steps left")
-    return RecordedRun(
-        path=path,
-        crane=crane,
-        properties={key: value for key, value in run.items() if key not in ("crane", "urdf")},
-        frames=_frames(batches),
-        states=_state_changes(batches),
-        events=_events(batches) or [(event["t"], event["what"]) for event in summary.get("events", ())],
-        summary=summary,
-        **values,
-    )
-
-
-_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")} | {"reeved": "reeved_tension"}
-_OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} | {"tensions": "tension"}
-_OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
-
-
-class _Plots(NamedTuple):
-    """The curves of a run that have a row for each step."""
-
-    batches: Batches
-    path: Path
-    step: NDArray[np.int64]  # (K,)
-
-    def find(self, entity: str) -> Any:
-        """Return the values (K, curves) of an entity, None where the recording has none."""
-        curves = _curves(self.batches, f"plots/{entity}")
-        if curves is None:
-            return None
-        if not np.array_equal(curves.step, self.step):
-            counts = f"{len(curves.step)} of {len(self.step)} steps"
-            raise UnreadableRecording(f"{self.path}: is damaged: plots/{entity} has {counts}")
-        return curves.values
-
-    def find_reference(self) -> Any:
-        """Return the references (K, nu), NaN in steps before the first one of a scene without one; None without any."""
-        curves = _curves(self.batches, "plots/q_ref")
-        return None if curves is None else _spread(curves, self.step)
-
-    def get(self, entity: str) -> Any:
-        """Return the values (K, curves) of an entity that every run has."""
-        values = self.find(entity)
-        if values is None:
-            raise UnreadableRecording(f"{self.path}: has no plots/{entity}: its recorder was killed in the first steps")
-        return values
-
-
-def _arrays(batches: Batches, path: Path, driven: bool, summary: dict[str, Any]) -> dict[str, Any]:
-    """Return the attributes of a run that are arrays, by name; None for what it does not have."""
-    states = _curves(batches, "plots/q")
-    if states is None:
-        reason = summary.get("error") or "its recorder was killed before the first ones"
-        raise UnreadableRecording(f"{path}: has no steps: {reason}")
-    plots = _Plots(batches, path, states.step)
-    arrays = {name: plots.find(entity) for name, entity in _OPTIONAL.items()} | {"reference": plots.find_reference()}
-    arrays |= {name: plots.get(entity) for name, entity in _OF_EVERY_RUN.items()}
-    for name, entity in _OF_DRIVES.items():
-        arrays[name] = plots.get(entity) if driven else np.empty((len(states.step), 0))
-    arrays["swing"] = arrays["swing"][:, 0]
-    arrays["contact"] = None if arrays["contact"] is None else arrays["contact"][:, 0]
-    kinetic, potential = plots.get("energy_parts").T
-    value = plots.find("lyapunov")
-    lyapunov = None if value is None else np.hstack((value, plots.get("lyapunov_rate")))
-    return arrays | {"t": states.time, "kinetic": kinetic, "potential": potential, "lyapunov": lyapunov}
-
-
-def _frames(batches: Batches) -> AnimationFrames:
-    nodes, target, falls = (_curves(batches, f"frames/{name}") for name in ("nodes", "target", "falls"))
-    if nodes is None:
-        return AnimationFrames(np.empty(0), np.empty((0, 0, 3)), None, None)
-    count = len(nodes.time)
-    ends = None if falls is None else falls.values.reshape(count, -1, 2, 3)
-    targets = None if target is None else _spread(target, nodes.step)
-    return AnimationFrames(nodes.time, nodes.values.reshape(count, -1, 3), targets, ends)
-
-
-def _events(batches: Batches) -> list[tuple[float, str]]:
-    rows = [
-        (float(time) / 1e9, row, text[0])
-        for batch in batches[_EVENTS]
-        if "TextLog:text" in batch.schema.names
-        for time, row, text in _columns(batch, _ROW_ID, "TextLog:text")
-    ]
-    return [(t, text) for t, _, text in sorted(rows)]
-
-
-def _state_changes(batches: Batches) -> dict[str, Changes]:
-    """Return the timelines of states, by name."""
-    timelines: dict[str, Changes] = {}
-    for entity in sorted(name for name in batches if name.startswith("states/")):
-        rows = [
-            (step, float(time) / 1e9, row, state[0])
-            for batch in batches[entity]
-            if "StateChange:state" in batch.schema.names
-            for time, step, row, state in _columns(batch, "step", _ROW_ID, "StateChange:state")
-        ]
-        timelines[entity.removeprefix("states/").replace("_", " ")] = [(t, state) for _, t, _, state in sorted(rows)]
-    return timelines
-
-
-def _columns(batch: pa.RecordBatch, *names: str) -> Iterator[tuple[Any, ...]]:
-    """Return an iterator over the rows of a batch: scene time [ns], then the named columns."""
-    return zip(_nanoseconds(batch), *(batch[name].to_pylist() for name in names), strict=True)
-
-
-def _properties(batches: Batches, entity: str) -> dict[str, Any]:
-    """Return the properties of a recording, in which every value is a list of one."""
-    values: dict[str, Any] = {}
-    for batch in batches[entity]:
-        values |= {name: value[0] for name, value in batch.to_pylist()[-1].items() if isinstance(value, list)}
-    return values
-
-
-def _batches(path: Path, prefixes: tuple[str, ...] = _RUN_PREFIXES) -> Batches:
-    """Return the rows of entities whose names begin with one of the prefixes, by entity, and the file's properties."""
-    batches: Batches = defaultdict(list)
-    for chunk in _open_recording(path).stream():
-        entity = chunk.entity_path.removeprefix("/")
-        wanted = entity in (_RUN, _SUMMARY) or entity.startswith(prefixes)
-        if wanted and (not chunk.is_static or entity in (_RUN, _SUMMARY)):
-            batches[entity].append(chunk.to_record_batch())
-    return batches
-
-
-def _curves(batches: Batches, entity: str) -> Curves | None:
-    """Return the curves of an entity, each step once; None where it has none."""
-    found = [batch for batch in batches.get(entity, ()) if SCALARS in batch.schema.names]
-    if not found:
-        return None
-    step = np.concatenate([batch["step"].to_numpy() for batch in found])
-    time = np.concatenate([_nanoseconds(batch) for batch in found])
-    values = np.concatenate([_rows(batch[SCALARS], batch.num_rows) for batch in found])
-    _, order = np.unique(step, return_index=True)  # where two recorders wrote one step, they wrote the same
-    return Curves(step[order], 1e-9 * time[order].astype(np.float64), values[order])
-
-
-def _spread(curves: Curves, steps: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the values (K, curves) of curves at all steps (K,), NaN where they have none."""
-    values = np.full((len(steps), curves.values.shape[1]), np.nan)
-    _, rows, own = np.intersect1d(steps, curves.step, return_indices=True)
-    values[rows] = curves.values[own]
-    return values
+    return Curves(rows.step, _seconds(rows.time), rows.values)
 
 
 def read_summary(path: Path) -> dict[str, Any]:
@@ -223,21 +68,231 @@ def read_summary(path: Path) -> dict[str, Any]:
     Raises:
         KeyError: it has none: its recorder was killed.
     """
-    for chunk in _open_recording(path).stream():
-        if chunk.entity_path == "/__properties/summary":
-            return json.loads(chunk.to_record_batch()["json"][0].as_py()[0])
-    raise KeyError(f"{path} has no summary")
+    properties = _properties(_read_batches(path, (_SUMMARY,))[0][_SUMMARY])
+    if "json" not in properties:
+        raise KeyError(f"{path} has no summary")
+    return json.loads(properties["json"])
 
 
-def _open_recording(path: Path) -> RrdReader:
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "RRD file has no footer")  # that of a long run, or of a killed recorder
-        return RrdReader(path)
+def read_run(path: Path) -> RecordedRun:
+    """Return the run in a recording: of one that is cut or damaged the steps that are as they were written.
+
+    Raises:
+        UnreadableRecording: the file is no recording of a run, or none of its steps is good.
+    """
+    try:
+        batches, unreadable = _read_batches(path)
+    except (OSError, NoRecording) as error:
+        raise UnreadableRecording(f"{path}: cannot be read: {error}") from None
+    run = _properties(batches[_RUN])
+    if "compared" in run:
+        raise UnreadableRecording(f"{path}: holds a comparison of runs, no run; read the recordings of the runs")
+    if not agrees(run, required=bool(batches[ENTITY])):
+        raise UnreadableRecording(f"{path}: is damaged: its scene is not as it was written")
+    if "crane" not in run:
+        cut = "" if run else "is cut off before its first step, or "
+        raise UnreadableRecording(f"{path}: {cut}holds no run, or one of an older version of crane_sim")
+    try:
+        return _assemble(path, batches, run, unreadable)
+    except UnreadableRecording:
+        raise
+    except (ValueError, LookupError, TypeError, pa.ArrowException) as error:  # of a file without digests
+        raise UnreadableRecording(f"{path}: is damaged: {str(error).partition(chr(10))[0]}") from error
+
+
+def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int) -> RecordedRun:
+    """Return the run of the rows of a file with properties `run`, of which some messages are not readable."""
+    checked, summary = DIGEST in run, _summary(batches, DIGEST in run)
+    digests = parse_digests(text for _, text in _texts(batches[ENTITY], "TextDocument:text"))
+    changes, curves = _changes(batches), _verified_curves(batches)
+    good = verified_steps(curves.values(), digests) if checked else _common_steps(curves.values())
+    checks = {
+        f"{unreadable} of its parts cannot be read": not unreadable,
+        "its summary is not as it was written": summary or not _properties(batches[_SUMMARY]),
+        "its events and states are not as they were written": not (summary and checked) or _agree(changes, digests),
+    }
+    crane, plots = crane_of(run), _Plots({name: _select(rows, good) for name, rows in curves.items()}, path, good)
+    arrays = _arrays(plots, bool(crane.actuated), summary)
+    events = _in_seconds(changes.get(EVENTS, []))
+    return RecordedRun(
+        path=path,
+        crane=crane,
+        properties={key: value for key, value in run.items() if key not in ("crane", "urdf", DIGEST)},
+        frames=_frames(plots),
+        states={_timeline(name): _in_seconds(changes[name]) for name in sorted(changes) if name != EVENTS},
+        events=events or [(event["t"], event["what"]) for event in summary.get("events", ())],
+        summary=summary,
+        completeness=_assess(arrays["t"], run, summary, "; ".join(what for what, holds in checks.items() if not holds)),
+        **arrays,
+    )
+
+
+def _summary(batches: Batches, checked: bool) -> dict[str, Any]:
+    """Return the summary of the run; empty where there is none, or a damaged one."""
+    properties = _properties(batches[_SUMMARY])
+    return json.loads(properties.get("json", "{}")) if agrees(properties, required=checked) else {}
+
+
+def _assess(t: NDArray[np.float64], run: dict[str, Any], summary: dict[str, Any], damage: str) -> Completeness:
+    planned = round(run["duration"] / run["period"])
+    recorded = summary.get("recorded_steps", len(t)) if summary else None
+    return assess(Steps(len(t), float(t[-1]), planned, recorded, summary.get("lost_steps", 0)), damage)
+
+
+_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")} | {"reeved": "reeved_tension"}
+_OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} | {"tensions": "tension"}
+_OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
+
+
+class _Plots(NamedTuple):
+    """The curves of a run at its good steps."""
+
+    rows: dict[str, Rows]
+    path: Path
+    step: NDArray[np.int64]  # (K,)
+
+    def find(self, entity: str) -> Any:
+        """Return the values (K, curves) of an entity, None where the recording has none."""
+        rows = self.rows.get(f"plots/{entity}")
+        return None if rows is None or not np.array_equal(rows.step, self.step) else rows.values
+
+    def get(self, entity: str) -> Any:
+        """Return the values (K, curves) of an entity that every run has."""
+        values = self.find(entity)
+        if values is None:
+            raise UnreadableRecording(f"{self.path}: is damaged: it has no plots/{entity}")
+        return values
+
+
+def _arrays(plots: _Plots, driven: bool, summary: dict[str, Any]) -> dict[str, Any]:
+    """Return the attributes of a run that are arrays, by name; None for what it does not have."""
+    if not len(plots.step):
+        reason = summary.get("error") or "it is cut off before the first ones are complete, or all are damaged"
+        raise UnreadableRecording(f"{plots.path}: has no steps: {reason}")
+    reference = plots.rows.get("plots/q_ref")
+    arrays: dict[str, Any] = {name: plots.find(entity) for name, entity in _OPTIONAL.items()}
+    arrays |= {"reference": None if reference is None else _spread(reference, plots.step)}
+    arrays |= {name: plots.get(entity) for name, entity in _OF_EVERY_RUN.items()}
+    for name, entity in _OF_DRIVES.items():
+        arrays[name] = plots.get(entity) if driven else np.empty((len(plots.step), 0))
+    arrays["swing"] = arrays["swing"][:, 0]
+    arrays["contact"] = None if arrays["contact"] is None else arrays["contact"][:, 0]
+    kinetic, potential = plots.get("energy_parts").T
+    value = plots.find("lyapunov")
+    lyapunov = None if value is None else np.hstack((value, plots.get("lyapunov_rate")))
+    t = _seconds(plots.rows["plots/q"].time)
+    return arrays | {"t": t, "kinetic": kinetic, "potential": potential, "lyapunov": lyapunov}
+
+
+def _frames(plots: _Plots) -> AnimationFrames:
+    nodes, target, falls = (plots.rows.get(f"frames/{name}") for name in ("nodes", "target", "falls"))
+    if nodes is None:
+        return AnimationFrames(np.empty(0), np.empty((0, 0, 3)), None, None)
+    count = len(nodes.time)
+    ends = None if falls is None else falls.values.reshape(count, -1, 2, 3)
+    targets = None if target is None else _spread(target, nodes.step)
+    return AnimationFrames(_seconds(nodes.time), nodes.values.reshape(count, -1, 3), targets, ends)
+
+
+def _verified_curves(batches: Batches) -> dict[str, Rows]:
+    joined = {name: _join_rows(name, batches[name]) for name in list(batches) if is_verified(name)}
+    return {name: rows for name, rows in joined.items() if rows is not None}
+
+
+def _common_steps(curves: Iterable[Rows]) -> NDArray[np.int64]:
+    """Return the steps that all curves of every run have: of a recording without digests, by an older version."""
+    names = [f"plots/{name}" for name in (*_OF_EVERY_RUN.values(), "energy_parts")]
+    found = [rows.step for rows in curves if rows.name in names]
+    return reduce(np.intersect1d, found) if len(found) == len(names) else np.empty(0, np.int64)
+
+
+def _changes(batches: Batches) -> dict[str, Instants]:
+    """Return the events, and the states of each timeline, by entity."""
+    changes: dict[str, Instants] = {}
+    for entity in (name for name in batches if name.startswith((EVENTS, STATES))):
+        changes[entity] = _texts(batches[entity], _CHANGED[EVENTS if entity == EVENTS else STATES])
+    return changes
+
+
+def _texts(batches: Sequence[pa.RecordBatch], column: str) -> Instants:
+    """Return (scene time [ns], text) of the rows of a column, in which every text is a list of one, in order."""
+    rows: list[tuple[int, bytes, str]] = []
+    for batch in batches:
+        with suppress(KeyError):  # it has other columns, or is damaged
+            columns = _nanoseconds(batch).tolist(), batch[_ROW_ID].to_pylist(), batch[column].to_pylist()
+            rows += [(time, row, texts[0]) for time, row, texts in zip(*columns, strict=True) if texts]
+    return [(time, text) for time, _, text in sorted(rows)]
+
+
+def _agree(changes: dict[str, Instants], digests: Sequence[BlockDigest]) -> bool:
+    """Whether events and states are those of the digests."""
+    found = add_digests(digest_changes(entity, each) for entity, each in changes.items())
+    return found == add_digests(each.changes for each in digests)
+
+
+def _timeline(entity: str) -> str:
+    """Return the name of a timeline of states."""
+    return entity.removeprefix(STATES).replace("_", " ")
+
+
+def _in_seconds(changes: Instants) -> list[tuple[float, str]]:
+    return [(time / 1e9, text) for time, text in changes]
+
+
+def _properties(batches: Sequence[pa.RecordBatch]) -> dict[str, Any]:
+    """Return the properties of a recording, in which every value is a list of one."""
+    values: dict[str, Any] = {}
+    for batch in batches:
+        values |= {name: value[0] for name, value in batch.to_pylist()[-1].items() if isinstance(value, list) and value}
+    return values
+
+
+def _read_batches(path: Path, entities: tuple[str, ...] = _RUN_ENTITIES) -> tuple[Batches, int]:
+    """Return the rows of entities whose names begin so, by entity, and the number of messages that are not readable."""
+    contents, batches = read_chunks(path, entities), defaultdict[str, list[pa.RecordBatch]](list)
+    for chunk in contents.chunks:
+        if not chunk.is_static or chunk.entity in (_RUN, _SUMMARY):
+            batches[chunk.entity].append(chunk.batch)
+    return batches, contents.unreadable
+
+
+def _join_rows(entity: str, batches: Sequence[pa.RecordBatch]) -> Rows | None:
+    """Return the rows of an entity's curves, each step once; None where it has none."""
+    parts = list[Rows]()
+    for batch in batches:
+        with suppress(KeyError, ValueError):  # it has no curves but their style, or is damaged
+            parts.append(_rows_of(entity, batch))
+    if not parts:
+        return None
+    ((width, _),) = Counter(part.values.shape[1] for part in parts).most_common(1)  # others are damaged
+    parts = [part for part in parts if part.values.shape[1] == width]
+    step, time, values = (np.concatenate([part[i] for part in parts]) for i in (1, 2, 3))
+    _, order = np.unique(step, return_index=True)  # where two recorders wrote one step, they wrote the same
+    return Rows(entity, step[order], time[order], values[order])
+
+
+def _rows_of(entity: str, batch: pa.RecordBatch) -> Rows:
+    values = batch[SCALARS].flatten().to_numpy(zero_copy_only=False).reshape(batch.num_rows, -1)
+    return Rows(entity, batch["step"].to_numpy(), _nanoseconds(batch), values)
+
+
+def _select(rows: Rows, steps: NDArray[np.int64]) -> Rows:
+    """Return the rows at some of the steps."""
+    kept = np.isin(rows.step, steps)
+    return Rows(rows.name, rows.step[kept], rows.time[kept], rows.values[kept])
+
+
+def _spread(rows: Rows, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the values (K, curves) of rows at all steps (K,), NaN where they have none."""
+    values = np.full((len(steps), rows.values.shape[1]), np.nan)
+    _, at, own = np.intersect1d(steps, rows.step, return_indices=True)
+    values[at] = rows.values[own]
+    return values
+
+
+def _seconds(nanoseconds: NDArray[np.int64]) -> NDArray[np.float64]:
+    return 1e-9 * nanoseconds.astype(np.float64)
 
 
 def _nanoseconds(batch: pa.RecordBatch) -> NDArray[np.int64]:
     return batch["sim_time"].cast(pa.int64()).to_numpy()
-
-
-def _rows(column: pa.Array, rows: int) -> NDArray[np.float64]:
-    return column.flatten().to_numpy(zero_copy_only=False).reshape(rows, -1)

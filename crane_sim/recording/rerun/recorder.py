@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.blocks import block_of
-from crane_sim.recording.files import before_reset, set_aside
+from crane_sim.recording.files import before_reset, describe_gaps, set_aside
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.live import LiveServer
 from crane_sim.recording.rerun.repair import REPAIR_TIMEOUT, EarlierFiles, Parts, compact
@@ -152,8 +152,8 @@ class Recorder:
     def finish(self, summary: Mapping[str, Any], time_limit: float = REPAIR_TIMEOUT) -> dict[str, Any]:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
-        That is `recording`, `recorded_steps`, `lost_steps`, and `error` where the file could not be written. Parts that
-        could not be joined within `time_limit` seconds stay as they are, and are named as `parts`; a file of many
+        That is `recording`, `recorded_steps`, `lost_steps` (those without their command among them: `lost_commands`),
+        and `error` where the file could not be written. Parts that could not be joined within `time_limit` seconds stay as they are, and are named as `parts`; a file of many
         chunks that could not be compacted in that time keeps them.
         """
         start = time.monotonic()
@@ -166,13 +166,12 @@ class Recorder:
         """Complete the file, or the one that its parts are joined into; return what `finish` does."""
         start = time.monotonic()
         self.save()
-        steps = summary.get("steps", self.last_step)
-        lost_steps = max(self.last_step, steps) - self._session.recorded
-        closed = (
-            None
-            if self.write_error
-            else self._attempt(lambda: self._session.close({"steps": steps, **summary}, lost_steps))
-        )
+        steps, lost_commands = summary.get("steps", self.last_step), self._assembler.lost_commands
+        lost_steps = max(self.last_step, steps) - self._session.recorded + lost_commands
+        errors = summary.get("error", ""), describe_gaps(self._session.recorded, steps, lost_commands)
+        metrics = {"steps": steps, **summary} | ({"error": "; ".join(filter(None, errors))} if any(errors) else {})
+        metrics |= {"lost_commands": lost_commands} if lost_commands else {}
+        closed = None if self.write_error else self._attempt(lambda: self._session.close(metrics, lost_steps))
         if closed is None:
             entries, files = (
                 self._session.failed_summary(self.write_error, lost_steps, self._steps_before_reset),
@@ -181,6 +180,7 @@ class Recorder:
         else:
             time_left = time_limit - (time.monotonic() - start)
             entries, files = closed, self._parts.join(Path(closed["recording"]), time_left)
+        entries |= {"lost_commands": lost_commands} if lost_commands else {}
         return entries | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
 
     def _write_if_due(self) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
+from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.reader import read_run
 from crane_sim.recording.rerun.writer import RunWriter
 
@@ -29,13 +30,17 @@ def record(rollout: Rollout, path: Path) -> Path:
         RecordingError: the file cannot be written.
     """
     block, layout = block_of_rollout(rollout), of_rollout(rollout, f"{rollout.scene.name}-{uuid.uuid4().hex[:12]}")
-    writer = RunWriter(path, layout)
-    for first in range(0, len(block.step), BLOCK_STEPS):
-        writer.write(_part(block, slice(first, first + BLOCK_STEPS)))
-    writer.add_events(rollout.events)
     steps = len(block.step)
     entries: dict[str, Any] = {"recording": str(path), "recorded_steps": steps, "lost_steps": 0}
-    return writer.close(rollout.summary | entries)
+    writer = RunWriter(path, layout)
+    try:
+        for first in range(0, steps, BLOCK_STEPS):
+            writer.write(_part(block, slice(first, first + BLOCK_STEPS)))
+        writer.add_events(rollout.events)
+        return writer.close(rollout.summary | entries)
+    except RecordingError:
+        writer.part.unlink(missing_ok=True)  # the run can be recorded again
+        raise
 
 
 def recorded_run(rollout: Rollout) -> RecordedRun:

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import SceneError, did_you_mean
-from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, headless_viewer
+from crane_sim.files.output import write_output
+from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, check_viewable, headless_viewer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -77,8 +78,7 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[ViewCamera]:
         SceneError: there is no such recording, tab or view.
         PictureError: no viewer, no Vulkan driver to draw with.
     """
-    if not recording.is_file():
-        raise SceneError(f"{recording}: no such file")
+    check_viewable(recording)
     with headless_viewer() as viewer:
         yield ViewCamera(viewer, recording, shown or Shown())
 
@@ -103,7 +103,8 @@ def picture(recording: Path, output: Path, at: float | None = None, shown: Shown
         instant = viewer.end if at is None else at
         if not 0.0 <= instant <= viewer.end:
             raise SceneError(f"time {instant:g}: {recording} has 0 .. {viewer.end:g} s")
-        output.write_bytes(viewer.at(instant))
+        drawn = viewer.at(instant)
+        write_output("--output", output, lambda path: path.write_bytes(drawn))
         return viewer.reports()
 
 

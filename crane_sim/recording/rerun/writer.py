@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import shutil
+from contextlib import contextmanager
 from io import BufferedIOBase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import rerun as rr
 
+from crane_sim.recording.digest import with_digest
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.layout import Block, Layout, Span
+from crane_sim.recording.rerun.block_digests import EVENTS, STATES, DigestWriter, is_verified
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
 from crane_sim.recording.rerun.errors import RecordingError
@@ -24,7 +27,9 @@ from crane_sim.recording.state_timelines import StateTimelines
 from crane_sim.recording.states import COLORS, OTHER_COLOR, make_event_timelines, make_fault_timelines
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from crane_sim.recording.layout import Array
     from crane_sim.recording.rerun.live import LiveServer
@@ -61,43 +66,53 @@ class RunWriter:
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
         self._rec.set_log_tick_enabled(False)
-        _connect(self._rec, self.part, layout, live)
-        self._rec.send_recording_name(layout.name)
-        self._rec.send_property("run", rr.AnyValues(**layout.properties))
-        self._log_styles()
-        self._stage = Scene3D(self._rec, layout)
-        self._check()
+        self._digests = DigestWriter(self._rec, layout)
+        try:
+            self._stage = self._begin(live)
+        except RecordingError:
+            self.part.unlink(missing_ok=True)  # it has no step
+            raise
+
+    def _begin(self, live: LiveServer | None) -> Scene3D:
+        with self._on_disk():
+            _connect(self._rec, self.part, self._layout, live)
+            self._rec.send_recording_name(self._layout.name)
+            self._rec.send_property("run", rr.AnyValues(**with_digest(self._layout.properties)))
+            self._log_styles()
+            stage = Scene3D(self._rec, self._layout)
+            self._rec.flush(timeout_sec=FLUSH_SECONDS)
+            return stage
 
     def write(self, block: Block) -> None:
-        """Append a block of steps.
+        """Append a block of steps: first what is read back and its digest, then what is only shown.
 
         Raises:
             RecordingError: it did not reach the disk, which is full or gone.
         """
+        self._write_channels(block, [channel for channel in self._channels if is_verified(channel.entity)])
+        for timeline, steps, states in self._timelines.find_changes(block):
+            self._log_states(timeline, self._instants(steps), states)
+        self._digests.log(int(block.step[0]), int(block.step[-1]))
+        self._write_channels(block, [channel for channel in self._channels if not is_verified(channel.entity)])
+        self._stage.draw(block)
+        self._check()
+
+    def _write_channels(self, block: Block, listed: Sequence[Channel]) -> None:
         rows = {stride: np.flatnonzero((block.step - 1) % stride == 0) for stride in self._strides}
         time = {stride: times(self._layout, block.step[those]) for stride, those in rows.items()}
-        for channel in self._channels:
+        for channel in listed:
             values, those = channel.values(block), rows[channel.stride]
             if values is None or not those.size:
                 continue
             columns = rr.Scalars.columns(scalars=values[those].ravel())
             widths = [values.size // len(block.step)] * len(those)
             self._rec.send_columns(channel.entity, time[channel.stride], columns.partition(widths))
+            self._digests.add_rows(channel.entity, block.step[those], values[those])
             self._widen_span(channel.entity, values[np.isfinite(values)])
-        for timeline, steps, states in self._timelines.find_changes(block):
-            self._log_states(timeline, times(self._layout, steps), states)
-        self._stage.draw(block)
-        self._check()
 
     def add_note(self, step: int, text: str) -> None:
         """Add a line to the recording's log at the start of a step."""
         self._log(step, "log/recorder", rr.TextLog(text, level="INFO"))
-
-    def add_event(self, t: float, text: str) -> None:
-        """Add an event at a time t [s] of the scene."""
-        self._rec.set_time("sim_time", duration=t)
-        self._rec.set_time("step", sequence=1 + round(t * 1e9) // self._layout.period_ns)
-        self._rec.log("log/events", rr.TextLog(text, level="INFO"))
 
     def add_speed(self, step: int, real_time_factor: float) -> None:
         """Add the simulated seconds per second before the start of a step."""
@@ -106,12 +121,16 @@ class RunWriter:
     def add_timeline_state(self, timeline: str, normal: str, step: int, state: str) -> None:
         """Add that a timeline, which begins in the state `normal`, has another one from the start of a step on."""
         for _, steps, states in self._timelines.find_change(timeline, normal, step, state):
-            self._log_states(timeline, times(self._layout, steps), states)
+            self._log_states(timeline, self._instants(steps), states)
+            self._digests.log()
 
     def add_events(self, events: Sequence[tuple[float, str]]) -> None:
         """Add events (s, text), and the timelines of states that follow from them."""
-        for t, what in events:
-            self.add_event(t, what)
+        if events:
+            instants, texts = np.array([round(1e9 * t) for t, _ in events]), [text for _, text in events]
+            rows = rr.TextLog.columns(text=texts, level=["INFO"] * len(texts))
+            self._rec.send_columns(EVENTS, times_at(self._layout, instants), rows)
+            self._digests.add_changes(EVENTS, instants, texts)
         self._log_timelines(make_event_timelines(events))
 
     def close(self, summary: Mapping[str, Any]) -> Path:
@@ -121,11 +140,12 @@ class RunWriter:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
         self._log_timelines(make_fault_timelines(summary))
+        self._digests.log()
         framing = self._stage.fit_to_motion() or self._layout.framing
         self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
         text = summary_table(self._layout.name, summary, self._layout.path_unit)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
-        self._rec.send_property("summary", rr.AnyValues(**summary_properties(summary)))
+        self._rec.send_property("summary", rr.AnyValues(**with_digest(summary_properties(summary))))
         self._check()
         self._rec.disconnect()
         try:
@@ -150,25 +170,36 @@ class RunWriter:
     def _log_timelines(self, timelines: Mapping[str, Changes]) -> None:
         for timeline, changes in timelines.items():
             instants = np.array([round(1e9 * t) for t, _ in changes])
-            self._log_states(timeline, times_at(self._layout, instants), [state for _, state in changes])
+            self._log_states(timeline, instants, [state for _, state in changes])
 
-    def _log_states(self, timeline: str, time: list[rr.TimeColumn], states: list[str]) -> None:
-        """Log the states of a timeline from some instants on, and the colours of states that are new to it."""
-        entity, named = f"states/{timeline.replace(' ', '_')}", self._named.setdefault(timeline, set())
+    def _log_states(self, timeline: str, instants: NDArray[np.int64], states: list[str]) -> None:
+        """Log the states of a timeline from instants [ns] on, and the colours of states that are new to it."""
+        entity, named = f"{STATES}{timeline.replace(' ', '_')}", self._named.setdefault(timeline, set())
         if not named.issuperset(states):
             named.update(states)
             shown = [int(f"{COLORS.get(state, OTHER_COLOR)[1:]}ff", 16) for state in sorted(named)]
             colors = np.array(shown, np.uint32)  # a list of three would be one colour
             self._rec.log(entity, rr.StateConfiguration(values=sorted(named), colors=colors), static=True)
-        self._rec.send_columns(entity, time, rr.StateChange.columns(state=states))
+        self._rec.send_columns(entity, times_at(self._layout, instants), rr.StateChange.columns(state=states))
+        self._digests.add_changes(entity, instants, states)
+
+    def _instants(self, steps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the instants [ns] at which steps begin."""
+        return (steps - 1) * self._layout.period_ns
 
     def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars) -> None:
         set_time(self._rec, self._layout, step)
         self._rec.log(entity, what)
 
     def _check(self) -> None:
-        try:
+        with self._on_disk():
             self._rec.flush(timeout_sec=FLUSH_SECONDS)
+
+    @contextmanager
+    def _on_disk(self) -> Iterator[None]:
+        """Raise RecordingError, which names the file, where what the block writes does not reach the disk."""
+        try:
+            yield
         except (RuntimeError, ValueError, OSError) as error:
             raise RecordingError(f"recording {self.part}: {error} ({_describe_disk(self.part.parent)})") from error
 

@@ -92,6 +92,8 @@ _REJECTED = (
     Refusal.UNREADABLE,
     Refusal.COMMANDER,
 )  # mistakes of the publisher
+_BY_STAMP = (Refusal.UNSTAMPED, Refusal.FUTURE, Refusal.LATE, Refusal.STALE)
+_STAMPS_HELP = "a command echoes the stamp of the state it answers; --command-stamps ros takes those of ROS time, any all"
 _TOO_OLD = (Refusal.LATE, Refusal.STALE)
 
 
@@ -156,6 +158,15 @@ class CommandValidator:
             "late": sum(self.refused[reason] for reason in _TOO_OLD),
             "duplicate": self.refused[Refusal.DUPLICATE],
         }
+
+    def describe_refusals(self) -> str:
+        """Return one line where every command so far was refused: why, and what helps; empty where one was accepted."""
+        refused = sum(self.refused.values())
+        if not refused or refused < self.received:
+            return ""
+        stamps = sum(self.refused[reason] for reason in _BY_STAMP)
+        line = f"all {refused} commands so far were refused, the last one: {self.last_refusal}"
+        return f"{line}; {_STAMPS_HELP}" if 2 * stamps > refused else line
 
     def decode(self, decode: Callable[[bytes], Decoded], data: bytes) -> Decoded | None:
         """Return a decoded message, or None when it is refused as unreadable."""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
+from crane_sim.ros.common.guarded_services import ServiceGuard
 from crane_sim.ros.common.parameters import Option
 
 MANAGED = {"autostart": Option(True, "activate itself; if not, wait, inactive, for an activation or the request go")}
@@ -12,7 +13,7 @@ ENDINGS = ("cleanup", "shutdown")
 """Transitions that end the node, and are no fault."""
 
 
-class ManagedNode(LifecycleNode):
+class ManagedNode(ServiceGuard, LifecycleNode):
     """A lifecycle node that is configured as soon as it is built: only its activation is left to a manager.
 
     Publishers are plain ones: the owner of the node does not publish while it is inactive.
@@ -24,6 +25,7 @@ class ManagedNode(LifecycleNode):
     def __init__(self, name: str) -> None:
         """Create the node, still without callbacks."""
         super().__init__(name, automatically_declare_parameters_from_overrides=True)
+        self._service_change_state.callback = self.guard("change_state", self._service_change_state.callback)
         self.active = False
         self._on_change: Callable[[bool], None] = lambda active: None
         self._on_end: Callable[[str], None] = lambda why: None

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
@@ -34,6 +34,10 @@ LIVELINESS_LEASE = 2.0
 """Liveliness lease of the middleware [s], after which a dead peer is removed, as in the profile in `config/`."""
 
 
+class MalformedMessage(ValueError):
+    """Bytes that are no message of their topic's type, or a field out of range: a line that says so."""
+
+
 def take_message(subscription: Subscription, kind: Any) -> bytes:
     """Take a serialized message from a subscription without the executor; return it, empty where there is none."""
     with subscription.handle:
@@ -44,9 +48,27 @@ def take_message(subscription: Subscription, kind: Any) -> bytes:
 def decode_simulation_state(data: bytes) -> int | None:
     """Return the value of a serialized message of simulation_state, None where it is no such message."""
     try:
-        return deserialize_message(data, UInt8).data
-    except RuntimeError:  # the middleware's: a topic may carry anything
+        return deserialize(data, UInt8).data
+    except MalformedMessage:
         return None
+
+
+def deserialize(data: bytes, kind: Any) -> Any:
+    """Return a deserialized message; raises MalformedMessage for bytes that are none: a topic may carry anything."""
+    try:
+        return deserialize_message(data, kind)
+    except RuntimeError as error:  # the middleware's
+        raise MalformedMessage(f"{len(data)} bytes that are no {kind.__name__}") from error
+
+
+def describe_policy(kind: int) -> str:
+    """Return what does not fit where publisher and subscriber are not matched, by the kind of the QoS policy."""
+    possible = {
+        QoSPolicyKind.RELIABILITY: "subscriptions to states may be reliable or best effort, commands must be reliable",
+        QoSPolicyKind.DURABILITY: "states and commands are volatile",
+    }
+    policy = QoSPolicyKind(kind)
+    return f"its QoS policy {policy.name.lower()} does not fit: {possible.get(policy, 'take the default')}"
 
 
 def describe_missing(package: str) -> str:
@@ -55,7 +77,13 @@ def describe_missing(package: str) -> str:
 
 
 def nanoseconds(stamp: Time) -> int:
-    """Return a stamp as an integer number of nanoseconds."""
+    """Return a stamp as an integer number of nanoseconds.
+
+    Raises:
+        MalformedMessage: it is before zero, or its nanoseconds are more than a second.
+    """
+    if stamp.sec < 0 or stamp.nanosec >= NS_PER_S:
+        raise MalformedMessage(f"stamp of {stamp.sec} s and {stamp.nanosec} ns: must be at least 0, and less than 1e9 ns")
     return stamp.sec * NS_PER_S + stamp.nanosec
 
 

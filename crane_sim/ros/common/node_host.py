@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,17 +16,21 @@ import rclpy
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
 from crane_sim.process_signals import ignore_signals
+from crane_sim.ros.common.guarded_services import GuardedNode
 from crane_sim.ros.common.lifecycle import MANAGED, ManagedNode
 from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
 
+RCLError: type[Exception] = rclpy_implementation.RCLError
 QUIT = "quit"
 """Order that ends a run before its time, on purpose: no fault."""
 _POLL = 0.05  # s between two reads of the control pipe
+_MAX_NOTICES = 100  # lines: there may be thousands of publishers
 
 
 class Fault(RuntimeError):
@@ -87,7 +91,7 @@ class NodeHost:
         self.resume_state = self.brake_reason = self.stop_reason = ""
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
         self._executor.add_node(node)
-        self._next_poll = 0.0
+        self._next_poll, self._notices = 0.0, set[str]()
         self.requests: dict[str, Callable[[str], object]] = {}
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self.stop("interrupted"))
@@ -114,10 +118,25 @@ class NodeHost:
 
     def spin(self, timeout: float = _POLL) -> None:
         """Serve callbacks for at most about `timeout` seconds, and read the control pipe every 50 ms."""
-        self._executor.spin_once(timeout_sec=timeout)  # never spin(): it does not return on a signal
+        try:
+            self._executor.spin_once(timeout_sec=timeout)  # never spin(): it does not return on a signal
+        except RCLError as error:  # of a message or a request that the middleware cannot read
+            self.node.get_logger().warning(str(error), throttle_duration_sec=1.0)
         if (now := time.monotonic()) >= self._next_poll:
             self._next_poll = now + _POLL
             self.poll()
+
+    def notify(self, line: str) -> None:
+        """Say a line once, at the terminal of the supervisor, and in the log."""
+        if line and line not in self._notices and len(self._notices) < _MAX_NOTICES:
+            self._notices.add(line)
+            self.pipes.report("notice", line=line)
+            self.node.get_logger().warning(line)
+
+    def notify_refused(self, refused: Iterable[str]) -> None:
+        """Say once of each node that its messages are refused; `refused`: topics, each with the node's name."""
+        for name in {each.partition(" of ")[2] for each in refused} - {""}:
+            self.notify(f"messages of {name} on topics of the run's own nodes are refused")
 
     def poll(self) -> None:
         """Read and apply the supervisor's requests."""
@@ -163,7 +182,7 @@ class NodeHost:
 def _make_node(name: str, managed: bool) -> Node:
     if managed:
         return ManagedNode(name)
-    return rclpy.create_node(name, automatically_declare_parameters_from_overrides=True)
+    return GuardedNode(name, automatically_declare_parameters_from_overrides=True)
 
 
 def main(

@@ -4,28 +4,29 @@ The generated message class takes 11 µs to read a joint state and 5 µs to writ
 caches, and lockstep does both twice per step. Here a message of the expected layout is packed and unpacked by one
 `struct.Struct` (CDR, little endian, as every ROS 2 middleware sends it); any other is read field by field.
 
-Reading field by field checks every length against the bytes that are there, and raises ValueError: the generated
+Reading field by field checks every length against the bytes that are there, and raises MalformedMessage: the generated
 classes allocate any encoded length, and a corrupt one may be gigabytes.
 """
 
 import struct
 from collections.abc import Sequence
+from math import isfinite
 from operator import itemgetter
 from typing import NamedTuple
 
-from crane_sim.ros.common.messages import NS_PER_S
+from crane_sim.ros.common.messages import NS_PER_S, MalformedMessage
 
 _BYTE_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}  # plain CDR, the only encapsulation that ROS 2 sends
 
 
 class CdrReader:
-    """Sequential reader of one message; every method raises ValueError where the bytes end too early."""
+    """Sequential reader of one message; every method raises MalformedMessage where the bytes end too early."""
 
     def __init__(self, data: bytes) -> None:
         """Read the encapsulation."""
         order = _BYTE_ORDERS.get(data[:2])
         if order is None or len(data) < 4:
-            raise ValueError(f"not a message in plain CDR: {len(data)} bytes")
+            raise MalformedMessage(f"not a message in plain CDR: {len(data)} bytes")
         self._data, self._order, self._offset = data, order, 4
 
     def integers(self, code: str) -> tuple[int, ...]:
@@ -51,7 +52,7 @@ class CdrReader:
         """Return a string."""
         size = self._count(1)
         self._offset += size
-        return self._data[self._offset - size : self._offset].rstrip(b"\0").decode()
+        return self._data[self._offset - size : self._offset].rstrip(b"\0").decode(errors="replace")
 
     def strings(self) -> list[str]:
         """Return a sequence of strings."""
@@ -61,14 +62,14 @@ class CdrReader:
         """Return the length of a sequence whose elements have at least `min_size` bytes each."""
         (number,) = self.integers("I")
         if number * min_size > len(self._data) - self._offset:
-            raise ValueError(f"a message of {len(self._data)} bytes that has {number} elements at byte {self._offset}")
+            raise MalformedMessage(f"a message of {len(self._data)} bytes that has {number} elements at byte {self._offset}")
         return number
 
     def _numbers(self, code: str, size: int, number: int) -> tuple:
         self._offset += -(self._offset - 4) % size  # alignment counts from the end of the encapsulation
         end = self._offset + size * number
         if end > len(self._data):
-            raise ValueError(f"a message of {len(self._data)} bytes that ends too early")
+            raise MalformedMessage(f"a message of {len(self._data)} bytes that ends too early")
         numbers = struct.unpack_from(self._order + code, self._data, self._offset)
         self._offset = end
         return numbers
@@ -84,7 +85,10 @@ EFFORT = ("effort",)
 
 
 class DecodedJointState(NamedTuple):
-    """A joint state in plain Python: stamp in ns; the three fields have as many numbers as the message has."""
+    """A joint state in plain Python: stamp in ns; the three fields have as many numbers as the message has.
+
+    Neither the sign of the stamp nor the numbers have been checked.
+    """
 
     stamp: int
     names: list[str]
@@ -93,9 +97,14 @@ class DecodedJointState(NamedTuple):
     effort: tuple[float, ...]
 
     def sort_by_joint(self, names: list[str], *fields: tuple[float, ...]) -> tuple[tuple[float, ...], ...] | None:
-        """Return `fields` of this state in the order of `names`, None where they have other joints or lengths."""
+        """Return `fields` of this state in the order of `names`.
+
+        None where they have other joints or lengths, numbers that are not finite, or a stamp before zero.
+        """
+        if self.stamp < 0:
+            return None
         for field in fields:  # no comprehension: it costs lockstep half a microsecond at every state
-            if len(field) != len(names):
+            if len(field) != len(names) or not all(map(isfinite, field)):
                 return None
         if self.names == names:
             return fields
@@ -138,13 +147,15 @@ class JointStateCodec:
         return self._struct.pack(head, *divmod(stamp, NS_PER_S), *rest, *numbers)
 
     def decode(self, data: bytes) -> DecodedJointState:
-        """Return the content of a message of any layout; raises ValueError for bytes that are none."""
+        """Return the content of a message of any layout; raises MalformedMessage for bytes that are none."""
         try:
             values = self._struct.unpack_from(data)
         except struct.error:
             return _decode_any(data)
         if self._constants_of(values) != self._constants:
             return _decode_any(data)
+        if values[2] >= NS_PER_S:
+            raise MalformedMessage(_describe_stamp(values[1], values[2]))
         position, velocity, effort = self._spans
         return DecodedJointState(
             values[1] * NS_PER_S + values[2], self._names, values[position], values[velocity], values[effort]
@@ -180,16 +191,22 @@ class _Layout:
         self._size += padding + size
 
 
+def _describe_stamp(seconds: int, nanoseconds: int) -> str:
+    return f"with the stamp {seconds} s and {nanoseconds} ns, which are more than a second"
+
+
 def _decode_any(data: bytes) -> DecodedJointState:
     reader = CdrReader(data)
     seconds, rest = reader.integers("iI")
+    if rest >= NS_PER_S:
+        raise MalformedMessage(_describe_stamp(seconds, rest))
     reader.string()  # frame_id
     names = reader.strings()
     return DecodedJointState(seconds * NS_PER_S + rest, names, reader.doubles(), reader.doubles(), reader.doubles())
 
 
 def decode_array(data: bytes) -> tuple[float, ...]:
-    """Return the numbers of a std_msgs/Float64MultiArray; raises ValueError for bytes that are none."""
+    """Return the numbers of a std_msgs/Float64MultiArray; raises MalformedMessage for bytes that are none."""
     reader = CdrReader(data)
     for _ in range(*reader.integers("I")):  # dimensions, which are ignored
         reader.string()

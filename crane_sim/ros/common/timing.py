@@ -8,6 +8,7 @@ _BIN = 1e-6  # s; quantiles are rounded up to it
 _BINS = 100_000  # 0.1 s; a longer duration counts in the last bin, but exactly for the largest value
 _QUANTILES = {"p50": 0.50, "p99": 0.99}
 _PR_SET_TIMERSLACK = 29  # of prctl(2)
+_TOLERATED_SHARE = 0.01  # of the steps: a desktop that does nothing else is late in fewer
 
 
 def minimize_timer_slack() -> None:
@@ -17,6 +18,19 @@ def minimize_timer_slack() -> None:
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(1))
+
+
+def describe_violation(steps: int, late: int, unanswered: int) -> str:
+    """Return one line on a run that was not in real time, empty for one that was but for few steps.
+
+    Args:
+        steps: all of them.
+        late: those that had not ended when the next one was due.
+        unanswered: those before which no command had come for the state, so that an older one was held.
+    """
+    if max(late, unanswered) <= _TOLERATED_SHARE * steps:
+        return ""
+    return f"{late} of {steps} steps were late, and {unanswered} had no new command"
 
 
 class DurationHistogram:

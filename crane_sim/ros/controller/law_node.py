@@ -1,5 +1,6 @@
 """Nodes that run a law: the common part of `controller` and `tracker`."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -11,6 +12,7 @@ from sensor_msgs.msg import JointState
 from crane_sim import load_scene
 from crane_sim.laws import Law, LawError
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.source_subscription import SourceSubscription
 from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers
 from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
 from crane_sim.ros.controller.trajectory_input import TrajectoryInput
@@ -55,8 +57,8 @@ class LawNode:
         self._reader, self._execution_time = StateReader(node, scene), ExecutionTime(node)
         self._trajectories = TrajectoryInput(node, scene, self._law)
         self._answers = node.create_publisher(output.kind, output.name, output.qos)
-        self._states = node.create_subscription(
-            JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS, raw=True
+        self._states = SourceSubscription(
+            node, JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS
         )
 
     def set_active(self, active: bool) -> None:
@@ -67,10 +69,16 @@ class LawNode:
         """Return one line on the peers still missing, empty when all are matched."""
         return missing_peers(self._states, self._answers, self._settings.expected_recorders)
 
+    def refused(self) -> Counter[str]:
+        """See `Responder`."""
+        return self._states.filter.refused
+
     def on_spin(self) -> None:
         """Publish diagnostics when they are due."""
         if self._execution_time.is_due():
-            self._execution_time.publish(*self._diagnose())
+            warning, values = self._diagnose()
+            refused = {f"refused: {source}": number for source, number in self.refused().items()}
+            self._execution_time.publish(warning, {**values, **refused})
 
     def _on_state(self, data: bytes) -> None:
         state, last = self._reader.read(data), self._last_state

@@ -1,12 +1,14 @@
 """Nodes that publish commands or setpoints in answer to states: their life from matching with peers to the summary."""
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
 
 from rclpy.publisher import Publisher
-from rclpy.subscription import Subscription
 
 from crane_sim.ros.common.node_host import Fault, NodeHost
+from crane_sim.ros.common.source_filter import refused_entry
+from crane_sim.ros.common.source_subscription import SourceSubscription
 
 
 class Responder(Protocol):
@@ -28,6 +30,10 @@ class Responder(Protocol):
 
     def on_spin(self) -> None:
         """Do the periodic work, after every spin: publish diagnostics when they are due."""
+        ...
+
+    def refused(self) -> Counter[str]:
+        """Return the numbers of messages refused, by topic and node."""
         ...
 
     def finish(self) -> dict[str, Any]:
@@ -57,10 +63,10 @@ class ActivationBuffer:
             self._newest = data
 
 
-def missing_peers(states: Subscription, output: Publisher, expected_recorders: int) -> str:
+def missing_peers(states: SourceSubscription, output: Publisher, expected_recorders: int) -> str:
     """Return one line on a missing publisher of states, or missing subscribers of the output; empty for none."""
-    if not states.get_publisher_count():
-        return f"a publisher of {states.topic_name}"
+    if missing := states.missing():
+        return missing
     number = 1 + expected_recorders - output.get_subscription_count()
     return f"{number} more subscriber(s) of {output.topic_name}" if number > 0 else ""
 
@@ -81,6 +87,7 @@ def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
     while not host.stop_reason:
         host.spin()
         node.on_spin()
+        host.notify_refused(node.refused())
         if node.fault:
             raise Fault(node.fault)
-    host.pipes.report("done", summary=node.finish())
+    host.pipes.report("done", summary=node.finish() | refused_entry(node.refused()))

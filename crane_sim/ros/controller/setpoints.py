@@ -1,5 +1,6 @@
 """Setpoints that the outer loop of a law gives its inner loop, a process of its own: the topic `tip_demand`."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from math import isfinite
 from typing import Any, NamedTuple, cast
@@ -9,6 +10,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.laws import OuterLoop
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.messages import MalformedMessage
+from crane_sim.ros.common.source_subscription import SourceSubscription
 from crane_sim.ros.controller.states import State
 
 _WARNING_INTERVALS = 3.0  # intervals without a setpoint after which there is a warning
@@ -40,13 +43,17 @@ class Setpoints:
         self._waiting: State | None = None
         self._now = 0  # ns, of the newest state
         self._received = self._late = self._age = self._longest = 0
-        self._subscription = node.create_subscription(
-            JointTrajectory, "tip_demand", self._on_message, messages.STREAM_QOS
+        self._subscription = SourceSubscription(
+            node, JointTrajectory, "tip_demand", self._on_message, messages.STREAM_QOS, "tracker", standbys=True
         )
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when it is matched."""
-        return "" if self._subscription.get_publisher_count() else f"a publisher of {self._subscription.topic_name}"
+        return self._subscription.missing()
+
+    def refused(self) -> Counter[str]:
+        """Return the numbers of messages refused, by topic and node."""
+        return self._subscription.filter.refused
 
     def reset(self) -> None:
         """Drop the setpoint of the run before a reset of the plant; one that is of the new run stays."""
@@ -79,13 +86,12 @@ class Setpoints:
         """Return the entries of a run's summary: numbers of setpoints and of late ones, the longest hold [s]."""
         return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.NS_PER_S}
 
-    def _on_message(self, message: JointTrajectory) -> None:
-        values = self._read(message)
-        if values is None:
-            line = f"setpoint for {list(message.joint_names)} is not one point of numbers for {self._names}: ignored"
-            self._node.get_logger().warning(line, throttle_duration_sec=1.0)
+    def _on_message(self, data: bytes) -> None:
+        try:
+            setpoint = self._read(messages.deserialize(data, JointTrajectory))
+        except MalformedMessage as error:
+            self._node.get_logger().warning(f"setpoint {error}: ignored", throttle_duration_sec=1.0)
             return
-        setpoint = _Setpoint(messages.nanoseconds(message.header.stamp), values)
         if self._newest and setpoint != self._newest and setpoint.stamp <= self._newest.stamp:
             self._ahead_of_reset = True  # the outer loop has received the state after the reset first
         if setpoint != self._newest:  # else it answers a state that lockstep sent again
@@ -95,11 +101,12 @@ class Setpoints:
         if self._waiting is not None:
             self._answer(self._waiting)
 
-    def _read(self, message: JointTrajectory) -> tuple[float, ...] | None:
-        points = cast(Sequence[JointTrajectoryPoint], message.points)
-        if list(message.joint_names) != self._names or len(points) != 1:
-            return None
-        vectors = (points[0].positions, points[0].velocities, points[0].accelerations)
+    def _read(self, message: JointTrajectory) -> _Setpoint:
+        """Return the setpoint in a message; raises MalformedMessage, one line, where it does not fit."""
+        points, stamp = cast(Sequence[JointTrajectoryPoint], message.points), messages.nanoseconds(message.header.stamp)
+        vectors = [part for point in points for part in (point.positions, point.velocities, point.accelerations)]
         numbers = tuple(number for part in vectors for number in part)
-        fits = all(len(part) == len(self._names) for part in vectors) and all(map(isfinite, numbers))
-        return numbers if fits else None
+        fits = list(message.joint_names) == self._names and len(points) == 1
+        if not (fits and all(len(part) == len(self._names) for part in vectors) and all(map(isfinite, numbers))):
+            raise MalformedMessage(f"for {list(message.joint_names)} is not one point of numbers for {self._names}")
+        return _Setpoint(stamp, numbers)

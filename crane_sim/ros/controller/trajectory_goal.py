@@ -13,6 +13,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.files.errors import one_line
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.messages import MalformedMessage
 from crane_sim.trajectories.joint_trajectory import Waypoints
 from crane_sim.trajectories.polynomials import Array
 
@@ -82,6 +83,7 @@ def waypoints_of(message: JointTrajectory, now: float, period: float, period_ns:
 
     Raises:
         ValidationError: they are no numbers, or there are none.
+        MalformedMessage: the stamp is out of range.
     """
     stamp = messages.nanoseconds(message.header.stamp)
     points = [
@@ -113,6 +115,8 @@ def read_goal(request: Any, names: Sequence[str], now: float, period: float, per
         waypoints = waypoints_of(trajectory, now, period, period_ns)
     except ValidationError as error:
         raise GoalError(GoalCode.INVALID_GOAL, one_line(error, Waypoints)) from None
+    except MalformedMessage as error:
+        raise GoalError(GoalCode.INVALID_GOAL, str(error)) from None
     if error := waypoints.describe_mismatch() or waypoints.describe_end_velocity():
         raise GoalError(GoalCode.INVALID_GOAL, error)
     immediate, leeway = not messages.nanoseconds(trajectory.header.stamp), request.goal_time_tolerance

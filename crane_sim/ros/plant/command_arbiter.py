@@ -4,6 +4,8 @@ While there is one publisher, messages arrive through the executor, which is fas
 soon as there is a second one, subscriptions with senders are opened, and messages from the executor are dropped.
 
 The first publisher of a valid command owns the crane until its lease ends: that long without another valid command.
+With an exclusive lease that is no reason to accept a rival, one that commands although the owner does, too: messages of
+a flood push the owner's out of the middleware's queues. It waits until the owner has left the graph.
 """
 
 import time
@@ -11,17 +13,18 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_filter import Refusal
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.plant.sender_subscription import SenderSubscription, publishers
+from crane_sim.ros.common.sender_subscription import UNNAMED, SenderSubscription, publishers
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _BATCH = 1000  # messages received at a time, so that other work of the node is not held up
-_QOS = QoSProfile(depth=1000)  # of subscriptions with senders: one publisher must not push out another one's messages
+_QOS = QoSProfile(depth=10_000)  # of subscriptions with senders: one publisher must not push out another one's messages
 _UPDATE_PERIOD = 0.1  # s between two updates of the publishers
 _WARNING_TIME = 2.0  # s for which a refused publisher is warned of
 _GONE = "a node that left"
@@ -34,17 +37,25 @@ class CommandLease:
         owner: the owner, empty while there is none; a sole publisher that has sent valid commands may be set as owner.
     """
 
-    def __init__(self, duration: float) -> None:
-        """Create a lease that ends `duration` seconds after the owner's last valid command."""
+    def __init__(self, duration: float, exclusive: bool = False) -> None:
+        """Create a lease that ends `duration` seconds after the owner's last valid command, `exclusive`: see above."""
         self.owner = b""
-        self._duration, self._renewed = duration, 0.0
+        self._duration, self._renewed, self._exclusive = duration, 0.0, exclusive
+        self._refused, self._rivals = set[bytes](), set[bytes]()  # since the owner's last command; before it
 
     def accepts(self, sender: bytes, now: float) -> bool:
         """Return whether a message that this sender published at `now` [s] may be a command."""
-        return sender == self.owner or not self.owner or now - self._renewed > self._duration
+        if sender == self.owner or not self.owner:
+            return True
+        accepted = now - self._renewed > self._duration and sender not in self._rivals
+        if not accepted and self._exclusive:
+            self._refused.add(sender)
+        return accepted
 
     def acquire(self, sender: bytes, now: float) -> None:
         """Make the sender of a valid command at `now` [s] the owner, and restart its lease."""
+        self._rivals = self._rivals | self._refused if sender == self.owner else set()
+        self._refused.clear()
         self.owner, self._renewed = sender, now
 
     def renew(self, now: float) -> None:
@@ -72,6 +83,7 @@ class CommandArbiter:
         topics: Mapping[str, CommandTopic],
         lease: float,
         lease_expiry_suspended: Callable[[], bool],
+        exclusive: bool = False,
     ) -> None:
         """Subscribe.
 
@@ -81,12 +93,19 @@ class CommandArbiter:
             topics: by name; an invalid command makes no publisher the owner.
             lease: time without a valid command after which the owner loses the crane, s.
             lease_expiry_suspended: whether the lease cannot expire now: the owner has a reason to send no command.
+            exclusive: the lease of an owner in the graph expires for no publisher that commands beside it.
         """
-        self._node, self._simulation, self._topics, self._lease = host.node, simulation, topics, CommandLease(lease)
+        self._host, self._node, self._simulation, self._topics = host, host.node, simulation, topics
+        self._lease = CommandLease(lease, exclusive)
         self._lease_duration, self._lease_expiry_suspended = lease, lease_expiry_suspended
         self._subscriptions: dict[str, Subscription] = {
             name: host.node.create_subscription(
-                topic.kind, name, partial(self._on_message, topic.on_message), messages.STREAM_QOS, raw=True
+                topic.kind,
+                name,
+                partial(self._on_message, topic.on_message),
+                messages.STREAM_QOS,
+                raw=True,
+                event_callbacks=SubscriptionEventCallbacks(incompatible_qos=partial(self._on_incompatible, name)),
             )
             for name, topic in topics.items()
         }
@@ -148,7 +167,7 @@ class CommandArbiter:
                 received = True
                 now = time.monotonic()
                 if not self._lease.accepts(message.sender, now):
-                    self._refuse(message.sender)
+                    self._refuse(name, message.sender)
                 elif self._topics[name].on_message(message.data):
                     self._lease.acquire(message.sender, now)
         return received
@@ -223,13 +242,22 @@ class CommandArbiter:
             subscription.close()
         self._with_sender = {}
 
-    def _refuse(self, sender: bytes) -> None:
+    def _on_incompatible(self, topic: str, event: Any) -> None:
+        """Say which publisher is not matched, and why: it would be waited for."""
+        name = self._node.resolve_topic_name(topic)
+        unmatched = sorted({each.node for each in publishers(self._node, name) if not each.reliable})
+        whose = f" of {' and '.join(unmatched)}" if unmatched else ""
+        self._host.notify(f"a publisher{whose} of {name} is not matched: {messages.describe_policy(event.last_policy_kind)}")
+
+    def _refuse(self, topic: str, sender: bytes) -> None:
         """Count a refusal; warn at once of a new sender only, since there may be thousands of messages in a second."""
         known = sender in self._refused
         self._refused[sender] = time.monotonic()
         if not known:
             self._publisher_names |= self._list_publishers()
             self._update_warning()
+        name = self._subscriptions[topic].topic_name
+        self._simulation.refused_messages[f"{name} of {self._publisher_names.get(sender, _GONE)}"] += 1
         self._simulation.validator.reject(Refusal.COMMANDER, self._warning)
 
     def _update_warning(self) -> None:
@@ -239,11 +267,14 @@ class CommandArbiter:
             refused = " and ".join(sorted({self._publisher_names.get(sender, _GONE) for sender in self._refused}))
             owner = self._publisher_names.get(self._lease.owner, _GONE)
             self._warning = f"command of {refused} refused: {owner} owns the crane"
+            if not {UNNAMED, _GONE} & {refused, owner}:
+                self._host.notify(self._warning)
         self._simulation.warn(self._warning if self._refused else "", "commander")
 
     def _list_publishers(self) -> dict[bytes, str]:
         return {
-            gid: name
+            publisher.gid: publisher.node
             for subscription in self._subscriptions.values()
-            for gid, name in publishers(self._node, subscription.topic_name)
+            for publisher in publishers(self._node, subscription.topic_name)
+            if publisher.reliable
         }

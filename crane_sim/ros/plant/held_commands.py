@@ -16,17 +16,16 @@ HELD = "held_command"
 class HeldCommands:
     """Publisher of held commands (nu,), each stamped like the state at the start of its period; NaN while brakes act.
 
-    Late commands, time-outs and emergency stops are visible in it, since it is the command that the drives followed. In
-    lockstep that is the command of the state's stamp, and only periods in which brakes act are published.
+    Late commands, time-outs and emergency stops are visible in it, since it is the command that the drives followed; a
+    recorder need not know whose commands the plant takes.
     """
 
-    def __init__(self, node: Node, scene: Scene, every_period: bool) -> None:
-        """Create the publisher, of every period or of braked ones."""
-        self._every_period = every_period
+    def __init__(self, node: Node, scene: Scene) -> None:
+        """Create the publisher."""
         self._publisher = node.create_publisher(JointState, HELD, messages.DEEP_STREAM_QOS)
         self._codec, self._braked = CommandCodec(scene), (nan,) * len(scene.actuated)
 
     def publish(self, stamp: int, command: Sequence[float], braking: bool) -> None:
         """Publish the command (nu,) of the period that begins at a stamp [ns], if there are subscribers."""
-        if (braking or self._every_period) and self._publisher.get_subscription_count():
+        if self._publisher.get_subscription_count():
             self._publisher.publish(self._codec.encode(stamp, self._braked if braking else command))

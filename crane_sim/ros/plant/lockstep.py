@@ -56,7 +56,7 @@ class Lockstep:
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
-        self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended)
+        self._commands = CommandArbiter(host, simulation, topics, lease, self._is_lease_expiry_suspended, exclusive=True)
         self._lag = clock_lag(simulation.scene.period_ns)
         self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
         self._ahead = 0  # ns, by which the clock is ahead of its usual time

@@ -12,7 +12,7 @@ from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_stamps import CommandStamps, realtime_range
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.serialization import decode_array
-from crane_sim.ros.common.timing import StepTiming, minimize_timer_slack
+from crane_sim.ros.common.timing import StepTiming, describe_violation, minimize_timer_slack
 from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
 from crane_sim.ros.plant.scheduler import should_stop
@@ -43,6 +43,7 @@ class Realtime:
         self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
         self._timed_out, self._command_timeouts = False, 0
+        self._steps, self._unanswered_steps = 0, 0  # all, and those at which no command had come since the last one
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
         self._codec = CommandCodec(simulation.scene)
@@ -113,10 +114,16 @@ class Realtime:
         self._watchdog.reset()
         self._set_timed_out(False)
         self._timing = StepTiming()
+        self._steps = self._unanswered_steps = 0
 
     def metrics(self) -> dict[str, Any]:
-        """See `StepScheduler`; the timing of steps, and the number of time-outs of commands."""
-        return self._timing.metrics() | {"silences": self._command_timeouts}
+        """See `StepScheduler`; the timing of steps, the number of time-outs of commands, and what was not in time."""
+        counts = {"silences": self._command_timeouts}
+        if self._commands:
+            counts["unanswered_steps"] = self._unanswered_steps
+        unanswered = 0 if self._settings.commanded else self._unanswered_steps  # a node of the user's may be slower
+        violation = describe_violation(self._steps, self._simulation.deadline_misses, unanswered)
+        return self._timing.metrics() | counts | ({"real_time_violation": violation} if violation else {})
 
     def _serve_until_due(self) -> None:
         self._host.spin(0.0)
@@ -149,6 +156,8 @@ class Realtime:
                 time.sleep(_STEP_POLL)
 
     def _step(self) -> None:
+        self._steps += 1
+        self._unanswered_steps += not self._answered
         effort, self._answered = self._next_effort(), False
         self._simulation.step(effort)
 

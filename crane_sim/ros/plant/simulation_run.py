@@ -1,14 +1,17 @@
 """One simulation run of the node `plant`: its steps, publications and counters; schedulers decide when it steps."""
 
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from crane_sim.description.transforms import payload_orientation
+from crane_sim.numerics.compile_time import compile_time
 from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.command_stamps import clock_lag
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
+from crane_sim.ros.common.source_filter import refused_entry
 from crane_sim.ros.plant.held_commands import HeldCommands
 from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
@@ -31,6 +34,7 @@ class SimulationRun:
         deadline_misses: real-time steps that came too late.
         steps_before_reset: taken before the last reset.
         remarks: further entries of the diagnostics.
+        refused_messages: number of commands refused since another publisher owns the crane, by topic and node.
     """
 
     def __init__(
@@ -43,6 +47,7 @@ class SimulationRun:
         clock_leads: bool = False,
         further: Sequence[StatePublisher] = (),
         held_commands: HeldCommands | None = None,
+        notify: Callable[[str], object] = lambda line: None,
     ) -> None:
         """Prepare a run; nothing is published yet.
 
@@ -52,9 +57,11 @@ class SimulationRun:
             clock_leads: the scheduler publishes the clock, by `advance_clock`, before the state of that time.
             further: what is published of every state besides.
             held_commands: publisher of the command of each period, where they are published.
+            notify: is called with a line for the terminal.
         """
         self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
-        self._further, self.remarks = further, dict[str, object]()
+        self._further, self.remarks, self._notify = further, dict[str, object](), notify
+        self.refused_messages = Counter[str]()
         self.validator = CommandValidator(scene.actuated, largest, scene.joint_names)
         self.stamp, self.deadline_misses, self.steps_before_reset = 0, 0, 0
         self.waiting = self.ending = self.failure = ""
@@ -150,15 +157,15 @@ class SimulationRun:
 
     def step(self, effort: Sequence[float] | None) -> None:
         """Advance one period with `effort` (nu,) held; the state is published first: the controller waits for it."""
-        stamp, command = self.stamp, self._taken(effort)
-        if self._held_commands and command is not None:
-            self._held_commands.publish(stamp, command, self.plant.braking)
+        stamp, command, braking = self.stamp, self._taken(effort), self.plant.braking
         try:
             self.plant.advance(command)
         except SimulationError as error:
             self.failure = str(error)
             return
         self.publish_state()
+        if self._held_commands and command is not None:  # before the effort, which completes a recorder's step
+            self._held_commands.publish(stamp, command, braking)
         if self._topics.effort_subscribed:
             self._topics.publish_effort(stamp, self.plant.applied)
         self._publish_what_follows()
@@ -187,6 +194,8 @@ class SimulationRun:
         self._pipes.report("progress", step=self.plant.k)
         if now >= self._next_diagnostics:
             self._publish_diagnostics(now)
+            if now - self._start_time >= _DIAGNOSTICS_PERIOD and (line := self.validator.describe_refusals()):
+                self._notify(line)
 
     def publish_clock_if_due(self) -> None:
         """Publish the unchanged clock ten times a second for new subscribers, before the run begins or in a pause.
@@ -222,13 +231,16 @@ class SimulationRun:
         head = {"scene": self.scene.name, "law": self.scene.law_name, "mode": mode, "seed": self.scene.seed}
         speed = {
             "wall_time": wall,
+            "compile_time": compile_time(),
             "real_time_factor": steps * self.scene.period / wall if wall else 0.0,
             "steps_per_second": steps / wall if wall else 0.0,
             "deadline_misses": self.deadline_misses,
             "publish_us": self._topics.publishing.metrics(),
             "commands": self.validator.summary(),
         }
-        return head | self.plant.summary() | speed
+        refused = {str(reason): number for reason, number in self.validator.refused.items()}
+        speed |= {"refused_commands": refused} if refused else {}
+        return head | self.plant.summary() | speed | refused_entry(self.refused_messages)
 
     def advance_clock(self, stamp: int) -> None:
         """Publish the clock at `stamp` [ns]."""

@@ -2,19 +2,22 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String, UInt8
 
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.sender_subscription import full_name, publishers
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.common.timing import DurationHistogram
-from crane_sim.ros.plant.sender_subscription import full_name, publishers
 from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
 
 _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
@@ -30,10 +33,22 @@ class PlantTopics:
     """
 
     def __init__(
-        self, node: Node, joints: Sequence[str], actuated: Sequence[str], clock: bool = True, sensed: bool = False
+        self,
+        node: Node,
+        joints: Sequence[str],
+        actuated: Sequence[str],
+        clock: bool = True,
+        sensed: bool = False,
+        notify: Callable[[str], object] = lambda line: None,
     ) -> None:
-        """Create every publisher of the node `plant`; that of /clock only with `clock`, true states with `sensed`."""
-        self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM_QOS)
+        """Create every publisher of the node `plant`; that of /clock only with `clock`, true states with `sensed`.
+
+        `notify` is called with a line on a subscriber of the states that is not matched.
+        """
+        events = PublisherEventCallbacks(incompatible_qos=partial(self._on_incompatible, notify))
+        self._states = node.create_publisher(
+            JointState, "joint_states", messages.DEEP_STREAM_QOS, event_callbacks=events
+        )
         self._truth = node.create_publisher(JointState, "true_states", messages.DEEP_STREAM_QOS) if sensed else None
         self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM_QOS)
         self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK_QOS) if clock else None
@@ -50,6 +65,10 @@ class PlantTopics:
         self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = self.truth_subscribed = False
         self._state_subscribers = SubscriberCount(self._states)
         self.publishing = DurationHistogram()
+
+    def _on_incompatible(self, notify: Callable[[str], object], event: Any) -> None:
+        why = messages.describe_policy(event.last_policy_kind)
+        notify(f"a subscriber of {self._states.topic_name} is not matched: {why}")
 
     def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> None:
         """Publish the joint state; first of all in a step, since the controller waits for it.
@@ -133,7 +152,7 @@ class PlantTopics:
         topic = self._states.topic_name
         if self._node.count_publishers(topic) < 2:
             return ""
-        names = sorted(publisher.node for publisher in publishers(self._node, topic))
+        names = sorted(publisher.node for publisher in publishers(self._node, topic) if publisher.reliable)
         return f"{topic} has {len(names)} publishers: {', '.join(names)}"
 
     def all_acknowledged(self, timeout: float = 0.0) -> bool:

@@ -1,19 +1,21 @@
 """Decoder of a run's messages for a recorder, which takes stamps and numbers and is independent of ROS."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from math import isnan
 from typing import TYPE_CHECKING, cast
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.recording import states
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_filter import CommandValidator, largest_efforts
-from crane_sim.ros.common.messages import SimulationState
-from crane_sim.ros.common.serialization import EFFORT, STATE, DecodedJointState, JointStateCodec
+from crane_sim.ros.common.messages import MalformedMessage, SimulationState
+from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 
 if TYPE_CHECKING:
     from crane_sim.recording.rerun.recorder import Recorder
@@ -30,15 +32,20 @@ TOPICS = (
     "simulation_state",
     "/diagnostics",
 )
+_LARGEST_REFERENCE = 1e9  # m or rad: beyond it is no crane's, and soon no picture's single precision
 STATE_NAMES = tuple(state.name.lower() for state in SimulationState)
 
 
 class MessageDecoder:
-    """Callbacks of serialized messages that pass their numbers on to a recorder."""
+    """Callbacks of serialized messages that pass their numbers on to a recorder.
+
+    Attributes:
+        refused: number of messages that do not fit, by topic.
+    """
 
     def __init__(self, scene: "Scene", recorder: "Recorder", source: str = "") -> None:
         """Create a decoder for the joints of a scene, whose plant has the name `source` in diagnostics."""
-        self._source = source
+        self._source, self.refused = source, Counter[str]()
         self._refused, self._last_diagnostics_stamp = 0, 0  # commands refused up to the newest diagnostics [ns]
         self._recorder, self._scene, self._quitting, self._has_held_commands = recorder, scene, False, False
         self._joints, self._actuated = list(scene.joint_names), list(scene.actuated)
@@ -50,7 +57,7 @@ class MessageDecoder:
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one callback of a serialized message per topic."""
-        return {
+        callbacks: dict[str, Callable[[bytes], bool]] = {
             "joint_states": self._on_state,
             "true_states": self._on_true_state,
             "applied_effort": self._on_effort,
@@ -61,81 +68,95 @@ class MessageDecoder:
             "simulation_state": self._on_simulation_state,
             "/diagnostics": self._on_diagnostics,
         }
+        return {topic: partial(self._read, topic, callback) for topic, callback in callbacks.items()}
 
-    def _on_state(self, data: bytes) -> None:
-        self._add_motion(self._recorder.add_state, data)
-
-    def _on_true_state(self, data: bytes) -> None:
-        self._add_motion(self._recorder.add_true_state, data)
-
-    def _add_motion(self, add: Callable[[int, Sequence[float], Sequence[float]], None], data: bytes) -> None:
-        """Add the state in a message, unless it lacks joints or numbers, as one of another publisher may."""
-        state = _decode(self._state_codec, data)
-        vectors = state and state.sort_by_joint(self._joints, state.position, state.velocity)
-        if state and vectors:
-            add(state.stamp, *vectors)
-
-    def _on_effort(self, data: bytes) -> None:
-        if self._quitting:
-            return  # the zero effort after the last step belongs to no step
-        applied = _decode(self._effort_codec, data)
-        vectors = applied and applied.sort_by_joint(self._actuated, applied.effort)
-        if applied and vectors:
-            self._recorder.add_effort(applied.stamp, *vectors)
-
-    def _on_command(self, data: bytes) -> None:
-        stamp, command = self._read_command(data)
-        if command is not None:
-            self._recorder.add_command(stamp, command)
-
-    def _on_accepted(self, data: bytes) -> None:
-        stamp, command = (0, None) if self._has_held_commands else self._read_command(data)
-        if command is not None:
-            self._recorder.add_accepted(stamp, command)
-
-    def _on_held(self, data: bytes) -> None:
-        """Add what the drives were given, none while the brakes act: it takes precedence over the accepted command."""
-        stamp, command = self._read_command(data)
-        if stamp:
-            self._has_held_commands = True
-            self._recorder.add_accepted(stamp, command)
-
-    def _read_command(self, data: bytes) -> tuple[int, tuple[float, ...] | None]:
-        """Return (stamp [ns], the command (nu,) in a message, or None where it is none)."""
-        decoded = _decode(self._command_codec, data)
-        if decoded is None:
-            return 0, None
-        return decoded.stamp, self._validator.match_joints(decoded.names, self._command_codec.values(decoded))
-
-    def _on_reference(self, data: bytes) -> None:
+    def _read(self, topic: str, callback: Callable[[bytes], bool], data: bytes) -> None:
+        """Pass a message on, and count it where it does not fit: a topic may carry anything."""
         try:
-            message = deserialize_message(data, JointTrajectory)
-        except RuntimeError:  # the middleware's: the bytes are no such message
-            return
-        if message.points:
-            point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
-            target = self._sort_by_joint(list(message.joint_names), list(point.positions))
-            if target is not None:
-                self._recorder.add_reference(messages.nanoseconds(message.header.stamp), target)
+            fits = callback(data)
+        except MalformedMessage:
+            fits = False
+        if not fits:
+            self.refused[topic] += 1
 
-    def _on_simulation_state(self, data: bytes) -> None:
+    def _on_state(self, data: bytes) -> bool:
+        return self._add_motion(self._recorder.add_state, data)
+
+    def _on_true_state(self, data: bytes) -> bool:
+        return self._add_motion(self._recorder.add_true_state, data)
+
+    def _add_motion(self, add: Callable[[int, Sequence[float], Sequence[float]], None], data: bytes) -> bool:
+        """Add the state in a message, unless it lacks joints or numbers."""
+        state = self._state_codec.decode(data)
+        vectors = state.sort_by_joint(self._joints, state.position, state.velocity)
+        if vectors:
+            add(state.stamp, *vectors)
+        return vectors is not None
+
+    def _on_effort(self, data: bytes) -> bool:
+        if self._quitting:
+            return True  # the zero effort after the last step belongs to no step
+        applied = self._effort_codec.decode(data)
+        vectors = applied.sort_by_joint(self._actuated, applied.effort)
+        if vectors:
+            self._recorder.add_effort(applied.stamp, *vectors)
+        return vectors is not None
+
+    def _on_command(self, data: bytes) -> bool:
+        return self._has_held_commands or self._add_command(self._recorder.add_command, data)
+
+    def _on_accepted(self, data: bytes) -> bool:
+        return self._has_held_commands or self._add_command(self._recorder.add_accepted, data)
+
+    def _add_command(self, add: Callable[[int, Sequence[float]], None], data: bytes) -> bool:
+        decoded = self._command_codec.decode(data)
+        command = self._validator.match_joints(decoded.names, self._command_codec.values(decoded))
+        if command is not None and decoded.stamp >= 0:
+            add(decoded.stamp, command)
+        return command is not None
+
+    def _on_held(self, data: bytes) -> bool:
+        """Add what the drives were given, none while the brakes act: it takes precedence over the accepted command."""
+        decoded = self._command_codec.decode(data)
+        values = self._command_codec.values(decoded)
+        brakes = decoded.names == self._actuated and len(values) == len(self._actuated) and all(map(isnan, values))
+        command = None if brakes else self._validator.match_joints(decoded.names, values)
+        fits = decoded.stamp > 0 and (brakes or command is not None)
+        if fits:
+            self._has_held_commands = True
+            self._recorder.add_accepted(decoded.stamp, command)
+        return fits
+
+    def _on_reference(self, data: bytes) -> bool:
+        message: JointTrajectory = messages.deserialize(data, JointTrajectory)
+        stamp = messages.nanoseconds(message.header.stamp)
+        if not message.points:
+            return True
+        point = cast(Sequence[JointTrajectoryPoint], message.points)[-1]
+        target = self._sort_by_joint(list(message.joint_names), list(point.positions))
+        if target is None:
+            return True  # coordinates of another kind are the payload's
+        fits = all(abs(value) < _LARGEST_REFERENCE for value in target)
+        if fits:
+            self._recorder.add_reference(stamp, target)
+        return fits
+
+    def _on_simulation_state(self, data: bytes) -> bool:
         state = messages.decode_simulation_state(data)
         if state is None:
-            return
+            return False
         self._quitting = state == SimulationState.QUITTING or (self._quitting and state == SimulationState.STOPPED)
         self._recorder.add_simulation_state(STATE_NAMES[state] if state < len(STATE_NAMES) else str(state))
+        return True
 
-    def _on_diagnostics(self, data: bytes) -> None:
+    def _on_diagnostics(self, data: bytes) -> bool:
         """Add what diagnostics report of the controller, of commands refused since the last message, and of a stop."""
-        try:
-            message = deserialize_message(data, DiagnosticArray)
-        except RuntimeError:
-            return
-        stamp = messages.nanoseconds(message.header.stamp)
+        message: DiagnosticArray = messages.deserialize(data, DiagnosticArray)
         for status in cast(Sequence[DiagnosticStatus], message.status):
             if status.name == self._source:
                 values = {pair.key: pair.value for pair in cast(Sequence[KeyValue], status.values)}
-                self._add_diagnostics(stamp, values)
+                self._add_diagnostics(messages.nanoseconds(message.header.stamp), values)
+        return True
 
     def _add_diagnostics(self, stamp: int, values: Mapping[str, str]) -> None:
         """Add to the timelines of controller, emergency stop and commands what the plant's diagnostics report."""
@@ -165,11 +186,3 @@ class MessageDecoder:
 def source_of(node: Node) -> str:
     """Return the name, in diagnostics, of the plant in the namespace of a node."""
     return f"{node.get_namespace().strip('/')}/plant"
-
-
-def _decode(codec: JointStateCodec | CommandCodec, data: bytes) -> DecodedJointState | None:
-    """Return a decoded message, None for data of another type: a topic may carry anything."""
-    try:
-        return codec.decode(data)
-    except ValueError:
-        return None

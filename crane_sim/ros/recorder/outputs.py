@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -73,10 +74,12 @@ class Outputs:
         self, node: Node, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
     ) -> None:
         """Open the files; raises Fault where one cannot be written. `keep_alive` gets what must outlive a failure."""
+        self._node = node
         self._bag = bag = _open_bag(node, scene, settings, resume)
         self.recorder = _open_recorder(scene, settings, keep_alive, bag, resume)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
-        receivers = [bag, self.recorder and MessageDecoder(scene, self.recorder, source_of(node))]
+        self._decoder = MessageDecoder(scene, self.recorder, source_of(node)) if self.recorder else None
+        receivers = [bag, self._decoder]
         self.callbacks: list[dict[str, Callable[[bytes], None]]] = [each.callbacks() for each in receivers if each]
         steps = [step for step, output in ((resume.last_bag_step, bag), (resume.after, self.recorder)) if output]
         self.resume_after = [step * scene.period_ns for step in steps]
@@ -91,6 +94,11 @@ class Outputs:
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
         last_bag_step, resets = self._bag.last_step if self._bag else 0, max(output.resets for output in self.files)
         return {"step": step, "recorded": recorded, "last_bag_step": last_bag_step, "resets": resets}
+
+    def misfits(self) -> Counter[str]:
+        """Return the number of messages that no recording can have, by topic."""
+        refused = self._decoder.refused if self._decoder else Counter[str]()
+        return Counter({f"{self._node.resolve_topic_name(topic)}, malformed": n for topic, n in refused.items()})
 
     def save(self) -> None:
         """Write all that is buffered: no more messages are coming."""

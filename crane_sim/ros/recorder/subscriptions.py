@@ -4,7 +4,9 @@ An executor wakes up for every message. A recorder is in no hurry, and on a busy
 core from the plant or the controller: here messages wait in the middleware until they are polled.
 """
 
+import time
 from bisect import bisect_right
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -12,10 +14,8 @@ from typing import Any, NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.type_support import check_for_type_support
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String, UInt8
@@ -24,6 +24,8 @@ from trajectory_msgs.msg import JointTrajectory
 from crane_sim.recording.mcap.topic import Topic, has_stamp
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.messages import SimulationState
+from crane_sim.ros.common.sender_subscription import MessageWithSender, SenderSubscription
+from crane_sim.ros.common.source_filter import PLANT, SourceFilter
 from crane_sim.ros.common.transform_messages import TFMessage
 
 Callback = Callable[[bytes], None]
@@ -37,6 +39,8 @@ _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class _Source(NamedTuple):
     kind: Any  # message class
     qos: QoSProfile
+    publisher: str = PLANT  # name of the node whose messages are taken; empty: those of all nodes are
+    shared: bool = False  # other nodes' are taken as well, unless they have the publisher's name in them
 
 
 class _Message(NamedTuple):
@@ -46,22 +50,22 @@ class _Message(NamedTuple):
 
 
 _SOURCES = {
-    "joint_commands": _Source(JointState, _STREAM),
+    "joint_commands": _Source(JointState, _STREAM, ""),
     "accepted_command": _Source(JointState, _STREAM),
     "held_command": _Source(JointState, _STREAM),
-    "joint_trajectory": _Source(JointTrajectory, _STREAM),
-    "tip_demand": _Source(JointTrajectory, _STREAM),
+    "joint_trajectory": _Source(JointTrajectory, _STREAM, ""),
+    "tip_demand": _Source(JointTrajectory, _STREAM, "tracker"),
     "payload_pose": _Source(PoseStamped, _SENSOR),
     "base/odometry": _Source(Odometry, _STREAM),
     "base/imu": _Source(Imu, _STREAM),
     "camera/payload_pose": _Source(PoseStamped, _STREAM),
     "robot_description": _Source(String, _LATCHED),
     "simulation_state": _Source(UInt8, _LATCHED),
-    "/clock": _Source(Clock, _SENSOR),
-    "/diagnostics": _Source(DiagnosticArray, _STREAM),
+    "/clock": _Source(Clock, _SENSOR, ""),
+    "/diagnostics": _Source(DiagnosticArray, _STREAM, shared=True),
 }
 if TFMessage is not None:
-    _SOURCES |= {"/tf": _Source(TFMessage, _STREAM), "/tf_static": _Source(TFMessage, _LATCHED)}
+    _SOURCES |= {"/tf": _Source(TFMessage, _STREAM, ""), "/tf_static": _Source(TFMessage, _LATCHED, "")}
 _SOURCES |= {  # last: a plant that has discovered these, for which it waits, has discovered all before them
     "joint_states": _Source(JointState, _STREAM),
     "true_states": _Source(JointState, _STREAM),
@@ -112,10 +116,12 @@ class RecorderSubscriptions:
 
     def missing(self, sensed: bool) -> str:
         """Return one line on the peer still missing, empty when the plant is there, of a crane with sensors or not."""
-        for name in ("joint_states", "applied_effort", *(["true_states"] if sensed else [])):
-            if not self._subscriptions[name].has_publisher:
-                return f"a publisher of {self._subscriptions[name].topic}"
-        return ""
+        needed = ("joint_states", "applied_effort", *(["true_states"] if sensed else []))
+        return next(filter(None, (self._subscriptions[name].missing() for name in needed)), "")
+
+    def refused(self) -> Counter[str]:
+        """Return the numbers of messages refused: of other nodes than the topic's own, or that do not fit."""
+        return sum((each.refused() for each in self._subscriptions.values()), Counter[str]())
 
     def _on_simulation_state(self, data: bytes) -> None:
         state = messages.decode_simulation_state(data)
@@ -126,7 +132,7 @@ class RecorderSubscriptions:
 
 
 class PolledSubscription:
-    """A subscription that no executor serves.
+    """A subscription that no executor serves; of topics that one node publishes only its messages are taken.
 
     Attributes:
         topic: its name with the namespace.
@@ -135,28 +141,52 @@ class PolledSubscription:
     def __init__(self, node: Node, name: str, callback: Callback) -> None:
         """Subscribe to the topic of this name; `take_all` yields the callback with each message."""
         source = _SOURCES[name]
-        self._callback, self._kind, self._sent = callback, source.kind, 0
+        self._callback, self._sent = callback, 0
         self._stamped = _topic(name, source).stamped
-        check_for_type_support(source.kind)  # loads it, too
-        with node.handle:  # `create_subscription` would wrap it, and add it to the executor
-            qos = source.qos.get_c_qos_profile()
-            self._handle = rclpy_implementation.Subscription(node.handle, source.kind, name, qos)
-        self.topic = self._handle.get_topic_name()
+        self._subscription = SenderSubscription(node, source.kind, name, source.qos)
+        self.topic = self._subscription.topic
+        standbys = source.publisher != PLANT  # the other nodes may be replaced in the run
+        self._filter = SourceFilter(node, self.topic, source.publisher, standbys) if source.publisher else None
+        self._claim = self._filter.source.strip("/").encode() if self._filter and source.shared else b""
+        self._unknown = deque[tuple[float, MessageWithSender]](maxlen=_DEPTH)  # received before their nodes' names
+        self._misfits = Counter[str]()
 
-    @property
-    def has_publisher(self) -> bool:
-        """Whether the topic has a publisher."""
-        return self._handle.get_publisher_count() > 0
+    def missing(self) -> str:
+        """Return one line where the publisher is missing, or is not known by its name yet; empty where it is there."""
+        there = self._subscription.count_publishers() and (self._filter is None or self._filter.has_source)
+        return "" if there else f"a publisher of {self.topic}"
+
+    def refused(self) -> Counter[str]:
+        """Return the number of messages refused, by topic and node."""
+        return (self._filter.refused if self._filter else Counter[str]()) + self._misfits
 
     def take_all(self) -> Iterator[_Message]:
         """Take and yield all messages."""
-        with self._handle:
-            while message := self._handle.take_message(self._kind, True):
-                data, info = message
-                self._sent = max(self._sent, info["source_timestamp"])  # a clock set back reorders no topic
-                if self._stamped and not has_stamp(data):
-                    continue  # a topic may carry anything: these bytes are no such message
-                yield _Message(self._sent, self._callback, data)
+        now, waiting = time.monotonic(), len(self._unknown)
+        for _ in range(waiting):
+            received, message = self._unknown.popleft()
+            yield from self._pass(message, received, now)
+        while message := self._subscription.take():
+            yield from self._pass(message, now, now)
+
+    def _accepts(self, message: MessageWithSender) -> bool | None:
+        """See `SourceFilter.accepts`."""
+        if self._filter is None or (self._claim and self._claim not in message.data):
+            return True
+        return self._filter.accepts(message.sender)
+
+    def _pass(self, message: MessageWithSender, received: float, now: float) -> Iterator[_Message]:
+        """Yield a message that counts; keep one whose publisher has no name yet until the name must have come."""
+        accepted = self._accepts(message)
+        if accepted is None and now - received < messages.LIVELINESS_LEASE:
+            self._unknown.append((received, message))
+        elif accepted is None and self._filter:
+            self._filter.refuse(message.sender)
+        elif accepted and self._stamped and not has_stamp(message.data):
+            self._misfits[f"{self.topic}, malformed"] += 1  # a topic may carry anything
+        elif accepted:
+            self._sent = max(self._sent, message.sent)  # a clock set back reorders no topic
+            yield _Message(self._sent, self._callback, message.data)
 
 
 def _topic(name: str, source: _Source) -> Topic:

@@ -1,21 +1,23 @@
-"""The group `base_motion` of a scene file: how the base of a crane moves.
+"""The group `base_motion` of a scene file: how the base of a crane moves."""
 
-A base motion that was recorded: read from a CSV file, filtered if requested, smoothed by a spline.
-"""
-
-from math import factorial
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BeforeValidator, Field
 
-from crane_sim.files.csv_table import read_table
-from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.files.types import Angle, NonNegative, Positive, Real, Seed, Tilt, reject_bool
-from crane_sim.scenes.schema.base_smoothing import MAX_ROWS, smooth
+from crane_sim.files.errors import PATH, SceneError, shorten
+from crane_sim.files.types import (
+    Angle,
+    Heel,
+    NonNegative,
+    Positive,
+    Real,
+    Seed,
+    Tilt,
+    reject_bool,
+)
 from crane_sim.scenes.schema.groups import Group
+from crane_sim.scenes.schema.recorded_motion import peak_notes, spline_base
 from crane_sim.trajectories.base_motion import AXES, AnyBase, Base, MountedBase, SplineBase, rotations
 from crane_sim.trajectories.waves import (
     BREAKING_STEEPNESS,
@@ -27,123 +29,6 @@ from crane_sim.trajectories.waves import (
     sample_sea,
     steepness,
 )
-
-Array = npt.NDArray[np.float64]
-
-
-FEWEST = 6  # rows, of a quintic spline
-
-
-MIN_INTERVAL = 1e-6  # s, between two rows: its powers stay in the range of doubles
-
-
-LIVELY, LIVELY_TURN = 4.9, 0.5
-"""m/s² (half of free fall) and rad/s², beyond which a base moves as no ship does, and rows are likely to be noisy."""
-
-
-PIECE_SAMPLES = np.linspace(0.0, 1.0, 9)  # of every piece, for its largest acceleration
-
-
-def spline_base(file: str, duration: float, cut_off: float | None = None) -> SplineBase:
-    """Return the quintic spline through a file's rows: its derivatives are continuous up to the fourth.
-
-    Args:
-        file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad].
-        duration: s, of the run that it has to cover.
-        cut_off: Hz, of the low pass of the rows, see `smooth`; None: none.
-
-    Raises:
-        SceneError: the file cannot be read, or has no valid content.
-    """
-    from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
-
-    where = f"base_motion.file = {file!r}"
-    head, rows, lines = _read_columns(where, file)
-    times = rows[:, head.index("time")]
-    _check_times(where, times, lines, duration)
-    values = np.zeros((len(times), len(AXES)))
-    for i, name in enumerate(AXES):
-        if name in head:
-            values[:, i] = rows[:, head.index(name)]
-    if cut_off is not None:
-        values = _low_pass(where, times, values, cut_off)
-    spline = make_interp_spline(times, values, k=5)
-    knots = np.unique(spline.t)  # those of the ends stand several times
-    powers = [spline(knots[:-1], nu=m) / factorial(m) for m in range(6)]
-    return SplineBase(knots, np.ascontiguousarray(np.stack(powers, axis=-1).transpose(1, 0, 2)))
-
-
-def _low_pass(where: str, times: Array, values: Array, cut_off: float) -> Array:
-    """Return the rows after the low pass of `smooth`.
-
-    Raises:
-        SceneError: it would leave all of them, or nothing but a line.
-    """
-    span, rate = float(times[-1] - times[0]), (len(times) - 1) / float(times[-1] - times[0])
-    least, most = max(1.0 / span, rate / MAX_ROWS), 0.5 * rate
-    if not least <= cut_off <= most:
-        raise SceneError(
-            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file covers {span:g} s, "
-            f"{rate:.3g} rows a second"
-        )
-    try:
-        return smooth(times, values, cut_off)
-    except ValueError as error:
-        raise SceneError(f"{where}: {error}") from None
-
-
-def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]:
-    """Return (largest linear [m/s²] and angular [rad/s²] acceleration within 0 .. duration [s], their times [s])."""
-    times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * PIECE_SAMPLES
-    s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
-    during_run = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
-    s, times, rows = s[during_run], np.clip(times, 0.0, duration)[during_run], base.coefficients[:, during_run]
-    seconds = np.zeros((len(AXES), *s.shape))
-    for k in range(2, rows.shape[2]):
-        seconds += k * (k - 1) * rows[:, :, k, None] * s ** (k - 2)
-    both = [np.linalg.norm(part, axis=0) for part in (seconds[:3], seconds[3:])]
-    return np.array([size.max() for size in both]), np.array([times.flat[size.argmax()] for size in both])
-
-
-def peak_notes(where: str, base: SplineBase, duration: float) -> dict[str, Any]:
-    """Return the largest accelerations of a base for the summary, and warnings of those that no ship has."""
-    (linear, angular), (at, at_turn) = (part.tolist() for part in peak_accelerations(base, duration))
-    remedy = "are the rows noisy? base_motion.cut_off [Hz], or a lower one, smooths them"
-    lines = []
-    if linear > LIVELY:
-        lines.append(f"{where}: means an acceleration of {linear:.3g} m/s² at {at:.6g} s; {remedy}")
-    if angular > LIVELY_TURN:
-        lines.append(f"{where}: means an angular acceleration of {angular:.3g} rad/s² at {at_turn:.6g} s; {remedy}")
-    notes: dict[str, Any] = {"peak_base_acceleration": linear, "peak_base_angular_acceleration": angular}
-    return notes | ({"warnings": lines} if lines else {})
-
-
-def _read_columns(where: str, file: str) -> tuple[list[str], Array, list[int]]:
-    """Return (names of the columns, rows, their lines in the file)."""
-    try:
-        head, rows = read_table(Path(file))
-    except ValueError as error:
-        raise SceneError(f"{where}: {error}") from None
-    for name in head:
-        if name != "time" and name not in AXES:
-            raise SceneError(f"{where}: {unknown_key(name, ('time', *AXES), 'column')}")
-    if "time" not in head:
-        raise SceneError(f"{where}: has no column 'time'; its first line names the columns")
-    numbers = np.array([row.numbers for row in rows]).reshape(len(rows), len(head))
-    return head, numbers, [row.line for row in rows]
-
-
-def _check_times(where: str, times: Array, lines: list[int], duration: float) -> None:
-    if len(times) < FEWEST:
-        raise SceneError(f"{where}: has {len(times)} rows, a smooth motion needs at least {FEWEST}")
-    brief = np.flatnonzero(np.diff(times) < MIN_INTERVAL)
-    if len(brief):
-        at = int(brief[0]) + 1
-        location = f"row {lines[at]}, time = {times[at]:g}"
-        raise SceneError(f"{where}: {location}: must be {MIN_INTERVAL:g} s after the row before")
-    if times[0] > 0.0 or times[-1] < duration:
-        raise SceneError(f"{where}: covers {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
-
 
 PEAKED = 3.3  # gamma of a JONSWAP spectrum that names none, the mean of the measured ones
 
@@ -160,7 +45,10 @@ Amount = Annotated[Real, Field(ge=-LARGEST, le=LARGEST)]
 Turn = Annotated[Angle, Field(ge=-LARGEST, le=LARGEST)]
 
 
-Lean = Annotated[Tilt, Field(ge=-LARGEST, le=LARGEST)]
+Lean = Annotated[Heel, Field(ge=-LARGEST, le=LARGEST)]
+
+
+Heading = Annotated[Tilt, Field(ge=-LARGEST, le=LARGEST)]
 
 
 NotNegative = Annotated[NonNegative, Field(le=LARGEST)]
@@ -184,6 +72,15 @@ class Roll(Group):
     offset: Lean = 0.0  # rad, added to the sine
 
 
+class Yaw(Group):
+    """offset + amplitude sin(frequency t + phase) about the vertical axis."""
+
+    amplitude: Heading  # rad, size of the sine
+    frequency: NotNegative  # rad/s, of the sine
+    phase: Turn = 0.0  # rad, of the sine at t = 0
+    offset: Heading = 0.0  # rad, added to the sine
+
+
 def _as_list(value: Any) -> Any:
     return (value,) if isinstance(value, dict) else value
 
@@ -192,6 +89,9 @@ Sways = Annotated[tuple[Sway, ...], BeforeValidator(_as_list), Field(max_length=
 
 
 Rolls = Annotated[tuple[Roll, ...], BeforeValidator(_as_list), Field(max_length=MAX_SINUSOIDS)]
+
+
+Yaws = Annotated[tuple[Yaw, ...], BeforeValidator(_as_list), Field(max_length=MAX_SINUSOIDS)]
 
 
 class Answer(Group):
@@ -333,11 +233,12 @@ class BaseMotion(Group):
     heave: Sways = ()  # m, along z
     roll: Rolls = ()  # rad, about x
     pitch: Rolls = ()  # rad, about y
-    yaw: Rolls = ()  # rad, about z
+    yaw: Yaws = ()  # rad, about z
     sea: SeaGroup | None = None  # a sea and how the vessel answers it, on top
     file: str | None = None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
-    # keys; a quintic spline through the rows; the summary has the largest accelerations that it means, and warns of
-    # more than 4.9 m/s² or 0.5 rad/s²
+    # keys; degrees are columns `roll_deg`, `pitch_deg`, `yaw_deg`, and radians of any size `roll_rad` and so on; a
+    # quintic spline through the rows; the summary has the largest accelerations that it means, and warns of more than
+    # 4.9 m/s² or 0.5 rad/s²
     cut_off: Positive | None = None  # Hz, of a low pass that the file's rows go through first, to free them of noise:
     # of a frequency f, 1 / (1 + (f / cut_off)⁴) is left, in phase; left out: the rows as they are
 
@@ -368,7 +269,7 @@ class BaseMotion(Group):
         """Return the notes for the summary on the motion `base` of this group over `duration` [s]."""
         if self.file is not None:
             vessel = base.vessel if isinstance(base, MountedBase) else base
-            return peak_notes(f"base_motion.file = {self.file!r}", vessel, duration)
+            return peak_notes(f"base_motion.file = {shorten(self.file, PATH)}", vessel, duration)
         return self.sea.notes() if self.sea is not None else {}
 
     def _sum(self, sea: dict[str, SineSum]) -> Base:

@@ -1,4 +1,4 @@
-"""The group `falls` of a scene file: elastic ropes between support and spreader, and where the load hangs at rest."""
+"""The group `falls` of a scene file: elastic ropes between support and spreader."""
 
 from math import cos, sin
 from typing import Annotated, Any, NamedTuple
@@ -12,14 +12,11 @@ from crane_sim.models.contact.surface import CompliantContact
 from crane_sim.models.falls.crane import Falls
 from crane_sim.models.loads import RigidLoad
 from crane_sim.scenes.schema.groups import Group
+from crane_sim.scenes.schema.load_at_rest import rotation_matrix
 from crane_sim.scenes.schema.rigging import Vector
 
 Ends = Annotated[tuple[Vector, ...], Field(min_length=1, max_length=100)]
-TRIALS, CLOSE, DECIMALS = 50, 1e-12, 10
-"""Steps of Newton's method for the load at rest, its relative residual, and the decimals [m, rad] of its result.
-
-Rounded so that a run begins with the same bits on every machine: LAPACK's last digits differ by processor.
-"""
+CLOSE = 1e-12  # m, between ends at the same place
 
 
 class FallsGroup(Group):
@@ -56,40 +53,6 @@ class FallsGroup(Group):
         return Falls(np.array(self.top, dtype=float), bottom, length, np.array(offsets), stiffness, relaxation)
 
 
-@np.errstate(all="ignore")  # the largest numbers overflow
-def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | None) -> Any:
-    """Return (x, y, z) [m] of the load's centre at rest and its attitude (w, x, y, z), from the tip, in its axes.
-
-    Args:
-        falls, load: the parameters; the falls' length is their unstretched one.
-        gravity: m/s².
-        yaw: angle [rad] about the vertical at which the load is held; None: it hangs free.
-
-    Raises:
-        SceneError: no position of rest was found.
-    """
-    depth = falls.length + float(np.mean(falls.offset) - np.mean(falls.top[:, 2]) + np.mean(falls.bottom[:, 2]))
-    aside = (falls.top - falls.bottom).mean(axis=0)
-    y = np.array([aside[0], aside[1], -depth, 0.0, 0.0, yaw or 0.0])
-    free, step = 5 if yaw is not None else 6, 1e-6
-    for _ in range(TRIALS):
-        residual = _loads(falls, load, gravity, y)[:free]
-        rounding = 1e-14 * float(falls.axial_stiffness.max())
-        if not np.isfinite(residual).all():
-            break
-        if np.abs(residual).max() <= CLOSE * load.mass * gravity * max(1.0, depth) + rounding:
-            y = np.round(y, DECIMALS) + 0.0  # no negative zero
-            return y[:3], _quaternion(y[3:])
-        ahead = np.array([_loads(falls, load, gravity, y + h)[:free] for h in step * np.eye(6)[:free]])
-        behind = np.array([_loads(falls, load, gravity, y - h)[:free] for h in step * np.eye(6)[:free]])
-        slope = (ahead - behind).T / (2.0 * step)
-        if not np.isfinite(slope).all():
-            break
-        move = np.linalg.lstsq(slope, -residual, rcond=1e-12)[0]
-        y[:free] += np.clip(move, -0.5, 0.5)
-    raise SceneError("falls: no position of rest was found; give initial.position and initial.orientation")
-
-
 class FallsStart(NamedTuple):
     """Where the ends of falls are at t = 0, in the axes of the base."""
 
@@ -102,7 +65,7 @@ def _spread(falls: Falls, start: FallsStart) -> tuple[Any, Any, Any]:
     """Return (upper ends from the tip, lower ends from the load's centre, vectors from these to those), each (n, 3)."""
     s, c = sin(start.yaw), cos(start.yaw)
     over = falls.top @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    arms = falls.bottom @ _rotation_matrix(start.load[3:]).T
+    arms = falls.bottom @ rotation_matrix(start.load[3:]).T
     return over, arms, over + start.tip - (start.load[:3] + arms)
 
 
@@ -130,7 +93,7 @@ def stiffest_frequency(
         contact: of the load, None without.
     """
     over, arms, apart = _spread(falls, start)
-    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], _rotation_matrix(start.load[3:])
+    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], rotation_matrix(start.load[3:])
     yawing = np.cross(over, n)[:, 2:]
     rows = [np.hstack([n, np.cross(arms, n) @ rotation, n, yawing, np.ones((len(n), 1))])]
     springs, relaxations = [falls.axial_stiffness / (falls.length + falls.offset)], [falls.relaxation]
@@ -153,30 +116,3 @@ def _largest_eigenvalue(rows: Any, inverse: Any) -> float:
     with np.errstate(all="ignore"):
         matrix = rows @ inverse @ rows.T
     return float(np.linalg.eigvalsh(matrix).max()) if np.isfinite(matrix).all() else float("inf")
-
-
-def _loads(falls: Falls, load: RigidLoad, gravity: float, y: Any) -> Any:
-    """Return force [N] and moment [N m] (6,) on a load at (x, y, z) with rotation angles (roll, pitch, yaw)."""
-    rotation = _rotation_matrix(_quaternion(y[3:]))
-    arms = falls.bottom @ rotation.T
-    apart = falls.top - (y[:3] + arms)
-    distance, rest = np.maximum(np.linalg.norm(apart, axis=1), CLOSE), falls.length + falls.offset
-    tension = np.maximum(falls.axial_stiffness / rest * (distance - rest), 0.0)
-    pulls = tension[:, None] * apart / distance[:, None]
-    force = pulls.sum(0) - np.array([0.0, 0.0, load.mass * gravity])
-    return np.concatenate([force, np.cross(arms, pulls).sum(0)])
-
-
-def _quaternion(angles: Any) -> Any:
-    """Return the unit quaternion (w, x, y, z) of Rz(yaw) Ry(pitch) Rx(roll)."""
-    half = (0.5 * angles).tolist()
-    (sr, sp, sy), (cr, cp, cy) = map(sin, half), map(cos, half)
-    vector = (cy * cp * sr - sy * sp * cr, cy * sp * cr + sy * cp * sr, sy * cp * cr - cy * sp * sr)
-    return np.array([cy * cp * cr + sy * sp * sr, *vector])
-
-
-def _rotation_matrix(q: Any) -> Any:
-    """Return the rotation matrix (3, 3) of a unit quaternion."""
-    w, x, y, z = q
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross

@@ -17,9 +17,10 @@ from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.exchange import exchange_of, windages_of
-from crane_sim.scenes.schema.falls import FallsGroup, FallsStart, check_ends, load_at_rest, stiffest_frequency
+from crane_sim.scenes.schema.falls import FallsGroup, FallsStart, check_ends, stiffest_frequency
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.integrator import MethodRequirements
+from crane_sim.scenes.schema.load_at_rest import load_at_rest, product, quaternion
 from crane_sim.scenes.schema.load_file import LoadFile
 from crane_sim.scenes.schema.rigging import (
     Payload,
@@ -104,11 +105,20 @@ class FallsFile(LoadFile):
     def _rest_pose(self, q: Any, length: float, skew: float | None) -> tuple[float, ...]:
         """Return position [m] and attitude (7,) of the load at rest on falls of this length below joints at q."""
         load, ((x, y, z), yaw) = self._load(), self.tip(q)
-        place, (w, a, b, c) = load_at_rest(self.falls.falls(length, load), load, self.gravity, skew)
+        near = self._given_posture(length) if self._load_start.position is not None else None
+        place, (w, a, b, c) = load_at_rest(self.falls.falls(length, load), load, self.gravity, skew, near)
         (dx, dy, dz), (s, k) = place.tolist(), (sin(yaw), cos(yaw))
         half_s, half_c = sin(0.5 * yaw), cos(0.5 * yaw)
         turned = half_c * w - half_s * c, half_c * a - half_s * b, half_c * b + half_s * a, half_c * c + half_s * w
         return x + k * dx - s * dy, y + s * dx + k * dy, z + dz, *map(float, turned)
+
+    def _given_posture(self, length: float) -> Any:
+        """Return the load's place [m] and attitude (7,) at t = 0, from the tip, lowered to falls of this length."""
+        tip, yaw = self.tip(self._driven_start[0])
+        s, c = sin(yaw), cos(yaw)
+        x, y, z = np.array(self._load_q[:3]) - tip
+        lowered = z - (length - self._length)
+        return *(c * x + s * y, c * y - s * x, lowered), *product(quaternion([0.0, 0.0, -yaw]), self._load_q[3:])
 
     @property
     def _load_v(self) -> tuple[float, ...]:

@@ -4,7 +4,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from crane_sim.files.errors import about_keys, missing_key, no_group, one_line, unknown_key
+from crane_sim.files.errors import about_keys, missing_key, no_group, one_line, shorten, unknown_key
 from crane_sim.files.types import Real, type_adapter
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
@@ -75,7 +75,7 @@ class TaggedUnion:
         if name is None:
             raise ValueError(missing_key(key, value, choices))
         if not isinstance(name, str) or name not in choices:
-            raise ValueError(f"{key} {name!r} is unknown; possible: {', '.join(choices)}")
+            raise ValueError(f"{key} {shorten(name)} is unknown; possible: {', '.join(choices)}")
         rest, known = {k: v for k, v in value.items() if k != key}, _words_of(choices[name]._fields)
         for unknown in (k for k in rest if k not in known):
             raise ValueError(unknown_key(str(unknown), (key, *known)))

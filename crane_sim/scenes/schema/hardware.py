@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
+from crane_sim.files.errors import shorten
 from crane_sim.files.types import NonNegative, Positive, Real, reject_bool
 from crane_sim.scenes.schema.groups import Group, tagged_union_validator
 
@@ -37,7 +38,9 @@ def _check_order(value: tuple[float, float]) -> tuple[float, float]:
 def _check_names(faults: dict[str, Any]) -> dict[str, Any]:
     for name in faults:
         if not _NAME.fullmatch(name):
-            raise ValueError(f"{name!r}: a fault's name is of small letters, digits and single _, a letter first")
+            raise ValueError(
+                f"{shorten(name)}: a fault's name is of small letters, digits and single _, a letter first"
+            )
     return faults
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.files.errors import SceneError
+from crane_sim.files.errors import SceneError, shorten
 from crane_sim.numerics.column import as_float
 from crane_sim.scenes.schema.overhead_groups import OverheadGroups
 from crane_sim.trajectories.profiles import Shape
@@ -101,11 +101,11 @@ def _link_rates(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
     if values is None or values in ([], ()):
         return (0.0 if flat else (0.0, 0.0, 0.0),) * n
     if any(isinstance(x, bool) or not isinstance(x, int | float) for x in _leaves(values)):
-        raise SceneError(f"initial.rates = {values!r}: must be numbers, one or three for each link")
+        raise SceneError(f"initial.rates = {shorten(values)}: must be numbers, one or three for each link")
     try:
         rates = np.atleast_1d(np.array(values, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):
-        raise SceneError(f"initial.rates = {values!r}: must be numbers, one or three for each link") from None
+        raise SceneError(f"initial.rates = {shorten(values)}: must be numbers, one or three for each link") from None
     if rates.shape not in (((1,), (n,)) if flat else ((1, 3), (n, 3))) or not np.all(np.isfinite(rates)):
         form = f"{n} numbers" if flat else f"{n} vectors of 3"
         raise SceneError(f"initial.rates: has the shape {rates.shape}, must be {form}, all finite")

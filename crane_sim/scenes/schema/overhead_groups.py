@@ -94,7 +94,8 @@ class HoistGroup(Group):
     profile: Profile = None  # m, length over time, of a prescribed hoist
     inertia: SizeOrZero | None = None  # kg, drum inertia over radius squared, of a drive by force; left out: the
     # massless winch
-    push: bool = False  # of a drive by force: efforts that would push the rope are applied too, not as zero
+    push: bool = False  # of the massless winch: efforts that would push the rope are applied too, not as zero; a drum
+    # takes every effort, and what its rope may do is `cable.slack`
     limits: tuple[NonNegative, Positive] | None = None  # m, of the length; a run ends where one is reached; left out:
     # from 0.001 on
 

@@ -249,11 +249,11 @@ def hoist_of(file: OverheadCrane) -> Hoist | None:
         if inertia is not None:
             raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
         return PrescribedHoist(profile.motion())
-    push, friction = float(file.hoist.push), drum_friction(file)
+    friction = drum_friction(file)
     reflected = reflected_inertia(file, "hoist")
     if reflected > 0.0 and not inertia:
         raise SceneError("actuators.hoist.motor.inertia: belongs to a hoist.inertia greater than 0, here is none")
-    return ForceHoist(inertia + reflected, push, friction) if inertia else MasslessHoist(push)
+    return ForceHoist(inertia + reflected, friction) if inertia else MasslessHoist(float(file.hoist.push))
 
 
 def drum_friction(file: OverheadCrane) -> Friction | None:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Protocol, Self
 import numpy as np
 from pydantic import BeforeValidator, TypeAdapter, model_validator
 
-from crane_sim.files.errors import SceneError, no_group
+from crane_sim.files.errors import SceneError, no_group, shorten
 from crane_sim.files.types import Real
 from crane_sim.scenes.schema.groups import Group, InlineUnion, tagged_union_validator
 from crane_sim.trajectories.joint_trajectory import Waypoints, read_trajectory
@@ -55,7 +55,7 @@ def _path(value: Any) -> Any:
         if duplicates:
             raise ValueError(f"file gives {duplicates[0]}, too; leave out one of the two")
         if not isinstance(own["file"], str):
-            raise ValueError(f"file = {own['file']!r}: must be text")
+            raise ValueError(f"file = {shorten(own['file'])}: must be text")
         own |= read_trajectory(own.pop("file"))
     return {key: value[key] for key in _COMMON_KEYS if key in value} | {"profile": _PROFILE.validate_python(own)}
 

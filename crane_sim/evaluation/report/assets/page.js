@@ -20,6 +20,10 @@
       html("strong", get("failure"), run.error);
       if (run.failure_window_start !== null) html("span", get("failure"), `The view and the curves begin with the last ${(run.end - run.failure_window_start).toFixed(1)} s before it.`);
     }
+    if (run.real_time_violation) {
+      get("failure").hidden = false;
+      html("strong", get("failure"), `${run.real_time_violation}; its motion and metrics are also those of the machine.`);
+    }
     for (const [name, value] of run.headlines) {
       const card = html("div", get("headlines"));
       html("dt", card, name);

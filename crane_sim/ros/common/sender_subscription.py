@@ -5,6 +5,7 @@ No executor serves such a subscription: its owner waits for messages, and takes 
 
 import ctypes
 from collections.abc import Iterator
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -14,7 +15,8 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rclpy.type_support import check_for_type_support
 
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of rmw
-_UNNAMED = "a node without a name"  # none of ROS, or one whose name has not arrived yet
+UNNAMED = "a node without a name"
+"""Name of a node that is none of ROS, or whose name has not arrived yet."""
 _OK = 0  # return code of rcl
 _CAPACITY = 4096  # bytes of a message at first; rcl reallocates for larger ones
 
@@ -24,25 +26,27 @@ class Publisher(NamedTuple):
 
     gid: bytes  # identifier
     node: str  # full name
+    reliable: bool  # else a reliable subscription is not matched with it
 
 
 def publishers(node: Node, topic: str) -> Iterator[Publisher]:
-    """Yield every publisher that a reliable subscription is matched with."""
+    """Yield every publisher of a topic in the graph."""
     for info in node.get_publishers_info_by_topic(topic):
-        if info.qos_profile.reliability == ReliabilityPolicy.RELIABLE:
-            yield Publisher(bytes(info.endpoint_gid), full_name(info))
+        reliable = info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+        yield Publisher(bytes(info.endpoint_gid), full_name(info), reliable)
 
 
 def full_name(info: TopicEndpointInfo) -> str:
     """Return the full name of the node with this end of a topic."""
-    return _UNNAMED if info.node_name == _UNKNOWN else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+    return UNNAMED if info.node_name == _UNKNOWN else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
 
 class MessageWithSender(NamedTuple):
-    """A serialized message, and the identifier of its publisher."""
+    """A serialized message, the identifier of its publisher, and when that sent it."""
 
     data: bytes
     sender: bytes
+    sent: int = 0  # ns of the publisher's clock
 
 
 class _Allocator(ctypes.Structure):
@@ -71,37 +75,51 @@ class _MessageInfo(ctypes.Structure):
 
 
 class SenderSubscription:
-    """A subscription that takes the messages of one topic with their senders."""
+    """A subscription that takes the messages of one topic with their senders.
+
+    Attributes:
+        handle: of rclpy.
+        topic: its name with the namespace.
+    """
 
     def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
         """Subscribe; arguments: see `Node.create_subscription`."""
         check_for_type_support(kind)  # loads it, too
         with node.handle:
-            self._handle = rclpy_implementation.Subscription(node.handle, kind, topic, qos.get_c_qos_profile())
-        context: Any = node.context.handle
-        with context:
-            self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, context)
+            self.handle = rclpy_implementation.Subscription(node.handle, kind, topic, qos.get_c_qos_profile())
+        self.topic: str = self.handle.get_topic_name()
+        self._context: Any = node.context.handle
         self._take = ctypes.CDLL("librcl.so").rcl_take_serialized_message
-        self._pointer = ctypes.c_void_p(self._handle.pointer)
+        self._pointer = ctypes.c_void_p(self.handle.pointer)
         self._message, self._info = _allocate_message(), _MessageInfo()
         self._arguments = (self._pointer, ctypes.byref(self._message), ctypes.byref(self._info), None)
+
+    def count_publishers(self) -> int:
+        """Return the number of publishers that it is matched with."""
+        return self.handle.get_publisher_count()
 
     def take(self) -> MessageWithSender | None:
         """Take the oldest message, None where there is none."""
         if self._take(*self._arguments) != _OK:
             return None
-        return MessageWithSender(ctypes.string_at(self._message.buffer, self._message.length), bytes(self._info.sender))
+        data = ctypes.string_at(self._message.buffer, self._message.length)
+        return MessageWithSender(data, bytes(self._info.sender), self._info.sent)
 
     def close(self) -> None:
         """Unsubscribe; messages that were not taken are lost."""
-        self._handle.destroy_when_not_in_use()
+        self.handle.destroy_when_not_in_use()
         ctypes.CDLL("librcutils.so").rcutils_uint8_array_fini(ctypes.byref(self._message))
 
     def wait(self, seconds: float) -> None:
         """Return as soon as there is a message, or after `seconds`."""
         self._wait_set.clear_entities()
-        self._wait_set.add_subscription(self._handle)
+        self._wait_set.add_subscription(self.handle)
         self._wait_set.wait(int(seconds * 1e9))
+
+    @cached_property
+    def _wait_set(self) -> Any:
+        with self._context:
+            return rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, self._context)
 
 
 def _allocate_message() -> _SerializedMessage:

@@ -1,0 +1,51 @@
+"""Files that commands write: each appears whole or not at all, however its writer ends."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from crane_sim.files.errors import SceneError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Write a file under another name of the same kind and rename it, so that it is there whole or not at all.
+
+    Raises:
+        OSError: it cannot be written; a file of that name that was there before is as it was.
+    """
+    partial = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        write(partial)
+        with partial.open("rb") as file:
+            os.fsync(file.fileno())
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text as `write_whole` does."""
+    write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def write_output(option: str, file: Path, write: Callable[[Path], object]) -> None:
+    """Write the file that a command's option names as `write_whole` does, and its folder where there is none.
+
+    Raises:
+        SceneError: it cannot be written; one line with the option, the file and why.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(file, write)
+    except OSError as error:
+        raise SceneError(f"{option} {file}: cannot be written: {error.strerror or error}") from None
+
+
+def partial_files(path: Path) -> Iterator[Path]:
+    """Yield what processes have left that were killed while they wrote a file with `write_whole`."""
+    return path.parent.glob(f".{path.stem}.*{path.suffix}")

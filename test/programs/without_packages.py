@@ -1,0 +1,51 @@
+"""Runs command lines and Python expressions in a process that can import none of the optional packages.
+
+The argument is a JSON object {"commands": [[word, ...], ...], "expressions": [text, ...]}; the output is one with exit
+code and lines on stderr of each command, and with kind and message of the error of each expression.
+"""
+
+import contextlib
+import io
+import json
+import sys
+from collections.abc import Sequence
+
+from crane_sim.files import installation
+
+
+class Absent:
+    """A finder that finds the optional packages absent, as in an environment without them."""
+
+    def find_spec(self, name: str, path: Sequence[str] | None = None, target: object = None) -> None:
+        """Raise ModuleNotFoundError for a module of an optional package, as an import of an absent one does."""
+        if name.partition(".")[0] in installation.PACKAGES:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
+def run_command(words: list[str]) -> tuple[int, list[str]]:
+    """Return exit code and lines on stderr of a command."""
+    from crane_sim import cli
+
+    sys.argv = ["crane", *words]
+    with contextlib.redirect_stderr(io.StringIO()) as errors, contextlib.redirect_stdout(io.StringIO()):
+        code = cli.main()
+    return code, errors.getvalue().splitlines()
+
+
+def evaluate(expression: str) -> tuple[str, str]:
+    """Return kind and message of the error that a Python expression raises; both empty without one."""
+    import crane_sim
+
+    try:
+        eval(expression, {"crane_sim": crane_sim, "run": crane_sim.simulate("overhead_energy", duration=0.02)})
+    except Exception as error:
+        return type(error).__name__, str(error)
+    return "", ""
+
+
+if __name__ == "__main__":
+    wanted = json.loads(sys.argv[1])
+    sys.meta_path.insert(0, Absent())
+    installation.is_of_this_tree = lambda: False  # an environment that pip made
+    commands = [run_command(words) for words in wanted["commands"]]
+    print(json.dumps({"commands": commands, "expressions": list(map(evaluate, wanted["expressions"]))}))

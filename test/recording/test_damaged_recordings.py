@@ -1,0 +1,185 @@
+"""Recordings that are cut or damaged say so, and give the steps that are as they were written; nothing else is read."""
+
+import logging
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bag_samples import write_bag
+from damaged_files import write_damaged
+from recorder_helpers import SCENE, feed
+
+import crane_sim
+from crane_sim.recording.completeness import COMPLETE, CUT, DAMAGED
+from crane_sim.recording.files import unfinished_name
+from crane_sim.recording.rerun import rollout as recordings
+from crane_sim.recording.rerun.recorder import Recorder
+from crane_sim.recording.run import RecordedRun, UnreadableRecording
+from crane_sim.simulation.rollout import Rollout
+
+pytestmark = pytest.mark.interpreted
+STEPS, BLOCK = 60, 10
+KINDS = (".rrd", ".mcap")
+ARRAYS = ("t", "q", "v", "u", "commands", "reference", "tip", "payload", "tensions", "swing", "kinetic", "potential")
+
+
+@cache
+def simulated() -> Rollout:
+    """Return the run that is recorded."""
+    return crane_sim.simulate("knuckle_setpoint", duration=0.01 * STEPS)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Record the run in blocks, and as a bag of as many chunks; return the files by kind."""
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recordings, "BLOCK_STEPS", BLOCK)
+        recording = simulated().record(folder / "run.rrd")
+    return {".rrd": recording, ".mcap": write_bag(folder / "run.mcap", simulated(), save_every=BLOCK)}
+
+
+@pytest.fixture(scope="module")
+def whole(files: dict[str, Path]) -> dict[str, RecordedRun]:
+    """Return the runs in the whole files, by kind."""
+    return {kind: crane_sim.read_recording(file) for kind, file in files.items()}
+
+
+def differences(run: RecordedRun, whole: RecordedRun) -> set[str]:
+    """Return what of a run is not what the whole file has, and "length" where steps are missing."""
+    rows, frames = np.searchsorted(whole.t, run.t), np.searchsorted(whole.frames.t, run.frames.t)
+    pairs = {name: (getattr(run, name), getattr(whole, name)[rows]) for name in ARRAYS}
+    pairs["nodes"] = run.nodes, whole.nodes[frames]
+    found = {name for name, (a, b) in pairs.items() if a.tobytes() != b.tobytes()}
+    found |= {
+        name
+        for name in ("states", "events", "summary", "properties", "crane")
+        if getattr(run, name) != getattr(whole, name)
+    }
+    return found | ({"length"} if len(run.t) < len(whole.t) else set())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_left_of_a_cut_file_is_read(
+    kind: str, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Of a file that was cut anywhere all whole blocks are read, and it says how far it goes; so does a warning."""
+    data, counts = files[kind].read_bytes(), set[int]()
+    cut = unfinished_name(tmp_path / f"run{kind}")
+    for size in range(len(data) // 12, len(data), len(data) // 12):
+        caplog.clear()
+        _write(cut, data[:size])
+        try:
+            run = crane_sim.read_recording(cut)
+        except UnreadableRecording:
+            continue
+        assert differences(run, whole[kind]) <= {"length", "summary", "events", "states"}, size
+        if run.completeness.state == COMPLETE:  # what is missing is the index
+            assert len(run.t) == STEPS
+            continue
+        counts.add(len(run.t))
+        extent = f"is cut off: it has {len(run.t)} of {STEPS} steps, up to {run.t[-1]:g} s"
+        assert run.completeness == (CUT, extent) and not run.finished and extent in run.status
+        assert [line.getMessage() for line in caplog.records] == [f"{cut} {extent}"]
+    assert counts and all(count % BLOCK == 0 for count in counts)
+
+
+def _write(file: Path, data: bytes) -> None:
+    """Write what a killed run leaves: a file, or of a bag a folder with one."""
+    if ".mcap" in file.suffixes:
+        file.mkdir(exist_ok=True)
+        file /= f"{file.name}.mcap"
+    file.write_bytes(data)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_damaged_step_is_left_out(
+    kind: str, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path
+) -> None:
+    """A bit of one position that is flipped costs the steps of its block, and the others are as they were written."""
+    data, damaged = bytearray(files[kind].read_bytes()), tmp_path / f"run{kind}"
+    if kind == ".mcap":
+        at = data.index(whole[kind].q[25, 0].tobytes())
+    else:  # compressed, but not these numbers, which repeat nowhere
+        at = data.index(whole[kind].q[25, 5].tobytes()[1:7])
+    data[at] ^= 1
+    damaged.write_bytes(data)
+    run = crane_sim.read_recording(damaged)
+    assert run.completeness.state == DAMAGED and not run.finished
+    assert f"is damaged: {STEPS - BLOCK} of {STEPS} steps are as they were written" in run.status
+    assert differences(run, whole[kind]) <= {"length", "summary"}
+
+
+def check_damaged(
+    kind: str, seeds: range, files: dict[str, Path], whole: dict[str, RecordedRun], folder: Path
+) -> Counter[str]:
+    """Read a damaged copy of a file for each seed; return how often it was complete, cut, damaged or refused."""
+    outcomes, file = Counter[str](), folder / f"run{kind}"
+    for seed in seeds:
+        what = write_damaged(files[kind], file, seed)
+        try:
+            run = crane_sim.read_recording(file)
+        except UnreadableRecording as error:
+            assert "\n" not in str(error) and str(error).startswith(f"{file}: "), (seed, what)
+            outcomes["refused"] += 1
+            continue
+        found = differences(run, whole[kind])
+        told = set[str]() if run.completeness.state == COMPLETE else {"length", "summary", "events", "states"}
+        assert found <= told, (seed, what, found, run.status)
+        outcomes[run.completeness.state] += 1
+    return outcomes
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_difference_is_silent(
+    kind: str, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path
+) -> None:
+    """However a file is damaged, what is read is what was written, or is said not to be; nothing else is raised."""
+    logging.disable(logging.WARNING)
+    try:
+        outcomes = check_damaged(kind, range(36), files, whole, tmp_path)
+    finally:
+        logging.disable(logging.NOTSET)
+    assert outcomes[DAMAGED] and outcomes[CUT]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", range(4))
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_difference_is_silent_in_many_files(
+    kind: str, part: int, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path
+) -> None:
+    """As above, for 200 damaged files a part."""
+    test_seeds = range(1000 + 200 * part, 1200 + 200 * part)
+    assert check_damaged(kind, test_seeds, files, whole, tmp_path).total() == len(test_seeds)
+
+
+def test_a_message_that_cannot_be_decoded_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Bytes of another type on a topic do not make a bag unreadable: they are counted, and all steps are there."""
+    file = write_bag(tmp_path / "run.mcap", simulated(), foreign=b"\0\1\0\0no JointState")
+    run = crane_sim.read_recording(file)
+    assert len(run.t) == STEPS and run.finished and run.q.tobytes() == simulated().q[:-1].tobytes()
+    assert [line.getMessage() for line in caplog.records] == [f"{file}: 1 messages cannot be decoded and are left out"]
+
+
+@pytest.mark.parametrize("reason", ["orphaned", "interrupted"])
+def test_a_run_that_ended_before_its_time_is_not_finished(reason: str, tmp_path: Path) -> None:
+    """A recorder whose supervisor was killed completes its file; the run is not said to be finished, and why."""
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    feed(recorder, 20)
+    recorder.finish({"scene": SCENE.name, "ended_by": reason})
+    run = crane_sim.read_recording(tmp_path / "run.rrd")
+    assert run.completeness.state == COMPLETE and not run.finished
+    assert run.status.startswith("failed: ") and run.status.endswith(f" after 20 of {SCENE.steps} steps")
+
+
+def test_lost_steps_make_a_recording_incomplete(tmp_path: Path) -> None:
+    """A recorder that did not get the messages of some steps has written a whole file of a run that is not whole."""
+    recorder = Recorder(SCENE, tmp_path / "run.rrd")
+    feed(recorder, 20)
+    recorder.finish({"steps": 25})
+    run = crane_sim.read_recording(tmp_path / "run.rrd")
+    assert run.completeness == (CUT, "lacks 5 of 25 steps, whose messages its recorder did not get")
+    assert not run.finished

@@ -1,0 +1,83 @@
+"""Long tests run in parts, one with each commit."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from long_parts import PARTS, part_of, part_of_commit
+from process_helpers import run_to_completion
+
+TEST = Path(__file__).parents[1]
+NESTED = """
+import pytest
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", range(40))
+def test_long(case):
+    pass
+
+@pytest.mark.long(cases=["1"])
+@pytest.mark.parametrize("case", [0, 1])
+def test_one_case_is_long(case):
+    pass
+"""
+
+
+def collect(folder: Path, *options: str) -> tuple[list[str], str]:
+    """Return the ids of the long tests in `folder` that a session with these options would run, and its output."""
+    usual = ["-p", "conftest", "-c", str(TEST.parent / "pyproject.toml"), "--rootdir", str(folder), "--collect-only"]
+    result = run_to_completion(
+        [sys.executable, "-m", "pytest", *usual, "-n", "0", "-m", "long", *options, str(folder)],
+        env=os.environ
+        | {"PYTHONPATH": os.pathsep.join(map(str, (TEST, TEST / "helpers", TEST / "programs", TEST.parent)))},
+        cwd=folder,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    return [line for line in result.stdout.splitlines() if "::" in line], result.stdout
+
+
+def test_the_parts_cover_every_long_test_once(tmp_path: Path) -> None:
+    """Each long test is in one part, whichever file it is in; what runs is printed, and how to run the others."""
+    (tmp_path / "test_nested.py").write_text(NESTED)
+    parts = [collect(tmp_path, "--part", str(part)) for part in range(PARTS)]
+    assert sorted(test for tests, _ in parts for test in tests) == sorted(collect(tmp_path)[0])
+    assert all("the others: --part" in output and f"part {part} of" in output for part, (_, output) in enumerate(parts))
+    assert part_of("test/a.py::test_long[3]") == part_of("test/b/c.py::test_long[3]")
+
+
+def git(folder: Path, *arguments: str) -> None:
+    """Run a command of git in `folder`."""
+    identity = ["-c", "user.name=tests", "-c", "user.email=tests@localhost"]
+    subprocess.run(["git", *identity, *arguments], cwd=folder, check=True, capture_output=True, timeout=60.0)
+
+
+def test_consecutive_commits_run_all_parts(tmp_path: Path) -> None:
+    """As many commits in a row as there are parts run each part once; without git part 0 runs."""
+    assert part_of_commit(tmp_path) == "0"
+    git(tmp_path, "init", "-q")
+    due = []
+    for number in range(PARTS):
+        git(tmp_path, "commit", "-q", "--allow-empty", "-m", f"commit {number}")
+        due.append(part_of_commit(tmp_path))
+    assert sorted(due) == [str(part) for part in range(PARTS)]
+
+
+def test_commits_of_shallow_clones_run_several_parts(tmp_path: Path) -> None:
+    """A clone that has one commit only, as in many services, does not run one part for ever: its hash decides."""
+    git(tmp_path, "init", "-q", "whole")
+    due = set()
+    for number in range(40):  # all of one part: once in 4^39
+        git(tmp_path / "whole", "commit", "-q", "--allow-empty", "-m", f"commit {number}")
+        git(tmp_path, "clone", "-q", "--depth", "1", (tmp_path / "whole").as_uri(), str(number))
+        due.add(part_of_commit(tmp_path / str(number)))
+    assert len(due) > 1
+
+
+@pytest.mark.parametrize("part", ["4", "-1", "next"])
+def test_other_parts_are_refused(part: str, tmp_path: Path) -> None:
+    """A part that is none ends the session before any test."""
+    (tmp_path / "test_nested.py").write_text(NESTED)
+    with pytest.raises(AssertionError, match="invalid choice"):
+        collect(tmp_path, f"--part={part}")
