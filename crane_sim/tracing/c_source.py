@@ -163,7 +163,7 @@ class _FunctionSource:
 
 def _literal(number: float | int) -> str:
     if isinstance(number, int):
-        return f"INT64_C({number})"
+        return f"INT64_C({int(number)})"
     if math.isnan(number):
         return "NAN"
     if math.isinf(number):

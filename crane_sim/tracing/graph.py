@@ -40,6 +40,9 @@ class Block(NamedTuple):
     results: tuple[int, ...]
 
 
+_PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {Kind.REAL: float, Kind.INTEGER: int, Kind.BOOLEAN: bool}
+
+
 class TraceError(TypeError):
     """A traced function did with a symbol what only a number can do."""
 
@@ -59,6 +62,16 @@ FOLDED: dict[str, Callable[..., Any]] = {
 }
 """Operations whose result on constants is computed while tracing; Python's floats have the bits of the code's."""
 
+_NUMBERS = {Kind.REAL, Kind.INTEGER}
+OPERANDS: dict[str, set[Kind]] = {
+    **dict.fromkeys(("add", "subtract", "multiply", "negate", "less", "less_equal"), _NUMBERS),
+    **dict.fromkeys(("equal", "unequal"), {*_NUMBERS, Kind.BOOLEAN}),
+    **dict.fromkeys(("divide", "absolute", "sqrt", "exp", "power", "fma", "to_integer"), {Kind.REAL}),
+    "both": {Kind.INTEGER, Kind.BOOLEAN},
+    "to_real": {Kind.INTEGER},
+}
+"""Kinds that an operation is defined for."""
+
 COMMUTATIVE = {"add", "multiply", "equal", "unequal", "both"}
 COMPARISONS = {"less", "less_equal", "equal", "unequal"}
 IMPURE = {"load", "store", "call", "call_address", "branch", "loop"}
@@ -74,21 +87,30 @@ class Graph:
         self.constants: dict[int, Number] = {}
         self._blocks: list[list[Instruction]] = [[]]
         self._known: list[dict[Any, tuple[int, ...]]] = [{}]
+        self._owners: list[int] = []  # number of the block that has a value
+        self._count = 1  # of blocks
+        self._open = [0]  # numbers of the blocks that are being recorded
 
     def new_value(self, kind: Kind) -> "Value":
         """Return a value that no instruction computes: a parameter of a block."""
         self.kinds.append(kind)
+        self._owners.append(self._open[-1])
         return Value(self, len(self.kinds) - 1)
 
     def constant(self, number: Number, kind: Kind = Kind.REAL) -> "Value":
         """Return a constant."""
-        literal = float(number) if kind is Kind.REAL else int(number)
+        literal = _PYTHON_TYPES[kind](number)
         (value,) = self.append("constant", (), (kind,), literal)
         self.constants[value.number] = literal
         return value
 
     def append(self, operation: str, arguments: tuple[int, ...], kinds: tuple[Kind, ...], literal: Any = None) -> Any:
-        """Return the values (as a tuple) that an operation on values results in."""
+        """Return the values (as a tuple) that an operation on values results in.
+
+        Raises:
+            TraceError: it is not defined for a value, or a value is of a block that has ended.
+        """
+        self.check_operands(operation, arguments)
         if operation in COMMUTATIVE:
             arguments = tuple(sorted(arguments))
         key = operation, arguments, repr(literal) if operation == "constant" else literal, kinds
@@ -103,35 +125,55 @@ class Graph:
             self._known[-1][key] = numbers
         return values
 
+    def check_operands(self, operation: str, arguments: tuple[int, ...]) -> None:
+        """Raise a TraceError where an operation may not have these arguments."""
+        allowed = OPERANDS.get(operation)
+        for number in arguments:
+            if self._owners[number] not in self._open:
+                raise TraceError(f"{operation}: a value of a branch or loop is used outside, where it may not exist")
+            if allowed and self.kinds[number] not in allowed:
+                raise TraceError(f"{operation} is not defined for {self.kinds[number].name}")
+
     def trace_block(self, function: Callable[..., tuple["Value", ...]], kinds: tuple[Kind, ...] = ()) -> Block:
         """Return the block of what a function of values of these kinds computes."""
-        parameters = tuple(self.new_value(kind) for kind in kinds)
         with self._inner_block() as instructions:
-            results = function(*parameters)
-        return Block(instructions, numbers_of(parameters), numbers_of(results))
+            parameters = tuple(self.new_value(kind) for kind in kinds)
+            results = numbers_of(function(*parameters))
+            self.check_operands("result", results)
+        return Block(instructions, numbers_of(parameters), results)
 
     @contextmanager
     def _inner_block(self) -> Any:
         self._blocks.append([])
         self._known.append({})
+        self._open.append(self._count)
+        self._count += 1
         try:
             yield self._blocks[-1]
         finally:
             self._blocks.pop()
             self._known.pop()
+            self._open.pop()
 
     def lift(self, number: Any, kind: Kind = Kind.REAL) -> "Value":
         """Return a value as it is, a number as a constant of this kind.
 
         Raises:
-            TraceError: neither, or a number of another kind.
+            TraceError: neither, of another kind, or a value of another function's trace.
         """
         if isinstance(number, Value):
-            return number
-        whole = isinstance(number, int) or hasattr(number, "__index__")
-        if whole or (isinstance(number, float) and kind is Kind.REAL):
+            return self._own(number, kind)
+        real = kind is Kind.REAL and isinstance(number, float)
+        if real or kind_of(number) is kind or (kind is Kind.REAL and hasattr(number, "__index__")):
             return self.constant(number, kind)
         raise TraceError(f"{number!r} is neither a {kind.name.lower()} nor a value of the traced function")
+
+    def _own(self, value: "Value", kind: Kind) -> "Value":
+        if value.graph is not self:
+            raise TraceError("a value of another traced function: make it an argument")
+        if value.kind is not kind:
+            raise TraceError(f"a value of kind {value.kind.name} where one of kind {kind.name} is needed")
+        return value
 
 
 def numbers_of(values: tuple["Value", ...]) -> tuple[int, ...]:
@@ -235,11 +277,13 @@ def kind_of(number: Any) -> Kind:
         return number.kind
     if isinstance(number, bool):
         return Kind.BOOLEAN
-    return Kind.INTEGER if isinstance(number, int) else Kind.REAL
+    return Kind.INTEGER if hasattr(number, "__index__") else Kind.REAL
 
 
 class Array:
-    """The address of reals in memory, from an element on. Indices are integers or values of that kind."""
+    """The address of reals in memory, from an element on. Indices are integers from 0 on, or values of that kind."""
+
+    __iter__ = None  # its length is not known
 
     def __init__(self, address: Value, offset: int = 0) -> None:
         """Name what is stored from the element `offset` after an address on."""
@@ -271,12 +315,15 @@ class Array:
 
     def _locate(self, index: Any) -> tuple[tuple[int, ...], int]:
         if isinstance(index, Value):
-            return (self.address.number, index.number), self.offset
+            return (self.address.number, self.address.graph.lift(index, Kind.INTEGER).number), self.offset
+        if kind_of(index) is not Kind.INTEGER or index < 0:
+            raise TraceError(f"{index!r} is no index of an array: one is an integer from 0 on")
         return (self.address.number,), self.offset + index
 
 
 def unary(operation: str, value: Value) -> Value:
     """Return the result of an operation on one value, of its kind."""
+    value.graph.check_operands(operation, (value.number,))
     if value.literal is not None and operation in FOLDED:
         return value.graph.constant(FOLDED[operation](value.literal), value.kind)
     return value.graph.append(operation, (value.number,), (value.kind,))[0]
@@ -291,8 +338,7 @@ def _binary(operation: str, a: Any, b: Any) -> Any:
         return NotImplemented
     model = a if isinstance(a, Value) else b
     x, y = model.graph.lift(a, model.kind), model.graph.lift(b, model.kind)
-    if x.kind is not y.kind:
-        raise TraceError(f"{operation}: one is {x.kind.name}, the other {y.kind.name}")
+    model.graph.check_operands(operation, (x.number, y.number))
     simple = _fold(operation, x, y)
     if simple is None and operation in _SIMPLER:
         simple = _SIMPLER[operation](x, y)

@@ -72,7 +72,9 @@ def select(condition: Any, a: Any, b: Any) -> Any:
         return a if condition else b
     if condition.literal is not None:
         return a if condition.literal else b
+    condition = condition.graph.lift(condition, Kind.BOOLEAN)
     if isinstance(a, tuple):
+        _check_structure("select", a, b)
         return unflatten(a, iter([select(condition, x, y) for x, y in zip(flatten(a), flatten(b), strict=True)]))
     x, y = _of_one_kind(condition.graph, a, b)
     if x.number == y.number:
@@ -99,12 +101,13 @@ def branch(condition: Any, then: Callable[[], Any], otherwise: Callable[[], Any]
     """Return what one of two functions without arguments returns; only that one is evaluated.
 
     Raises:
-        TraceError: their results differ in structure.
+        TraceError: their results differ in structure or in a kind.
     """
     literal = condition.literal if isinstance(condition, Value) else condition
     if literal is not None:
         return then() if literal else otherwise()
     graph, trees = condition.graph, []
+    condition = graph.lift(condition, Kind.BOOLEAN)
 
     def record(function: Callable[[], Any]) -> Any:
         def values() -> tuple[Value, ...]:
@@ -114,9 +117,10 @@ def branch(condition: Any, then: Callable[[], Any], otherwise: Callable[[], Any]
         return graph.trace_block(values)
 
     blocks = record(then), record(otherwise)
-    if structure_of(trees[0]) != structure_of(trees[1]):
-        raise TraceError("the functions of a branch return different structures")
-    kinds = tuple(graph.kinds[number] for number in blocks[0].results)
+    _check_structure("branch", *trees)
+    kinds, others = (tuple(graph.kinds[number] for number in block.results) for block in blocks)
+    if kinds != others:
+        raise TraceError("branch: one side returns a number of another kind than the other; an integer is no real")
     return unflatten(trees[0], iter(graph.append("branch", (condition.number,), kinds, blocks)))
 
 
@@ -135,14 +139,16 @@ def repeat_while(proceed: Callable[[Any], Any], body: Callable[[Any], Any], star
 
     def record(function: Callable[[Any], Any]) -> Any:
         def values(*leaves: Value) -> tuple[Value, ...]:
-            results = flatten(function(unflatten(start, iter(leaves))))
-            return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in results)
+            trees.append(function(unflatten(start, iter(leaves))))
+            return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[-1]))
 
         return graph.trace_block(values, kinds)
 
+    trees: list[Any] = []
     blocks = record(proceed), record(body)
-    if tuple(graph.kinds[number] for number in blocks[1].results) != kinds:
-        raise TraceError("the body of a loop changes the structure or a kind of its state")
+    _check_structure("the body of a loop", trees[1], start)
+    if [graph.kinds[n] for block in blocks for n in block.results] != [Kind.BOOLEAN, *kinds]:
+        raise TraceError("a loop goes on by no condition, or its body changes the kind of a number of its state")
     return unflatten(start, iter(graph.append("loop", numbers_of(tuple(initial)), kinds, blocks)))
 
 
@@ -159,6 +165,11 @@ def repeat(count: Any, body: Callable[[Any, Any], Any], start: Any, graph: Graph
     first = owner.constant(0, Kind.INTEGER)
     _, last = repeat_while(lambda s: s[0] < count, lambda s: (s[0] + 1, body(s[0], s[1])), (first, start))
     return last
+
+
+def _check_structure(operation: str, a: Any, b: Any) -> None:
+    if structure_of(a) != structure_of(b):
+        raise TraceError(f"{operation}: two results differ in structure")
 
 
 def _of_one_kind(graph: Graph, a: Any, b: Any) -> tuple[Value, Value]:

@@ -8,7 +8,7 @@ import pytest
 from crane_sim.tracing.elementary import sincos
 from crane_sim.tracing.function import trace
 from crane_sim.tracing.graph import Kind, TraceError, Value
-from crane_sim.tracing.operations import branch, fma, repeat, repeat_while, select, sqrt
+from crane_sim.tracing.operations import branch, fma, repeat, repeat_while, select, sqrt, to_integer, to_real
 
 REAL, INTEGER, ARRAY = Kind.REAL, Kind.INTEGER, Kind.ARRAY
 
@@ -55,7 +55,22 @@ def test_masses_are_arguments_and_structure_is_not() -> None:
         lambda x: x + "1",
         lambda x: branch(x > 0.0, lambda: (x, x), lambda: x),
         lambda x: repeat_while(lambda y: y[0] > 0.0, lambda y: (y[0], y[0]), (x,)),
+        lambda x: repeat_while(lambda y: y[0] > 0.0, lambda y: ((y[0], y[1][0]), y[1][1]), (x, (x, x))),
+        lambda x: repeat_while(lambda y: y, lambda y: y - 1.0, x),
         lambda x: x + select(x > 0.0, x > 1.0, x > 2.0),
+        lambda x: select(x > 0.0, (x, (x, 1.0)), ((x, x), 1.0)),
+        lambda x: select(x, 1.0, 2.0),
+        lambda x: branch(x, lambda: 1.0, lambda: 2.0),
+        lambda x: branch(x > 0.0, lambda: 0, lambda: x),
+        lambda x: (x > 0.0) + (x > 1.0),
+        lambda x: (x < 0.0) < (x > 1.0),
+        lambda x: x & x,
+        lambda x: to_integer(x) / 2,
+        lambda x: sqrt(to_integer(x)),
+        lambda x: abs(to_integer(x)),
+        lambda x: fma(to_integer(x), x, 1.0),
+        lambda x: trace(lambda y: y, (REAL,), "g")(to_integer(x)),
+        lambda x: trace(lambda y: y * x, (REAL,), "g")(x),
     ],
 )
 def test_what_only_a_number_can_do_is_refused(function) -> None:
@@ -64,11 +79,44 @@ def test_what_only_a_number_can_do_is_refused(function) -> None:
         trace(function, (REAL,), "f")
 
 
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda a, i: a.__setitem__(0, i),
+        lambda a, i: a[-1],
+        lambda a, i: a[to_real(i)],
+        lambda a, i: a[0.0],
+        lambda a, i: tuple(zip(a, range(3), strict=False)),
+    ],
+)
+def test_what_is_no_element_is_refused(function) -> None:
+    """An integer's bits as a real, places before an array, indices that are no integers: errors, as is iteration."""
+    with pytest.raises(TypeError):
+        trace(function, (ARRAY, INTEGER), "f")
+
+
+def test_what_a_branch_computes_stays_in_it() -> None:
+    """A value that has left a branch or loop without being its result is refused: the code may not have computed it."""
+    found = []
+
+    def keep(x):
+        found.append(x * x)
+        return found[-1]
+
+    for function in (
+        lambda x: (branch(x > 0.0, lambda: keep(x), lambda: 0.0), found[-1])[1],
+        lambda x: branch(x > 0.0, lambda: keep(x), lambda: 0.0) + found[-1],
+        lambda x: (repeat_while(lambda y: y < 9.0, keep, x), -found[-1])[1],
+    ):
+        with pytest.raises(TraceError, match="used outside"):
+            trace(function, (REAL,), "f")
+
+
 def test_integers_and_reals_do_not_mix() -> None:
     """A real in arithmetic on integers is an error: nothing is rounded silently."""
     with pytest.raises(TraceError, match="neither a integer|neither"):
         trace(lambda i: i * 0.5, (INTEGER,), "f")
-    with pytest.raises(TraceError, match="one is INTEGER, the other REAL"):
+    with pytest.raises(TraceError, match="of kind REAL where one of kind INTEGER is needed"):
         trace(lambda i, x: i + x, (INTEGER, REAL), "f")
 
 
