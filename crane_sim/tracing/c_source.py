@@ -1,6 +1,7 @@
 """Traced functions as C source (C99) that needs nothing but the C library.
 
-Compile it without contraction of products and sums (`-ffp-contract=off`): what is rounded once stands there as `fma`.
+Compile it without contraction of products and sums (`-ffp-contract=off`): what is rounded once stands there as `fma`;
+and without another way to powers (`-fno-builtin-pow`): x x has not always the bits of pow(x, 2).
 """
 
 import math

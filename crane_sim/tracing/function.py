@@ -47,8 +47,11 @@ def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "",
     """Return a function traced with symbols of these kinds; a parameter of kind ARRAY is an `Array`.
 
     Raises:
-        TraceError: it does with a number what only a float can do, such as a condition on it.
+        TraceError: it does with a number what only a float can do, such as a condition on it; or its name is none.
     """
+    name = name or function.__name__
+    if not (name.isascii() and name.isidentifier()):
+        raise TraceError(f"{name} is no name of a function in C: letters, digits and underscores")
     graph, trees = Graph(), []
 
     def values(*symbols: Value) -> tuple[Value, ...]:
@@ -56,7 +59,7 @@ def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "",
         return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[0]))
 
     block = graph.trace_block(values, kinds)
-    return Function(name or function.__name__, function, graph, block, trees[0], inlined)
+    return Function(name, function, graph, block, trees[0], inlined)
 
 
 def _as_value(graph: Graph, argument: Any, kind: Kind) -> Value:

@@ -1,15 +1,17 @@
 """Text of traced functions in LLVM's language: for one crane, or for several, one in each lane of vectors.
 
 In lanes, every real, integer and condition is a vector; element i of an array is the `width` reals from i × width on.
-A branch computes both sides and selects, a loop goes on until no lane does.
+A branch computes both sides and selects, a loop goes on until no lane does. Each function is given the lanes whose
+results are used, so that a loop on the side that a lane does not take ends. What is called from outside passes all.
+
+Arrays of one call are distinct memory: where they overlap, an element that is written may be read as it was.
 """
 
 import struct
 from collections.abc import Callable, Iterator
-from typing import Any
 
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import IMPURE, Block, Instruction, Kind, TraceError
+from crane_sim.tracing.graph import Block, Instruction, Kind, TraceError
 
 _TYPES = {
     Kind.REAL: "double",
@@ -37,11 +39,16 @@ def module_text(*functions: Function, width: int = 1) -> str:
     """
     exported = {function.name for function in functions}
     texts = [_FunctionText(f, f.name in exported, width).text for f in functions_with_callees(*functions)]
-    return "\n".join((*_declarations(width), *texts, ""))
+    entries = [_entry(f, width) for f in functions if width > 1]
+    return "\n".join((*_declarations(width), *texts, *entries, ""))
 
 
 def functions_with_callees(*functions: Function) -> list[Function]:
-    """Return functions and all that they call, each after what it calls."""
+    """Return functions and all that they call, each after what it calls.
+
+    Raises:
+        TraceError: two of them have one name.
+    """
     found: dict[str, Function] = {}
     for function in functions:
         _collect(function, found)
@@ -53,7 +60,7 @@ def _declarations(width: int) -> Iterator[str]:
     for name, count in _INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{_suffix(width)}({', '.join([real] * count)})"
     for name, count in _LIBRARY.values():
-        yield f"declare double @{name}({', '.join(['double'] * count)})"
+        yield f"declare double @{name}({', '.join(['double'] * count)}) nobuiltin"  # pow(x, 2) is not always x x
 
 
 def _suffix(width: int) -> str:
@@ -65,6 +72,8 @@ def _collect(function: Function, found: dict[str, Function]) -> None:
         for callee in _callees(function.block):
             _collect(callee, found)
         found[function.name] = function
+    elif found[function.name] is not function:
+        raise TraceError(f"two functions are called {function.name}")
 
 
 def _callees(block: Block) -> Iterator[Function]:
@@ -92,6 +101,46 @@ def _literal(number: float | int, kind: Kind, width: int) -> str:
     return text if width == 1 else "<" + ", ".join([f"{_TYPES[kind]} {text}"] * width) + ">"
 
 
+def _entry(function: Function, width: int) -> str:
+    """Return the function that is called from outside, in lanes."""
+    if function.block.results:
+        raise TraceError(f"{function.name} returns a number, which in lanes no caller outside could take")
+    kinds, lines, zeros = function.parameter_kinds, [], f"<{width} x i32> zeroinitializer"
+    for i, kind in enumerate(kinds):
+        scalar, vector = _TYPES[kind], _type(kind, width)
+        if vector != scalar:
+            lines.append(f" %first{i} = insertelement {vector} undef, {scalar} %a{i}, i32 0")
+            lines.append(f" %v{i} = shufflevector {vector} %first{i}, {vector} undef, {zeros}")
+    parameters = ", ".join(f"{_passed(kind, 1)} %{'a' if _type(kind, width) != _TYPES[kind] else 'v'}{i}"
+                           for i, kind in enumerate(kinds))  # fmt: skip
+    arguments = ", ".join([_all_lanes(width), *(f"{_type(kind, width)} %v{i}" for i, kind in enumerate(kinds))])
+    lines.append(f" call void @{_symbol(function, width)}({arguments})")
+    return "\n".join((f"define void @{function.name}({parameters}) nounwind {{", *lines, " ret void", "}"))
+
+
+def _symbol(function: Function, width: int) -> str:
+    return function.name if width == 1 else f"{function.name}.lanes"
+
+
+def _all_lanes(width: int) -> str:
+    return f"<{width} x i1> {_literal(1, Kind.BOOLEAN, width)}"
+
+
+def _passed(kind: Kind, width: int) -> str:
+    """Return the type of an argument or a result; a condition from and to C is a byte, 0 or 1."""
+    return _type(kind, width) + (" zeroext" if kind is Kind.BOOLEAN and width == 1 else "")
+
+
+def _stores(block: Block) -> bool:
+    """Return whether a block, or what it calls, may write memory."""
+    for instruction in block.instructions:
+        operation, literal = instruction.operation, instruction.literal
+        inner = literal if operation in ("branch", "loop") else (literal.block,) if operation == "call" else ()
+        if operation in ("store", "call_address") or any(map(_stores, inner)):
+            return True
+    return False
+
+
 class _FunctionText:
     """Writes one function; a value is named by its number, a label by the order of labels."""
 
@@ -101,28 +150,24 @@ class _FunctionText:
         self._names: dict[int, str] = {}
         self._labels = 0
         self._label = "entry"  # of the basic block that is being written
+        self._lanes = "%lanes"  # whose results are used where it is being written
         self.text = "\n".join((self._head(exported), "entry:", *self._body(), "}"))
 
     def _head(self, exported: bool) -> str:
-        parameters = [self._parameter(number, exported) for number in self._function.block.parameters]
-        linkage = "" if exported else "internal "
-        inlining = " alwaysinline" if self._function.inlined and not exported else ""
-        if exported and self._width > 1 and self._function.block.results:
-            raise TraceError(f"{self._function.name} returns a number, which in lanes no caller outside could take")
-        signature = f"{self._result} @{self._function.name}({', '.join(parameters)})"
-        return f"define {linkage}{signature} nounwind{inlining} {{"
+        function, internal = self._function, not exported or self._width > 1
+        parameters = [self._parameter(number) for number in function.block.parameters]
+        if not internal and len(function.block.results) > 1:
+            raise TraceError(f"{function.name} returns several numbers, which no caller outside could take")
+        lanes = [f"<{self._width} x i1> %lanes"] if self._width > 1 else []
+        linkage, inlining = "internal " if internal else "", " alwaysinline" if function.inlined and internal else ""
+        zeroext = "zeroext " if self._result == "i1" else ""
+        signature = f"{self._result} @{_symbol(function, self._width)}({', '.join([*lanes, *parameters])})"
+        return f"define {linkage}{zeroext}{signature} nounwind{inlining} {{"
 
-    def _parameter(self, number: int, exported: bool) -> str:
+    def _parameter(self, number: int) -> str:
         kind = self._kind(number)
-        if kind is Kind.ARRAY:
-            return f"ptr noalias {self._name(number)}"
-        if not exported or self._width == 1 or kind is Kind.FUNCTION:
-            return self._typed(number)
-        scalar, vector = f"%scalar{number}", _type(kind, self._width)
-        self._write(f"%first{number} = insertelement {vector} undef, {_TYPES[kind]} {scalar}, i32 0")
-        zeros = f"<{self._width} x i32> zeroinitializer"
-        self._write(f"{self._name(number)} = shufflevector {vector} %first{number}, {vector} undef, {zeros}")
-        return f"{_TYPES[kind]} {scalar}"
+        passed = "ptr noalias" if kind is Kind.ARRAY else _passed(kind, self._width)
+        return f"{passed} {self._name(number)}"
 
     @property
     def _result(self) -> str:
@@ -222,17 +267,21 @@ class _FunctionText:
 
     def _write_call(self, instruction: Instruction) -> None:
         callee: Function = instruction.literal
-        self._write_call_of(instruction, f"@{callee.name}", callee.result_kinds, instruction.arguments)
+        self._write_call_of(instruction, f"@{_symbol(callee, self._width)}", callee.result_kinds, instruction.arguments)
 
     def _write_call_address(self, instruction: Instruction) -> None:
         address, *arguments = instruction.arguments
+        if self._width > 1:
+            raise TraceError(f"{self._function.name}: a function at an address has no lanes")
         self._write_call_of(instruction, self._name(address), instruction.literal, tuple(arguments))
 
     def _write_call_of(
         self, instruction: Instruction, callee: str, result: tuple[Kind, ...], arguments: tuple[int, ...]
     ) -> None:
         kind = _result_type(result, self._width)
-        call = f"call {kind} {callee}({', '.join(map(self._typed, arguments))})"
+        lanes = [f"<{self._width} x i1> {self._lanes}"] if self._width > 1 else []
+        passed = [f"{_passed(self._kind(number), self._width)} {self._name(number)}" for number in arguments]
+        call = f"call {'zeroext ' if kind == 'i1' else ''}{kind} {callee}({', '.join([*lanes, *passed])})"
         if len(instruction.results) <= 1:
             self._write(f"{self._name(instruction.results[0])} = {call}" if instruction.results else call)
             return
@@ -282,17 +331,20 @@ class _FunctionText:
             self._define(number, f"phi {_type(self._kind(number), 1)} {values}")
 
     def _write_both_sides(self, instruction: Instruction) -> None:
-        for block in instruction.literal:
-            self._check_purity(block)
-            self._write_block(block)
         then, otherwise = instruction.literal
-        condition = self._typed(instruction.arguments[0])
+        condition, outside = self._typed(instruction.arguments[0]), self._lanes
+        opposite = f"%{self._new_label('l')}"
+        self._write(f"{opposite} = xor {condition}, {_literal(1, Kind.BOOLEAN, self._width)}")
+        for block, side in ((then, self._name(instruction.arguments[0])), (otherwise, opposite)):
+            self._check_purity(block)
+            self._lanes = self._both(outside, side)
+            self._write_block(block)
+        self._lanes = outside
         for number, a, b in zip(instruction.results, then.results, otherwise.results, strict=True):
             self._define(number, f"select {condition}, {self._typed(a)}, {self._typed(b)}")
 
     def _check_purity(self, block: Block) -> None:
-        stores = [i for i in block.instructions if i.operation in IMPURE and i.operation == "store"]
-        if stores:
+        if _stores(block):
             raise TraceError(f"{self._function.name}: a store in a branch or loop, which in lanes all would carry out")
 
     def _write_loop(self, instruction: Instruction) -> None:
@@ -302,13 +354,18 @@ class _FunctionText:
         self._write(f"br label %{head}")
         self._begin(head)
         place = len(self._lines)  # of the phis, which name what the body results in
-        condition = self._write_turn(proceed, instruction)[0]
-        self._write(f"br i1 {self._any_lane(condition)}, label %{inside}, label %{end}")
-        self._begin(inside)
-        following = self._write_turn(body, instruction)
+        condition, outside = self._name(self._write_turn(proceed, instruction)[0]), self._lanes
         if self._width > 1:
+            self._lanes = self._both(outside, condition)
+            condition = self._any_lane(self._lanes)
+        self._write(f"br i1 {condition}, label %{inside}, label %{end}")
+        self._begin(inside)
+        following = [self._name(number) for number in self._write_turn(body, instruction)]
+        if self._width > 1:
+            self._check_purity(proceed)
             self._check_purity(body)
-            following = self._keep_ended_lanes(condition, instruction.results, following)
+            following = self._keep_ended_lanes(instruction.results, following)
+        self._lanes = outside
         self._write(f"br label %{head}")
         starts = zip(instruction.results, instruction.arguments, following, strict=True)
         self._lines[place:place] = [self._phi(number, first, before, after) for number, first, after in starts]
@@ -320,24 +377,28 @@ class _FunctionText:
         self._write_block(block)
         return block.results
 
-    def _any_lane(self, condition: int) -> str:
-        if self._width == 1:
-            return self._name(condition)
-        lanes, flag = f"%{self._new_label('l')}", f"%{self._new_label('l')}"
-        self._write(f"{lanes} = bitcast {self._typed(condition)} to i{self._width}")
-        self._write(f"{flag} = icmp ne i{self._width} {lanes}, 0")
+    def _both(self, lanes: str, condition: str) -> str:
+        """Write which of the lanes a condition holds in; return its name."""
+        name = f"%{self._new_label('l')}"
+        self._write(f"{name} = and <{self._width} x i1> {lanes}, {condition}")
+        return name
+
+    def _any_lane(self, lanes: str) -> str:
+        bits, flag = f"%{self._new_label('l')}", f"%{self._new_label('l')}"
+        self._write(f"{bits} = bitcast <{self._width} x i1> {lanes} to i{self._width}")
+        self._write(f"{flag} = icmp ne i{self._width} {bits}, 0")
         return flag
 
-    def _keep_ended_lanes(self, condition: int, old: Any, new: tuple[int, ...]) -> tuple[int, ...]:
-        """Write selections of the new state where a lane goes on; return the numbers of new values."""
+    def _keep_ended_lanes(self, state: tuple[int, ...], following: list[str]) -> list[str]:
+        """Write selections of the new state where a lane goes on; return their names."""
         kept = []
-        for before, after in zip(old, new, strict=True):
-            value = self._function.graph.new_value(self._kind(after))
-            choice = f"select {self._typed(condition)}, {self._typed(after)}, {self._typed(before)}"
-            self._define(value.number, choice)
-            kept.append(value.number)
-        return tuple(kept)
+        for number, new in zip(state, following, strict=True):
+            kept.append(f"%{self._new_label('l')}")
+            kind = _type(self._kind(number), self._width)
+            choice = f"select <{self._width} x i1> {self._lanes}, {kind} {new}, {self._typed(number)}"
+            self._write(f"{kept[-1]} = {choice}")
+        return kept
 
-    def _phi(self, number: int, first: int, before: str, after: int) -> str:
-        pair = f"[{self._name(first)}, %{before}], [{self._name(after)}, %{self._label}]"
+    def _phi(self, number: int, first: int, before: str, after: str) -> str:
+        pair = f"[{self._name(first)}, %{before}], [{after}, %{self._label}]"
         return f" {self._name(number)} = phi {_type(self._kind(number), self._width)} {pair}"

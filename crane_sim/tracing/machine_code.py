@@ -68,6 +68,7 @@ def compile_text(text: str) -> bytes:
     """Return the object file of a module's text."""
     machine = _target_machine()
     module = llvm.parse_assembly(text)
+    module.verify()
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     builder = llvm.create_pass_builder(machine, _tuning())
     builder.getModulePassManager().run(module, builder)

@@ -12,13 +12,20 @@ from traced_program import INPUTS, OUTPUTS, PROGRAM, program
 
 from crane_sim.tracing import machine_code
 from crane_sim.tracing.c_source import c_source
-from crane_sim.tracing.function import trace
+from crane_sim.tracing.function import Function, call_address, trace
 from crane_sim.tracing.graph import Kind, TraceError
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import Library, compile_text, read_code, write_code
-from crane_sim.tracing.operations import branch, repeat
+from crane_sim.tracing.operations import branch, power, repeat, repeat_while
 
 LANES = 4
+
+
+def _multiply(x: Any, factor: Any) -> None:
+    x[0] = x[0] * factor
+
+
+DOUBLE = trace(_multiply, (Kind.ARRAY, Kind.REAL), "double_it")
 
 
 def inputs(count: int) -> np.ndarray:
@@ -57,17 +64,32 @@ def test_lanes_have_the_bits_of_one() -> None:
         assert out.T.tobytes() == np.array([computed(row) for row in x]).tobytes()
 
 
+def c_function(function: Function, folder: Path) -> Any:
+    """Return a function compiled from its C source."""
+    (folder / "source.c").write_text(c_source(function))
+    warnings = ["-std=c99", "-Wall", "-Wno-unused-variable", "-Werror"]
+    bits = ["-ffp-contract=off", "-fno-builtin-pow"]
+    command = ["cc", "-O2", *warnings, *bits, "-shared", "-fPIC", "source.c", "-o", "source.so", "-lm"]
+    subprocess.run(command, cwd=folder, check=True, timeout=100)
+    return getattr(ctypes.CDLL(str(folder / "source.so")), function.name)
+
+
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 def test_c_source_has_the_bits_of_python(tmp_path: Path) -> None:
     """The C source compiles without a warning, by the C standard, and its outputs have the same bits."""
-    (tmp_path / "program.c").write_text(c_source(PROGRAM))
-    flags = ["-std=c99", "-O2", "-Wall", "-Wno-unused-variable", "-Werror", "-ffp-contract=off", "-shared", "-fPIC"]
-    command = ["cc", *flags, "program.c", "-o", "program.so", "-lm"]
-    subprocess.run(command, cwd=tmp_path, check=True, timeout=100)
-    function = ctypes.CDLL(str(tmp_path / "program.so")).program
+    function = c_function(PROGRAM, tmp_path)
     function.argtypes, function.restype = [ctypes.c_void_p] * 2, None
     for x in inputs(100):
         assert outputs_of(function, x).tobytes() == computed(x).tobytes()
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_squares_in_c_are_those_of_the_c_library(tmp_path: Path) -> None:
+    """As in machine code, a known exponent changes no bit."""
+    f = trace(lambda x: power(x, 2.0), (Kind.REAL,), "f")
+    compiled = c_function(f, tmp_path)
+    compiled.argtypes, compiled.restype = [ctypes.c_double], ctypes.c_double
+    assert all(compiled(x) == f(x) for x in np.random.default_rng(1).uniform(0.1, 10.0, 20000).tolist())
 
 
 def test_a_loop_over_elements_reads_computed_indices() -> None:
@@ -87,12 +109,82 @@ def test_a_loop_over_elements_reads_computed_indices() -> None:
         (lambda x, n: repeat(n, lambda i, s: s + x[i], 0.0), (Kind.ARRAY, Kind.INTEGER)),
         (lambda x: x * 2.0, (Kind.REAL,)),
         (lambda x: branch(x[0] > 0.0, lambda: x.__setitem__(0, 1.0), lambda: None), (Kind.ARRAY,)),
+        (lambda x: branch(x[0] > 0.0, lambda: DOUBLE(x, 2.0), lambda: None), (Kind.ARRAY,)),
+        (
+            lambda x: branch(
+                x[0] > 0.0, lambda: branch(x[0] > 1.0, lambda: DOUBLE(x, 2.0), lambda: None), lambda: None
+            ),
+            (Kind.ARRAY,),
+        ),
+        (lambda f, t: call_address(f, (t,)), (Kind.FUNCTION, Kind.REAL)),
     ],
 )
 def test_what_lanes_cannot_do_is_refused(function: Any, kinds: tuple[Kind, ...]) -> None:
     """An index that differs between lanes, a result outside memory, a store of some lanes: an error, no wrong code."""
     with pytest.raises(TraceError):
         module_text(trace(function, kinds, "f"), width=LANES)
+
+
+def test_lanes_call_what_is_called_from_outside_too() -> None:
+    """A function with a number among its arguments can be called from outside and from another one."""
+    f = trace(lambda x, a: DOUBLE(x, a * x[0]), (Kind.ARRAY, Kind.REAL), "f")
+    library, x = Library(DOUBLE, f, width=LANES), np.arange(1.0, 1.0 + LANES)
+    library.function(f)(x.ctypes.data, 2.0)
+    library.function(DOUBLE)(x.ctypes.data, 0.5)
+    assert x.tolist() == [1.0, 4.0, 9.0, 16.0]
+
+
+def halvings(x: Any) -> Any:
+    """Return how often x, positive, is halved until it is below 1; without an end for a negative one."""
+    return repeat_while(lambda s: abs(s[0] - 0.5) >= 0.5, lambda s: (s[0] * 0.5, s[1] + 1.0), (x, 0.0))[1]
+
+
+def test_a_loop_on_a_side_that_is_not_taken_ends() -> None:
+    """In lanes, a loop that would not end for a lane that takes the other side of a branch ends, in a call, too."""
+    callee = trace(halvings, (Kind.REAL,), "halvings")
+    for loop in (halvings, callee):
+        f = trace(
+            lambda x, loop=loop: x.__setitem__(0, branch(x[0] > 0.0, lambda: loop(x[0]), lambda: -1.0)),
+            (Kind.ARRAY,),
+            "f",
+        )
+        x = np.array([-3.0, 0.5, 1.5, 4.5])
+        Library(f, width=LANES).function(f)(x.ctypes.data)
+        assert x.tolist() == [-1.0, 0.0, 1.0, 3.0]
+
+
+def test_the_text_of_lanes_is_always_the_same() -> None:
+    """Text that is written twice is equal, so that its code is found again."""
+    assert module_text(PROGRAM, width=LANES) == module_text(PROGRAM, width=LANES)
+
+
+def test_a_condition_is_returned() -> None:
+    """A condition as result or argument is 0 or 1 for its caller."""
+    f = trace(lambda i, c: ((i & 1) == 1) & c, (Kind.INTEGER, Kind.BOOLEAN), "f")
+    g = trace(lambda i: (i & 1) == 1, (Kind.INTEGER,), "g")
+    library = Library(f, g)
+    assert [library.function(f)(i, c) for i in (2, 3) for c in (False, True)] == [False, False, False, True]
+    assert [library.function(g)(i) for i in (1, 2, 3, 4)] == [True, False, True, False]
+
+
+def test_powers_are_those_of_the_c_library() -> None:
+    """A known exponent or base changes no bit: of 20 000 squares, some 20 of the C library's are not x x."""
+    functions = (lambda x: power(x, 2.0)), (lambda x: power(x, -1.0)), (lambda x: power(2.0, x))
+    for function in functions:
+        f = trace(function, (Kind.REAL,), "f")
+        compiled = Library(f).function(f)
+        assert all(compiled(x) == function(x) for x in np.random.default_rng(1).uniform(0.1, 10.0, 20000).tolist())
+
+
+def test_functions_that_code_could_not_tell_apart_are_refused() -> None:
+    """Two functions of one name, a name that is none and several results of a call from outside: errors."""
+    first, second = (trace(lambda x, k=k: x * k, (Kind.REAL,), "g") for k in (2.0, 3.0))
+    with pytest.raises(TraceError, match="two functions are called g"):
+        Library(trace(lambda x: first(x) + second(x), (Kind.REAL,), "f"))
+    with pytest.raises(TraceError, match="is no name"):
+        trace(lambda x: x, (Kind.REAL,))
+    with pytest.raises(TraceError, match="returns several numbers"):
+        Library(trace(lambda x: (x, x), (Kind.REAL,), "f"))
 
 
 def test_compiled_code_is_read_from_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
