@@ -1,6 +1,7 @@
 """Derivatives of traced functions by forward mode: every number carries its derivatives along several directions.
 
-They are traced, too: a literal zero, along a direction that does not move a number, costs nothing.
+They are traced, too: a literal zero, along a direction that does not move a number, costs nothing. Integers and
+conditions have none.
 """
 
 import operator
@@ -11,11 +12,11 @@ from crane_sim.tracing import operations
 from crane_sim.tracing.elementary import sincos
 from crane_sim.tracing.evaluation import Location, Rules, evaluate
 from crane_sim.tracing.function import Function, trace
-from crane_sim.tracing.graph import Array, Kind
+from crane_sim.tracing.graph import Array, Kind, TraceError, Value, kind_of
 
 
 class Dual(NamedTuple):
-    """A number and its derivatives."""
+    """A real and its derivatives."""
 
     value: Any
     tangents: tuple[Any, ...]
@@ -26,13 +27,16 @@ def differentiate(function: Function, parameter: int, size: int, output: int, ro
 
     It takes one more argument, the array (rows, size), row by row, of the derivatives of the first `rows` elements
     written into parameter number `output` by the first `size` elements of parameter number `parameter`, both arrays.
+
+    Raises:
+        TraceError: it raises a number to a power that depends on these elements, or as `evaluate`.
     """
     kinds = (*function.parameter_kinds, Kind.ARRAY)
 
     def compute(*arguments: Any) -> tuple[Any, ...]:
         *given, jacobian = arguments
         memories = {i: _Memory(x, size, i == parameter) for i, x in enumerate(given) if isinstance(x, Array)}
-        operands = [Location(memories[i]) if i in memories else Dual(x, (0.0,) * size) for i, x in enumerate(given)]
+        operands = [Location(memories[i]) if i in memories else _constant(x, size) for i, x in enumerate(given)]
         results = evaluate(function, tuple(operands), _rules(size))
         for i in range(rows):
             for j, tangent in enumerate(memories[output][i].tangents):
@@ -40,6 +44,10 @@ def differentiate(function: Function, parameter: int, size: int, output: int, ro
         return tuple(result.value if isinstance(result, Dual) else result for result in results)
 
     return trace(compute, kinds, f"{function.name}_jacobian")
+
+
+def _constant(number: Any, size: int) -> Any:
+    return Dual(number, (0.0,) * size) if kind_of(number) is Kind.REAL else number
 
 
 class _Memory:
@@ -60,10 +68,12 @@ class _Memory:
         self._written[index] = dual
 
 
-def _linear(slopes: Callable[..., tuple[Any, ...]], value: Callable[..., Any]) -> Callable[..., Dual]:
+def _linear(slopes: Callable[..., tuple[Any, ...]], value: Callable[..., Any]) -> Callable[..., Any]:
     """Return the rule of an operation: its value, and its partial derivatives by each operand."""
 
-    def rule(*operands: Dual) -> Dual:
+    def rule(*operands: Any) -> Any:
+        if not isinstance(operands[0], Dual):
+            return value(*operands)
         result = value(*(x.value for x in operands))
         partials = slopes(result, *(x.value for x in operands))
         columns = zip(*(x.tangents for x in operands), strict=True)
@@ -90,8 +100,11 @@ def _select(condition: Any, a: Any, b: Any) -> Any:
     return Dual(value, operations.select(condition, a.tangents, b.tangents))
 
 
-def _differentiate_power(result: Any, x: Any, exponent: Any) -> tuple[Any, Any]:
-    return exponent * operations.power(x, exponent - 1.0), 0.0
+def _power(x: Dual, exponent: Dual) -> Dual:
+    if any((t.literal if isinstance(t, Value) else t) != 0.0 for t in exponent.tangents):
+        raise TraceError("the derivative of a power by its exponent: no operation has it")
+    slope = exponent.value * operations.power(x.value, exponent.value - 1.0)
+    return Dual(operations.power(x.value, exponent.value), tuple(slope * t for t in x.tangents))
 
 
 def _differentiate_sincos(angle: Dual) -> tuple[Dual, Dual]:
@@ -108,7 +121,7 @@ _OPERATIONS: dict[str, Callable[..., Any]] = {
     "absolute": _linear(lambda r, a: (operations.select(a < 0.0, -1.0, 1.0),), abs),
     "sqrt": _linear(lambda r, a: (0.5 / r,), operations.sqrt),
     "exp": _linear(lambda r, a: (r,), operations.exp),
-    "power": _linear(_differentiate_power, operations.power),
+    "power": _power,
     "fma": _linear(lambda r, a, b, c: (b, a, 1.0), operations.fma),
     "select": _select,
     "less": _on_values(operator.lt),
@@ -116,13 +129,13 @@ _OPERATIONS: dict[str, Callable[..., Any]] = {
     "equal": _on_values(operator.eq),
     "unequal": _on_values(operator.ne),
     "both": _on_values(operator.and_),
-    "to_real": _on_values(operations.to_real),
     "to_integer": _on_values(operations.to_integer),
 }
 
 
 def _rules(size: int) -> Rules:
-    def lift(literal: Any) -> Any:
-        return Dual(literal, (0.0,) * size)
+    def lift(number: Any) -> Any:
+        return _constant(number, size)
 
-    return Rules(lift, _OPERATIONS, {"sincos": _differentiate_sincos}, lambda x: x.value if isinstance(x, Dual) else x)
+    rules = _OPERATIONS | {"to_real": lambda i: lift(operations.to_real(i))}
+    return Rules(lift, rules, {"sincos": _differentiate_sincos}, lambda x: x.value if isinstance(x, Dual) else x)

@@ -35,7 +35,7 @@ def evaluate(function: Function, arguments: tuple[Any, ...], rules: Rules) -> tu
     """Return the results of a function, leaf by leaf; arguments that are arrays are of class `Location`.
 
     Raises:
-        TraceError: it uses an index that it computes, or stores in a branch or loop.
+        TraceError: it uses an index that it computes, stores in a branch or loop, or calls a function at an address.
     """
     return _Evaluation(rules).run(function.block, arguments, {})
 
@@ -63,6 +63,8 @@ class _Evaluation:
         if operation == "call":
             replaced = self._rules.functions.get(literal.name)
             return replaced(*operands) if replaced else self.run(literal.block, operands, {})
+        if operation == "call_address":
+            raise TraceError("a call of a function at an address, whose instructions are not known")
         if operation in ("branch", "loop"):
             enter = self._branch if operation == "branch" else self._repeat
             self._depth += 1

@@ -11,7 +11,9 @@ from crane_sim.tracing.graph import Array, Graph, Kind, TraceError, Value, kind_
 from crane_sim.tracing.trees import flatten, structure_of, unflatten
 
 _LIBRARY: Any = ctypes.CDLL("libm.so.6")
-_LIBRARY.fma.restype, _LIBRARY.fma.argtypes = ctypes.c_double, [ctypes.c_double] * 3
+for _name, _count in (("fma", 3), ("pow", 2), ("sqrt", 1), ("exp", 1)):
+    _function = getattr(_LIBRARY, _name)
+    _function.restype, _function.argtypes = ctypes.c_double, [ctypes.c_double] * _count
 
 UNROLLED = 8
 """Turns of a loop of known length up to which it is unrolled."""
@@ -34,26 +36,36 @@ def fma(a: Any, b: Any, c: Any) -> Any:
 
 
 def sqrt(x: Any) -> Any:
-    """Return the square root of a number that is not negative."""
-    return unary("sqrt", x) if isinstance(x, Value) else _sqrt(x)
+    """Return the square root of a number; of a negative one nan."""
+    return unary("sqrt", x) if isinstance(x, Value) else _compute(_sqrt, "sqrt", x)
 
 
 def power(x: Any, exponent: Any) -> Any:
     """Return x, positive, to the power of a number, as the C library computes it."""
     graph = graph_of(x, exponent)
     if graph is None:
-        return _pow(x, exponent)
+        return _compute(_pow, "pow", x, exponent)
     return graph.append("power", numbers_of((graph.lift(x), graph.lift(exponent))), (Kind.REAL,))[0]
 
 
 def exp(x: Any) -> Any:
     """Return e to the power of a number, as the C library computes it."""
-    return unary("exp", x) if isinstance(x, Value) else _exp(x)
+    return unary("exp", x) if isinstance(x, Value) else _compute(_exp, "exp", x)
+
+
+def _compute(function: Callable[..., float], name: str, *arguments: Any) -> float:
+    """Return what a function returns, or the C library's infinity or nan where Python raises an error."""
+    try:
+        return function(*arguments)
+    except (OverflowError, ValueError):
+        return getattr(_LIBRARY, name)(*arguments)
 
 
 def to_integer(x: Any) -> Any:
-    """Return a whole number as an integer."""
-    return x.graph.append("to_integer", (x.number,), (Kind.INTEGER,))[0] if isinstance(x, Value) else int(x)
+    """Return a whole number as an integer; of nan, and of 2^63 and above, what comes out means nothing."""
+    if isinstance(x, Value):
+        return x.graph.append("to_integer", (x.number,), (Kind.INTEGER,))[0]
+    return int(x) if abs(x) < 2.0**63 else 0
 
 
 def to_real(i: Any) -> Any:
@@ -127,9 +139,10 @@ def branch(condition: Any, then: Callable[[], Any], otherwise: Callable[[], Any]
 def repeat_while(proceed: Callable[[Any], Any], body: Callable[[Any], Any], start: Any) -> Any:
     """Return the last of start, body(start), body(body(start)) …: the first for which `proceed` does not hold.
 
-    States are numbers or nested tuples, all of one structure. Traced where a leaf of `start` is a value.
+    States are numbers or nested tuples, all of one structure. Traced where a leaf of `start`, or whether it goes on, is
+    a value.
     """
-    graph = graph_of(*flatten(start))
+    graph = graph_of(*flatten(start)) or graph_of(proceed(start))
     if graph is None:
         while proceed(start):
             start = body(start)

@@ -126,10 +126,11 @@ def test_the_error_stays_near_the_tolerance(tolerance: float) -> None:
     assert result.record[EVALUATIONS] == 2.0 + result.record[STEPS] * 12.0 + result.record[REJECTED] * 11.0 - 1.0
 
 
-def test_a_solution_that_ends_is_reported() -> None:
+@pytest.mark.parametrize("compiled", [True, False], ids=["compiled", "python"])
+def test_a_solution_that_ends_is_reported(compiled: bool) -> None:
     """Steps that shrink to nothing, and equations that are no number, end with a status; the state is finite."""
-    result = run(blow_up, (1.0, 1.0), (2.0,), 1e-9, True)
+    result = run(blow_up, (1.0, 1.0), (2.0,), 1e-9, compiled)
     assert result.record[STATUS] == STEP_TOO_SMALL and 0.99 < result.record[TIME] < 1.01 and np.isfinite(result.x).all()
-    result = run(blow_up, (0.0, -1.0), (2.0,), 1e-9, True)
+    result = run(blow_up, (0.0, -1.0), (2.0,), 1e-9, compiled)
     assert result.record[STATUS] == NOT_FINITE and result.record[TIME] == 0.0
     assert result.x.tolist() == [0.0, -1.0]

@@ -5,13 +5,15 @@ from typing import Any
 
 import mpmath
 import numpy as np
+import pytest
 from traced_program import INPUTS, OUTPUTS, PROGRAM, program
 
 from crane_sim.tracing.derivatives import differentiate
 from crane_sim.tracing.evaluation import Location, Rules, evaluate
 from crane_sim.tracing.function import trace
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.graph import Kind, TraceError
 from crane_sim.tracing.machine_code import Library
+from crane_sim.tracing.operations import power, repeat_while, to_integer, to_real
 
 OPERATIONS = {
     "add": operator.add,
@@ -62,6 +64,35 @@ def test_jacobian_equals_differences_in_sixty_digits() -> None:
         assert out.tobytes() == expected.tobytes()  # the values have the bits of the function itself
         exact = exact_jacobian(x)
         np.testing.assert_allclose(matrix, exact, rtol=1e-11, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("function", "gradient"),
+    [
+        (lambda x: to_real(to_integer(x[0] + 0.5) + 1) * x[1], (0.0, 3.0)),
+        (lambda x: repeat_while(lambda s: s[1], lambda s: (s[0] * x[1], s[0] > 9.0), (x[0], True))[0], (0.7, 1.5)),
+        (lambda x: to_real(repeat_while(lambda i: to_real(i) < x[0], lambda i: i + 1, 0)), (0.0, 0.0)),
+        (lambda x: repeat_while(lambda s: s < x[0], lambda s: s + x[1], 0.25), (0.0, 2.0)),
+    ],
+)
+def test_integers_and_conditions_have_no_derivatives(function: Any, gradient: Any) -> None:
+    """At (1.5, 0.7), through integers, conditions that a loop keeps, and loops that begin with literals."""
+
+    def program_of(x: Any, out: Any) -> tuple[()]:
+        out[0] = function(x)
+        return ()
+
+    jacobian = differentiate(trace(program_of, (Kind.ARRAY, Kind.ARRAY), "f"), 0, 2, 1, 1)
+    x, out, row = np.array([1.5, 0.7]), np.zeros(1), np.zeros(2)
+    Library(jacobian).function(jacobian)(x.ctypes.data, out.ctypes.data, row.ctypes.data)
+    assert row.tolist() == list(gradient)
+
+
+def test_the_derivative_by_an_exponent_is_refused() -> None:
+    """An exponent that the elements move is an error, and no derivative of 0."""
+    f = trace(lambda x, out: out.__setitem__(0, power(x[0], x[1])), (Kind.ARRAY, Kind.ARRAY), "f")
+    with pytest.raises(TraceError, match="exponent"):
+        differentiate(f, 0, 2, 1, 1)
 
 
 def test_directions_that_move_nothing_cost_nothing() -> None:

@@ -8,7 +8,18 @@ import pytest
 from crane_sim.tracing.elementary import sincos
 from crane_sim.tracing.function import trace
 from crane_sim.tracing.graph import Kind, TraceError, Value
-from crane_sim.tracing.operations import branch, fma, repeat, repeat_while, select, sqrt, to_integer, to_real
+from crane_sim.tracing.operations import (
+    branch,
+    exp,
+    fma,
+    power,
+    repeat,
+    repeat_while,
+    select,
+    sqrt,
+    to_integer,
+    to_real,
+)
 
 REAL, INTEGER, ARRAY = Kind.REAL, Kind.INTEGER, Kind.ARRAY
 
@@ -130,6 +141,12 @@ def test_called_with_floats_it_computes() -> None:
     """The same function is its own interpreter."""
     f = trace(lambda x, y: (fma(x, y, 1.0), sincos(x)[0]), (REAL, REAL), "f")
     assert f(2.0, 3.0) == (7.0, sincos(2.0)[0])
+
+
+def test_floats_that_are_none_raise_no_error() -> None:
+    """As in the code, an infinity or nan comes out of what has no value: a run that diverges ends with a status."""
+    assert all(math.isnan(x) for x in (*sincos(math.nan), *sincos(math.inf), sqrt(-1.0), power(-1.0, 0.5)))
+    assert (exp(1e3), power(0.0, -1.0), power(1e200, 2.0)) == (math.inf,) * 3
 
 
 def test_sine_and_cosine_are_within_a_digit_of_the_c_library() -> None:
