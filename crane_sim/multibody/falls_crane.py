@@ -1,8 +1,9 @@
 """A crane whose load, a rigid body, hangs on n elastic falls below the support's tip.
 
-Fall i leads from the point a_i, given from the tip in axes that turn with the slew, to b_i of the load, given from its
-centre of mass in its own axes. Of its unstretched length L_i = l + δ_i the winch drives l, common to all. With the
-distance d_i of the two points and the elongation e_i = d_i - L_i a taut fall pulls with
+Fall i leads from the point a_i, given from the tip in axes of the link that the slew turns (of the base where none
+does), to b_i of the load, given from its centre of mass in its own axes. Of its unstretched length L_i = l + δ_i the
+winch drives l, common to all. With the distance d_i of the two points and the elongation e_i = d_i - L_i a taut fall
+pulls with
 
     T_i = (EA_i / L_i) (e_i + τ_i e_i'),
 
@@ -20,6 +21,7 @@ from crane_sim.multibody.load import LoadForce, RigidLoad, attitude_acceleration
 from crane_sim.multibody.tree import (
     BaseMotion,
     Dynamics,
+    Point,
     Tree,
     Wrench,
     accelerations,
@@ -28,6 +30,7 @@ from crane_sim.multibody.tree import (
     efforts_of,
     point_position,
     point_velocity,
+    slew,
     to_base_axes,
     to_tree_axes,
 )
@@ -36,6 +39,7 @@ from crane_sim.multibody.vectors import (
     Vector,
     acceleration_gradient,
     add,
+    combine,
     cross,
     dot,
     multiply,
@@ -48,7 +52,7 @@ from crane_sim.tracing.operations import sqrt
 class Fall(NamedTuple):
     """One elastic rope."""
 
-    top: Vector  # m, from the tip, in axes that turn with the slew
+    top: Vector  # m, from the tip, in axes of the link that the slew turns
     bottom: Vector  # m, from the load's centre of mass, in its axes
     axial_stiffness: Any  # N, EA of all parts of the fall together
     relaxation: Any = 0.0  # s, τ of the damping
@@ -134,9 +138,9 @@ def _pull(
 ) -> Pull:  # fmt: skip
     (q, v), fall = state, crane.falls[i]
     length, rate = (q.length, v.length) if crane.length is None else (crane.length, 0.0)
-    arm = to_base_axes(dynamics, fall.top)
+    arm = to_base_axes(dynamics, _arm(crane, dynamics, fall))
     lever, moves = multiply(rows, fall.bottom), multiply(rows, cross(omega, fall.bottom))
-    top, velocity = _top_motion(crane, dynamics, fall, q, v, inputs.base)
+    top, velocity = _top_motion(crane, dynamics, fall, inputs.base)
     along = subtract(top, add(q.centre, lever))
     distance = sqrt(dot(along, along))
     n = scale(1.0 / distance, along)
@@ -150,15 +154,20 @@ def _pull(
     return Pull(force, cross(lever, force), scale(-1.0, cross(arm, force)), tension + strain, tension)
 
 
-def _top_motion(
-    crane: FallsCrane, dynamics: Dynamics, fall: Fall, q: FallsState, v: FallsState, base: BaseMotion
-) -> tuple[Vector, Vector]:
+def _top_motion(crane: FallsCrane, dynamics: Dynamics, fall: Fall, base: BaseMotion) -> tuple[Vector, Vector]:
     """Return place and velocity of a fall's upper end relative to the base, in its axes."""
-    place = point_position(dynamics, crane.support.tip)
-    moving = subtract(point_velocity(dynamics, crane.support.tip), _carried_velocity(dynamics, base, place))
-    yaw_rate = v.support[0] if dynamics.slews else 0.0
-    velocity = add(moving, cross((0.0, 0.0, yaw_rate), fall.top))
-    return to_base_axes(dynamics, add(place, fall.top)), to_base_axes(dynamics, velocity)
+    place, arm, slewed = point_position(dynamics, crane.support.tip), _arm(crane, dynamics, fall), slew(crane.support)
+    velocity = subtract(point_velocity(dynamics, crane.support.tip), _carried_velocity(dynamics, base, place))
+    if slewed is not None:
+        base_rate = to_tree_axes(dynamics, base.angular_velocity)
+        velocity = add(velocity, cross(subtract(dynamics.links[slewed].angular_velocity, base_rate), arm))
+    return to_base_axes(dynamics, add(place, arm)), to_base_axes(dynamics, velocity)
+
+
+def _arm(crane: FallsCrane, dynamics: Dynamics, fall: Fall) -> Vector:
+    """Return the way from the tip to a fall's upper end, in the tree's axes."""
+    slewed = slew(crane.support)
+    return fall.top if slewed is None else combine(dynamics.links[slewed].axes, fall.top)
 
 
 def _carried_velocity(dynamics: Dynamics, base: BaseMotion, place: Vector) -> Vector:
@@ -169,9 +178,10 @@ def _support_accelerations(
     crane: FallsCrane, dynamics: Dynamics, inputs: FallsInputs, force: Vector, couple: Vector
 ) -> tuple[Any, ...]:
     pulled = efforts_of(crane.support, dynamics, crane.support.tip, scale(-1.0, to_tree_axes(dynamics, force)))
-    efforts = [x + y for x, y in zip(inputs.efforts, pulled, strict=True)]
-    if dynamics.slews:
-        efforts[0] = efforts[0] + couple[2]
+    efforts, slewed = [x + y for x, y in zip(inputs.efforts, pulled, strict=True)], slew(crane.support)
+    if slewed is not None:
+        turned = efforts_of(crane.support, dynamics, Point(slewed), ZERO, to_tree_axes(dynamics, couple))
+        efforts = [x + y for x, y in zip(efforts, turned, strict=True)]
     return accelerations(dynamics, tuple(efforts), inputs.free)
 
 

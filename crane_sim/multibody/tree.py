@@ -116,7 +116,6 @@ class Dynamics(NamedTuple):
     `turn` is (sine, cosine) of the angle about the base's z that the components' axes are turned by: the slew's.
     """
 
-    slews: bool  # whether the first joint turns the axes of the components
     turn: tuple[Any, Any]
     links: tuple[Link, ...]
     screws: tuple[Screw, ...]
@@ -148,7 +147,7 @@ def compute_dynamics(
     bias_efforts = tuple(_power(s, c.bias) for c, s in zip(composites, screws, strict=True))
     total = _sum_of([c.bias for c, joint in zip(composites, tree.joints, strict=True) if joint.parent < 0])
     factors = linear.factor(matrix if free is None else _without_sticking(matrix, free))
-    return Dynamics(_slews(tree), turn, links, screws, momenta, total, matrix, bias_efforts, factors)
+    return Dynamics(turn, links, screws, momenta, total, matrix, bias_efforts, factors)
 
 
 def accelerations(dynamics: Dynamics, efforts: tuple[Any, ...], free: tuple[Any, ...] | None = None) -> tuple[Any, ...]:
@@ -162,9 +161,12 @@ def accelerations(dynamics: Dynamics, efforts: tuple[Any, ...], free: tuple[Any,
     return linear.solve(dynamics.factors, rest)
 
 
-def efforts_of(tree: Tree, dynamics: Dynamics, point: Point, force: Vector) -> tuple[Any, ...]:
-    """Return the joint efforts Jᵀ f (n,) of a force [N] on a point of a link, in the components' axes."""
-    wrench = Wrench(force, cross(point_position(dynamics, point), force))
+def efforts_of(tree: Tree, dynamics: Dynamics, point: Point, force: Vector, moment: Vector = ZERO) -> tuple[Any, ...]:
+    """Return the joint efforts Jᵀ f (n,) of a force [N] on a point of a link and a moment [N m] on it.
+
+    Force and moment are in the components' axes.
+    """
+    wrench = Wrench(force, add(moment, cross(point_position(dynamics, point), force)))
     below = _ancestors(tree, point.joint)
     return tuple(_power(s, wrench) if i in below else 0.0 for i, s in enumerate(dynamics.screws))
 
@@ -216,6 +218,12 @@ def to_base_axes(dynamics: Dynamics, a: Vector) -> Vector:
     """Return a vector of the components' axes in the base's."""
     s, c = dynamics.turn
     return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
+
+
+def slew(tree: Tree) -> int | None:
+    """Return the number of the first joint below the tip that turns about its z axis, None where none does."""
+    turning = [i for i in _ancestors(tree, tree.tip.joint) if tree.joints[i].axis == Z and not tree.joints[i].slides]
+    return min(turning, default=None)
 
 
 def _slews(tree: Tree) -> bool:
