@@ -7,9 +7,8 @@ and without another way to powers (`-fno-builtin-pow`): x x has not always the b
 import math
 from collections.abc import Callable
 
-from crane_sim.tracing.function import Function
+from crane_sim.tracing.function import Function, functions_with_callees
 from crane_sim.tracing.graph import Block, Instruction, Kind
-from crane_sim.tracing.llvm import functions_with_callees
 
 _TYPES = {Kind.REAL: "double", Kind.INTEGER: "int64_t", Kind.BOOLEAN: "int", Kind.ARRAY: "double *"}
 _BINARY = {

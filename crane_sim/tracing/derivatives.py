@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from crane_sim.tracing import operations
-from crane_sim.tracing.elementary import sincos
+from crane_sim.tracing.elementary import SINCOS, sincos
 from crane_sim.tracing.evaluation import Location, Rules, evaluate
 from crane_sim.tracing.function import Function, trace
 from crane_sim.tracing.graph import Array, Kind, TraceError, Value, kind_of
@@ -138,4 +138,4 @@ def _rules(size: int) -> Rules:
         return _constant(number, size)
 
     rules = _OPERATIONS | {"to_real": lambda i: lift(operations.to_real(i))}
-    return Rules(lift, rules, {"sincos": _differentiate_sincos}, lambda x: x.value if isinstance(x, Dual) else x)
+    return Rules(lift, rules, {SINCOS.name: _differentiate_sincos}, lambda x: x.value if isinstance(x, Dual) else x)

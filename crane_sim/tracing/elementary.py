@@ -55,7 +55,7 @@ def _compute_sincos(angle: Any) -> Any:
     return s, select(((quarter + 1) & 2) == 2, -c, c)
 
 
-SINCOS = trace(_compute_sincos, (Kind.REAL,), "sincos", inlined=True)
+SINCOS = trace(_compute_sincos, (Kind.REAL,), "sine_and_cosine", inlined=True)  # `sincos` is a function of C libraries
 
 
 def sincos(angle: Any) -> Any:

@@ -1,6 +1,6 @@
 """Traced functions, and calls of one from another."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from crane_sim.tracing.graph import Array, Block, Graph, Kind, TraceError, Value, kind_of, numbers_of
@@ -80,3 +80,33 @@ def call_address(function: Any, arguments: tuple[Any, ...], result: tuple[Kind, 
     values = [x.to_value() if isinstance(x, Array) else graph.lift(x, kind_of(x)) for x in arguments]
     results = graph.append("call_address", numbers_of((function, *values)), result, result)
     return results[0] if result else None
+
+
+def functions_with_callees(*functions: Function) -> list[Function]:
+    """Return functions and all that they call, each after what it calls.
+
+    Raises:
+        TraceError: two of them have one name.
+    """
+    found: dict[str, Function] = {}
+    for function in functions:
+        _collect(function, found)
+    return list(found.values())
+
+
+def _collect(function: Function, found: dict[str, Function]) -> None:
+    if function.name not in found:
+        for callee in _callees(function.block):
+            _collect(callee, found)
+        found[function.name] = function
+    elif found[function.name] is not function:
+        raise TraceError(f"two functions are called {function.name}")
+
+
+def _callees(block: Block) -> Iterator[Function]:
+    for instruction in block.instructions:
+        if instruction.operation == "call":
+            yield instruction.literal
+        elif instruction.operation in ("branch", "loop"):
+            for inner in instruction.literal:
+                yield from _callees(inner)

@@ -10,7 +10,7 @@ Arrays of one call are distinct memory: where they overlap, an element that is w
 import struct
 from collections.abc import Callable, Iterator
 
-from crane_sim.tracing.function import Function
+from crane_sim.tracing.function import Function, functions_with_callees
 from crane_sim.tracing.graph import Block, Instruction, Kind, TraceError
 
 _TYPES = {
@@ -43,18 +43,6 @@ def module_text(*functions: Function, width: int = 1) -> str:
     return "\n".join((*_declarations(width), *texts, *entries, ""))
 
 
-def functions_with_callees(*functions: Function) -> list[Function]:
-    """Return functions and all that they call, each after what it calls.
-
-    Raises:
-        TraceError: two of them have one name.
-    """
-    found: dict[str, Function] = {}
-    for function in functions:
-        _collect(function, found)
-    return list(found.values())
-
-
 def _declarations(width: int) -> Iterator[str]:
     real = _type(Kind.REAL, width)
     for name, count in _INTRINSIC.values():
@@ -65,24 +53,6 @@ def _declarations(width: int) -> Iterator[str]:
 
 def _suffix(width: int) -> str:
     return "f64" if width == 1 else f"v{width}f64"
-
-
-def _collect(function: Function, found: dict[str, Function]) -> None:
-    if function.name not in found:
-        for callee in _callees(function.block):
-            _collect(callee, found)
-        found[function.name] = function
-    elif found[function.name] is not function:
-        raise TraceError(f"two functions are called {function.name}")
-
-
-def _callees(block: Block) -> Iterator[Function]:
-    for instruction in block.instructions:
-        if instruction.operation == "call":
-            yield instruction.literal
-        elif instruction.operation in ("branch", "loop"):
-            for inner in instruction.literal:
-                yield from _callees(inner)
 
 
 def _type(kind: Kind, width: int) -> str:

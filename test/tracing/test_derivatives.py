@@ -9,6 +9,7 @@ import pytest
 from traced_program import INPUTS, OUTPUTS, PROGRAM, program
 
 from crane_sim.tracing.derivatives import differentiate
+from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.evaluation import Location, Rules, evaluate
 from crane_sim.tracing.function import trace
 from crane_sim.tracing.graph import Kind, TraceError
@@ -31,7 +32,7 @@ OPERATIONS = {
     "fma": lambda a, b, c: a * b + c,
     "select": lambda condition, a, b: a if condition else b,
 }
-EXACT = Rules(mpmath.mpf, OPERATIONS, {"sincos": lambda x: (mpmath.sin(x), mpmath.cos(x))})
+EXACT = Rules(mpmath.mpf, OPERATIONS, {SINCOS.name: lambda x: (mpmath.sin(x), mpmath.cos(x))})
 
 
 def exact_outputs(x: list[Any]) -> list[Any]:
