@@ -10,7 +10,14 @@ from collections.abc import Callable
 from crane_sim.tracing.function import Function, functions_with_callees
 from crane_sim.tracing.graph import Block, Instruction, Kind
 
-_TYPES = {Kind.REAL: "double", Kind.INTEGER: "int64_t", Kind.BOOLEAN: "int", Kind.ARRAY: "double *"}
+_TYPES = {
+    Kind.REAL: "double",
+    Kind.INTEGER: "int64_t",
+    Kind.BOOLEAN: "int",
+    Kind.ARRAY: "double *",
+    Kind.FUNCTION: "function",
+}
+_HEAD = "#include <math.h>\n#include <stdint.h>\n\ntypedef void (*function)(void);"
 _BINARY = {
     "add": "+",
     "subtract": "-",
@@ -29,7 +36,7 @@ def c_source(*functions: Function) -> str:
     """Return the source of functions that can be called from outside, and of all that they call."""
     exported = {function.name for function in functions}
     texts = [_FunctionSource(f, f.name in exported).text for f in functions_with_callees(*functions)]
-    return "\n\n".join(("#include <math.h>\n#include <stdint.h>", *texts)) + "\n"
+    return "\n\n".join((_HEAD, *texts)) + "\n"
 
 
 class _FunctionSource:
@@ -122,6 +129,14 @@ class _FunctionSource:
         self._write(f"const {self._result_type(callee)} c{results[0]} = {call};")
         for i, number in enumerate(results):
             self._write(f"const {self._declaration(number)} = c{results[0]}.r{i};")
+
+    def _write_call_address(self, instruction: Instruction) -> None:
+        address, *arguments = instruction.arguments
+        result = _TYPES[instruction.literal[0]] if instruction.literal else "void"
+        kinds = ", ".join(_TYPES[self._kind(number)] for number in arguments) or "void"
+        call = f"(({result} (*)({kinds}))v{address})({', '.join(f'v{number}' for number in arguments)})"
+        results = instruction.results
+        self._write(f"const {self._declaration(results[0])} = {call};" if results else f"{call};")
 
     def _write_branch(self, instruction: Instruction) -> None:
         then, otherwise = instruction.literal

@@ -79,7 +79,10 @@ def from_element(array: Any, index: Any) -> Any:
 
 
 def select(condition: Any, a: Any, b: Any) -> Any:
-    """Return a where the condition holds, else b; numbers, or tuples of them. Both are computed."""
+    """Return a where the condition holds, else b; numbers, or tuples of them.
+
+    Both are computed: where one divides by 0, Python raises its error, so select the divisor, or `branch`.
+    """
     if not isinstance(condition, Value):
         return a if condition else b
     if condition.literal is not None:

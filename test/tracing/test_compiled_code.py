@@ -16,7 +16,7 @@ from crane_sim.tracing.function import Function, call_address, trace
 from crane_sim.tracing.graph import Kind, TraceError
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import Library, compile_text, read_code, write_code
-from crane_sim.tracing.operations import branch, power, repeat, repeat_while
+from crane_sim.tracing.operations import branch, power, repeat, repeat_while, to_real
 
 LANES = 4
 
@@ -25,7 +25,7 @@ def _multiply(x: Any, factor: Any) -> None:
     x[0] = x[0] * factor
 
 
-DOUBLE = trace(_multiply, (Kind.ARRAY, Kind.REAL), "double_it")
+MULTIPLY = trace(_multiply, (Kind.ARRAY, Kind.REAL), "multiply_first")
 
 
 def inputs(count: int) -> np.ndarray:
@@ -92,6 +92,22 @@ def test_squares_in_c_are_those_of_the_c_library(tmp_path: Path) -> None:
     assert all(compiled(x) == f(x) for x in np.random.default_rng(1).uniform(0.1, 10.0, 20000).tolist())
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_c_calls_a_function_at_an_address(tmp_path: Path) -> None:
+    """A function that is given by its address gets reals and arrays and returns a real; one returns nothing."""
+
+    def apply(change: Any, measure: Any, x: Any) -> Any:
+        call_address(change, (x, 3.0))
+        return call_address(measure, (x[0], 2), (Kind.REAL,))
+
+    compiled = c_function(trace(apply, (Kind.FUNCTION, Kind.FUNCTION, Kind.ARRAY), "apply"), tmp_path)
+    compiled.restype = ctypes.c_double
+    measure = trace(lambda x, n: x * to_real(n) + 1.0, (Kind.REAL, Kind.INTEGER), "measure")
+    library, x = Library(MULTIPLY, measure), np.array([5.0])
+    addresses = [ctypes.c_void_p(library.address(f)) for f in (MULTIPLY, measure)]
+    assert compiled(*addresses, ctypes.c_void_p(x.ctypes.data)) == 31.0
+
+
 def test_a_loop_over_elements_reads_computed_indices() -> None:
     """A loop whose length is an argument sums an array, and indices may be computed."""
 
@@ -109,10 +125,10 @@ def test_a_loop_over_elements_reads_computed_indices() -> None:
         (lambda x, n: repeat(n, lambda i, s: s + x[i], 0.0), (Kind.ARRAY, Kind.INTEGER)),
         (lambda x: x * 2.0, (Kind.REAL,)),
         (lambda x: branch(x[0] > 0.0, lambda: x.__setitem__(0, 1.0), lambda: None), (Kind.ARRAY,)),
-        (lambda x: branch(x[0] > 0.0, lambda: DOUBLE(x, 2.0), lambda: None), (Kind.ARRAY,)),
+        (lambda x: branch(x[0] > 0.0, lambda: MULTIPLY(x, 2.0), lambda: None), (Kind.ARRAY,)),
         (
             lambda x: branch(
-                x[0] > 0.0, lambda: branch(x[0] > 1.0, lambda: DOUBLE(x, 2.0), lambda: None), lambda: None
+                x[0] > 0.0, lambda: branch(x[0] > 1.0, lambda: MULTIPLY(x, 2.0), lambda: None), lambda: None
             ),
             (Kind.ARRAY,),
         ),
@@ -127,10 +143,10 @@ def test_what_lanes_cannot_do_is_refused(function: Any, kinds: tuple[Kind, ...])
 
 def test_lanes_call_what_is_called_from_outside_too() -> None:
     """A function with a number among its arguments can be called from outside and from another one."""
-    f = trace(lambda x, a: DOUBLE(x, a * x[0]), (Kind.ARRAY, Kind.REAL), "f")
-    library, x = Library(DOUBLE, f, width=LANES), np.arange(1.0, 1.0 + LANES)
+    f = trace(lambda x, a: MULTIPLY(x, a * x[0]), (Kind.ARRAY, Kind.REAL), "f")
+    library, x = Library(MULTIPLY, f, width=LANES), np.arange(1.0, 1.0 + LANES)
     library.function(f)(x.ctypes.data, 2.0)
-    library.function(DOUBLE)(x.ctypes.data, 0.5)
+    library.function(MULTIPLY)(x.ctypes.data, 0.5)
     assert x.tolist() == [1.0, 4.0, 9.0, 16.0]
 
 
