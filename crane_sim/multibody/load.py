@@ -14,7 +14,7 @@ from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import Quaternion, angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.chain import across
 from crane_sim.multibody.tree import BaseMotion
-from crane_sim.multibody.vectors import ZERO, Matrix, Vector, add, cross, dot, multiply, scale, subtract
+from crane_sim.multibody.vectors import ZERO, Matrix, Vector, add, combine, cross, dot, multiply, scale, subtract
 
 
 class PointLoad(NamedTuple):
@@ -51,7 +51,7 @@ class LoadForce(NamedTuple):
 
 def to_body(rows: Matrix, a: Vector) -> Vector:
     """Return a vector of the base's axes in the body's."""
-    return add(add(scale(a[0], rows[0]), scale(a[1], rows[1])), scale(a[2], rows[2]))
+    return combine(rows, a)
 
 
 def move_load(attitude: Quaternion, rate: Quaternion, base: BaseMotion) -> LoadMotion:

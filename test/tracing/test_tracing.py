@@ -9,6 +9,7 @@ from crane_sim.tracing.elementary import sincos
 from crane_sim.tracing.function import trace
 from crane_sim.tracing.graph import Kind, TraceError, Value
 from crane_sim.tracing.operations import (
+    UNROLLED,
     branch,
     exp,
     fma,
@@ -53,6 +54,12 @@ def test_masses_are_arguments_and_structure_is_not() -> None:
     assert operations_of(lambda x: select(True, x + 2.0, sqrt(x))) == ["add", "sqrt"]
     assert operations_of(lambda x: branch(False, lambda: sqrt(x), lambda: -x)) == ["negate"]
     assert operations_of(lambda x: repeat(3, lambda i, y: y * x, x)) == ["multiply"] * 3
+
+
+def test_a_long_loop_of_known_length_is_one_where_its_graph_is_given() -> None:
+    """Above the limit it stays a loop, up to it the turns are written out."""
+    assert operations_of(lambda x: repeat(UNROLLED + 1, lambda i, y: y * x, x, x.graph)) == ["loop"]
+    assert operations_of(lambda x: repeat(UNROLLED, lambda i, y: y * x, x, x.graph)) == ["multiply"] * UNROLLED
 
 
 @pytest.mark.parametrize(
