@@ -6,6 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from crane_sim import system
+from crane_sim.integrators import integrate_to, make_event_log, start
+from crane_sim.integrators.dop853 import DOP853
 from crane_sim.solvers.dop853 import ROWS, trace_step
 from crane_sim.solvers.events import (
     BUFFERS,
@@ -141,6 +144,49 @@ def test_chattering_ends_with_a_status() -> None:
     result = run((-1.0, -1.0), (1.0,), (10.0, -1.0, 100.0))
     assert result.record[STATUS] == CHATTERING and result.record[TIME] == 0.0
     assert result.record[EVENTS] == 51.0 and len(result.events) == CAPACITY
+
+
+class Ball(NamedTuple):
+    """The ball as a model."""
+
+    gravity: float
+    bounce: float
+    ceiling: float
+
+
+@system.rhs.register(Ball)
+def _(p, t, x, u):
+    return x[1], -p.gravity
+
+
+@system.switching.register(Ball)
+def _(p):
+    return system.Switching()
+
+
+@system.guard.register(Ball)
+def _(p, t, x, u, work):
+    floor, ceiling = max(x[0], x[1]), p.ceiling - x[0]
+    return min(floor, ceiling), int(ceiling < floor), 0
+
+
+@system.apply_reset_map.register(Ball)
+def _(p, t, x, u, number):
+    return (x[0], -p.bounce * x[1] if number == 0 else x[1]), 10 + number, number == 0
+
+
+@pytest.mark.interpreted
+def test_events_have_the_bits_of_the_models_integrator() -> None:
+    """Instants, state, size of the next step and counts are those of `integrators.integrate_to`."""
+    p, ends = Ball(9.81, 0.6, 6.0), (0.2, 1.7, 2.6)
+    integration = start(p, 0.0, (4.0, -0.3), make_event_log(system.switching(p)))
+    for end in ends:
+        integration = integrate_to(DOP853(1e-9, 1e-12), p, (), integration, end, end)
+    ours = run((4.0, -0.3), ends, tuple(p), compiled=False)
+    log = integration.event_log
+    assert ours.events.tolist() == log.rows[: log.total].tolist() and log.total >= 2
+    assert ours.x.tolist() == list(integration.x)
+    assert ours.record[[TIME, SIZE, STEPS]].tolist() == [integration.t, integration.h, integration.steps]
 
 
 def test_compiled_events_have_the_bits_of_python() -> None:
