@@ -62,10 +62,13 @@ class Trial(NamedTuple):
 def integrate(
     derivative: Any, step: Any, n: Any, p: Any, u: Any, rtol: Any, atol: Any, rows: Any, x: Any, record: Any, end: Any
 ) -> tuple[()]:
-    """Move the state x (n,) from the record's time to `end` [s], by steps that end there; see `Problem`."""
+    """Move the state x (n,) from the record's time to `end` [s], by steps that end there; see `Problem`.
+
+    An integration that has ended by its status stays as it is.
+    """
     problem = Problem(derivative, step, n, p, u, rtol, atol, rows)
-    t, h, *counts = (record[i] for i in range(STATUS))
-    start = Trial(h, MAX_FACTOR, counts[0], counts[2], OK, t, h), counts[1], 0.0
+    t, h, evaluations, accepted, rejected, begun = (record[i] for i in range(RECORD))
+    start = Trial(h, MAX_FACTOR, evaluations, rejected, begun, t, h), accepted, 0.0
 
     def is_before_end(state: Any) -> Any:
         trial, _, taken = state
@@ -73,7 +76,7 @@ def integrate(
 
     def advance(state: Any) -> Any:
         trial, steps, taken = state
-        trial = _accepted_step(problem, trial, x, end)
+        trial = accepted_step(problem, trial, x, end)
         return trial, steps + select(trial.status == OK, 1.0, 0.0), taken + 1.0
 
     trial, steps, _ = repeat_while(is_before_end, advance, start)
@@ -84,7 +87,7 @@ def integrate(
     return ()
 
 
-def _accepted_step(problem: Problem, before: Trial, x: Any, end: Any) -> Trial:
+def accepted_step(problem: Problem, before: Trial, x: Any, end: Any) -> Trial:
     """Try steps from x, smaller and smaller, until the error of one is within the tolerance; x is then its end."""
     t, n, rows = before.t, problem.n, problem.rows
     call_address(problem.derivative, (problem.p, t, x, problem.u, rows))
@@ -104,7 +107,7 @@ def _accepted_step(problem: Problem, before: Trial, x: Any, end: Any) -> Trial:
         return _judge(trial, error, size, t, end, last)
 
     trial = repeat_while(is_rejected, attempt, start)
-    _for_each(n, lambda i: x.__setitem__(i, select(trial.status == OK, y[i], x[i])))
+    for_each(n, lambda i: x.__setitem__(i, select(trial.status == OK, y[i], x[i])))
     return trial
 
 
@@ -134,9 +137,9 @@ def _first_size(problem: Problem, t: Any, x: Any) -> tuple[Any, Any]:
     euler, change = from_element(rows, n), from_element(rows, 2 * n)
     d0, d1 = _norm(problem, x, x), _norm(problem, rows, x)
     h0 = branch(minimum(d0, d1) < 1e-5, lambda: 1e-6, lambda: 0.01 * d0 / d1)
-    _for_each(n, lambda i: euler.__setitem__(i, x[i] + h0 * rows[i]))
+    for_each(n, lambda i: euler.__setitem__(i, x[i] + h0 * rows[i]))
     call_address(problem.derivative, (problem.p, t + h0, euler, problem.u, change))
-    _for_each(n, lambda i: change.__setitem__(i, change[i] - rows[i]))
+    for_each(n, lambda i: change.__setitem__(i, change[i] - rows[i]))
     steepest = maximum(d1, _norm(problem, change, x) / h0)
     h1 = branch(steepest < 1e-15, lambda: maximum(1e-6, h0 * 1e-3), lambda: power(0.01 / steepest, 1.0 / ORDER))
     return minimum(100.0 * h0, h1), 2.0
@@ -152,7 +155,7 @@ def _norm(problem: Problem, a: Any, x: Any) -> Any:
     return sqrt(repeat(problem.n, add, 0.0) / to_real(problem.n))
 
 
-def _for_each(n: Any, action: Any) -> None:
+def for_each(n: Any, action: Any) -> None:
     """Carry out an action on the indices 0 .. n - 1."""
 
     def do(i: Any, state: Any) -> Any:
