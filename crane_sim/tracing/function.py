@@ -1,0 +1,112 @@
+"""Traced functions, and calls of one from another."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from crane_sim.tracing.graph import Array, Block, Graph, Kind, TraceError, Value, kind_of, numbers_of
+from crane_sim.tracing.operations import graph_of
+from crane_sim.tracing.trees import flatten, unflatten
+
+
+class Function(NamedTuple):
+    """A function as a list of instructions, and the Python function that it was traced from.
+
+    Called with floats and arrays it computes; called with values of another traced function it becomes a call there.
+    """
+
+    name: str  # of letters, digits and underscores
+    python: Callable[..., Any]
+    graph: Graph
+    block: Block
+    result: Any  # a tree like what it returns
+    inlined: bool  # into what calls it
+
+    @property
+    def parameter_kinds(self) -> tuple[Kind, ...]:
+        """Return the kinds of the arguments."""
+        return tuple(self.graph.kinds[number] for number in self.block.parameters)
+
+    @property
+    def result_kinds(self) -> tuple[Kind, ...]:
+        """Return the kinds of what it returns, leaf by leaf."""
+        return tuple(self.graph.kinds[number] for number in self.block.results)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Compute, or note a call."""
+        graph = graph_of(*(x.address if isinstance(x, Array) else x for x in arguments))
+        if graph is None:
+            return self.python(*arguments)
+        if len(arguments) != len(self.block.parameters):
+            raise TraceError(f"{self.name} takes {len(self.block.parameters)} arguments, not {len(arguments)}")
+        values = [_as_value(graph, x, kind) for x, kind in zip(arguments, self.parameter_kinds, strict=True)]
+        results = graph.append("call", numbers_of(tuple(values)), self.result_kinds, self)
+        return unflatten(self.result, iter(results))
+
+
+def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "", inlined: bool = False) -> Function:
+    """Return a function traced with symbols of these kinds; a parameter of kind ARRAY is an `Array`.
+
+    Raises:
+        TraceError: it does with a number what only a float can do, such as a condition on it; or its name is none.
+    """
+    name = name or function.__name__
+    if not (name.isascii() and name.isidentifier()):
+        raise TraceError(f"{name} is no name of a function in C: letters, digits and underscores")
+    graph, trees = Graph(), []
+
+    def values(*symbols: Value) -> tuple[Value, ...]:
+        trees.append(function(*(Array(s) if s.kind is Kind.ARRAY else s for s in symbols)))
+        return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[0]))
+
+    block = graph.trace_block(values, kinds)
+    return Function(name, function, graph, block, trees[0], inlined)
+
+
+def _as_value(graph: Graph, argument: Any, kind: Kind) -> Value:
+    return argument.to_value() if isinstance(argument, Array) else graph.lift(argument, kind)
+
+
+def call_address(function: Any, arguments: tuple[Any, ...], result: tuple[Kind, ...] = ()) -> Any:
+    """Return what the function at an address returns, a leaf for each kind; a Python function is called as it is.
+
+    Args:
+        function: a value of kind FUNCTION, or a Python function.
+        arguments: values and arrays of the kinds that it takes.
+        result: kinds of what it returns, at most one.
+    """
+    if not isinstance(function, Value):
+        return function(*arguments)
+    graph = function.graph
+    values = [x.to_value() if isinstance(x, Array) else graph.lift(x, kind_of(x)) for x in arguments]
+    results = graph.append("call_address", numbers_of((function, *values)), result, result)
+    return results[0] if result else None
+
+
+def functions_with_callees(*functions: Function) -> list[Function]:
+    """Return functions and all that they call, each after what it calls.
+
+    Raises:
+        TraceError: two of them have one name.
+    """
+    found: dict[str, Function] = {}
+    for function in functions:
+        _collect(function, found)
+    return list(found.values())
+
+
+def _collect(function: Function, found: dict[str, Function]) -> None:
+    if function.name not in found:
+        for callee in _callees(function.block):
+            _collect(callee, found)
+        found[function.name] = function
+    elif found[function.name] is not function:
+        raise TraceError(f"two functions are called {function.name}")
+
+
+def _callees(block: Block) -> Iterator[Function]:
+    for instruction in block.instructions:
+        if instruction.operation == "call":
+            yield instruction.literal
+        elif instruction.operation in ("branch", "loop"):
+            for inner in instruction.literal:
+                yield from _callees(inner)

@@ -1,0 +1,392 @@
+"""A traced computation: instructions in single-assignment form, and the symbols that note them.
+
+A literal zero is structural: 0 x is 0 and x + 0 is x, as if x were finite. So what a model lacks, given as the literal
+0, leaves nothing in the code; a float run computes the same numbers, up to the sign of zeros.
+"""
+
+import operator
+from collections.abc import Callable
+from contextlib import contextmanager
+from enum import Enum
+from typing import Any, NamedTuple
+
+Number = float | int
+
+
+class Kind(Enum):
+    """What a value is."""
+
+    REAL = "real"
+    INTEGER = "integer"
+    BOOLEAN = "boolean"
+    ARRAY = "array"  # the address of reals
+    FUNCTION = "function"  # its address
+
+
+class Instruction(NamedTuple):
+    """One instruction; values are called by their number."""
+
+    operation: str
+    arguments: tuple[int, ...]
+    results: tuple[int, ...]
+    literal: Any = None  # a constant, an offset into an array, the function that is called, or blocks
+
+
+class Block(NamedTuple):
+    """Instructions that run one after the other, and the values that they result in."""
+
+    instructions: list[Instruction]
+    parameters: tuple[int, ...]
+    results: tuple[int, ...]
+
+
+_PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {Kind.REAL: float, Kind.INTEGER: int, Kind.BOOLEAN: bool}
+
+
+class TraceError(TypeError):
+    """A traced function did with a symbol what only a number can do."""
+
+
+FOLDED: dict[str, Callable[..., Any]] = {
+    "add": operator.add,
+    "subtract": operator.sub,
+    "multiply": operator.mul,
+    "divide": operator.truediv,
+    "negate": operator.neg,
+    "less": operator.lt,
+    "less_equal": operator.le,
+    "equal": operator.eq,
+    "unequal": operator.ne,
+    "both": operator.and_,
+    "absolute": abs,
+}
+"""Operations whose result on constants is computed while tracing; Python's floats have the bits of the code's."""
+
+_NUMBERS = {Kind.REAL, Kind.INTEGER}
+OPERANDS: dict[str, set[Kind]] = {
+    **dict.fromkeys(("add", "subtract", "multiply", "negate", "less", "less_equal"), _NUMBERS),
+    **dict.fromkeys(("equal", "unequal"), {*_NUMBERS, Kind.BOOLEAN}),
+    **dict.fromkeys(("divide", "absolute", "sqrt", "exp", "power", "fma", "to_integer"), {Kind.REAL}),
+    "both": {Kind.INTEGER, Kind.BOOLEAN},
+    "to_real": {Kind.INTEGER},
+}
+"""Kinds that an operation is defined for."""
+
+COMMUTATIVE = {"add", "multiply", "equal", "unequal", "both"}
+COMPARISONS = {"less", "less_equal", "equal", "unequal"}
+IMPURE = {"load", "store", "call", "call_address", "branch", "loop"}
+"""Operations that read or write memory, or may: each is kept as it is noted."""
+
+
+class Graph:
+    """Records instructions. A value that an enclosing block has computed already is not computed again."""
+
+    def __init__(self) -> None:
+        """Begin with an empty block."""
+        self.kinds: list[Kind] = []
+        self.constants: dict[int, Number] = {}
+        self._blocks: list[list[Instruction]] = [[]]
+        self._known: list[dict[Any, tuple[int, ...]]] = [{}]
+        self._owners: list[int] = []  # number of the block that has a value
+        self._count = 1  # of blocks
+        self._open = [0]  # numbers of the blocks that are being recorded
+
+    def new_value(self, kind: Kind) -> "Value":
+        """Return a value that no instruction computes: a parameter of a block."""
+        self.kinds.append(kind)
+        self._owners.append(self._open[-1])
+        return Value(self, len(self.kinds) - 1)
+
+    def constant(self, number: Number, kind: Kind = Kind.REAL) -> "Value":
+        """Return a constant."""
+        literal = _PYTHON_TYPES[kind](number)
+        (value,) = self.append("constant", (), (kind,), literal)
+        self.constants[value.number] = literal
+        return value
+
+    def append(self, operation: str, arguments: tuple[int, ...], kinds: tuple[Kind, ...], literal: Any = None) -> Any:
+        """Return the values (as a tuple) that an operation on values results in.
+
+        Raises:
+            TraceError: it is not defined for a value, or a value is of a block that has ended.
+        """
+        self.check_operands(operation, arguments)
+        if operation in COMMUTATIVE:
+            arguments = tuple(sorted(arguments))
+        key = operation, arguments, repr(literal) if operation == "constant" else literal, kinds
+        if operation not in IMPURE:
+            for known in reversed(self._known):
+                if key in known:
+                    return tuple(Value(self, number) for number in known[key])
+        values = tuple(self.new_value(kind) for kind in kinds)
+        numbers = tuple(value.number for value in values)
+        self._blocks[-1].append(Instruction(operation, arguments, numbers, literal))
+        if operation not in IMPURE:
+            self._known[-1][key] = numbers
+        return values
+
+    def check_operands(self, operation: str, arguments: tuple[int, ...]) -> None:
+        """Raise a TraceError where an operation may not have these arguments."""
+        allowed = OPERANDS.get(operation)
+        for number in arguments:
+            if self._owners[number] not in self._open:
+                raise TraceError(f"{operation}: a value of a branch or loop is used outside, where it may not exist")
+            if allowed and self.kinds[number] not in allowed:
+                raise TraceError(f"{operation} is not defined for {self.kinds[number].name}")
+
+    def trace_block(self, function: Callable[..., tuple["Value", ...]], kinds: tuple[Kind, ...] = ()) -> Block:
+        """Return the block of what a function of values of these kinds computes."""
+        with self._inner_block() as instructions:
+            parameters = tuple(self.new_value(kind) for kind in kinds)
+            results = numbers_of(function(*parameters))
+            self.check_operands("result", results)
+        return Block(instructions, numbers_of(parameters), results)
+
+    @contextmanager
+    def _inner_block(self) -> Any:
+        self._blocks.append([])
+        self._known.append({})
+        self._open.append(self._count)
+        self._count += 1
+        try:
+            yield self._blocks[-1]
+        finally:
+            self._blocks.pop()
+            self._known.pop()
+            self._open.pop()
+
+    def lift(self, number: Any, kind: Kind = Kind.REAL) -> "Value":
+        """Return a value as it is, a number as a constant of this kind.
+
+        Raises:
+            TraceError: neither, of another kind, or a value of another function's trace.
+        """
+        if isinstance(number, Value):
+            return self._own(number, kind)
+        real = kind is Kind.REAL and isinstance(number, float)
+        if real or kind_of(number) is kind or (kind is Kind.REAL and hasattr(number, "__index__")):
+            return self.constant(number, kind)
+        raise TraceError(f"{number!r} is neither a {kind.name.lower()} nor a value of the traced function")
+
+    def _own(self, value: "Value", kind: Kind) -> "Value":
+        if value.graph is not self:
+            raise TraceError("a value of another traced function: make it an argument")
+        if value.kind is not kind:
+            raise TraceError(f"a value of kind {value.kind.name} where one of kind {kind.name} is needed")
+        return value
+
+
+def numbers_of(values: tuple["Value", ...]) -> tuple[int, ...]:
+    """Return the numbers of values."""
+    return tuple(value.number for value in values)
+
+
+class Value:
+    """A symbol: what an instruction will have computed. Arithmetic on it notes instructions."""
+
+    __slots__ = ("graph", "number")
+    __array_ufunc__ = None  # NumPy's floats leave arithmetic to this class
+
+    def __init__(self, graph: Graph, number: int) -> None:
+        """Name the value of this number."""
+        self.graph, self.number = graph, number
+
+    @property
+    def kind(self) -> Kind:
+        """Return what the value is."""
+        return self.graph.kinds[self.number]
+
+    @property
+    def literal(self) -> Number | None:
+        """Return the number that a constant is, None for what is computed."""
+        return self.graph.constants.get(self.number)
+
+    def __add__(self, other: Any) -> "Value":
+        return _binary("add", self, other)
+
+    def __radd__(self, other: Any) -> "Value":
+        return _binary("add", other, self)
+
+    def __sub__(self, other: Any) -> "Value":
+        return _binary("subtract", self, other)
+
+    def __rsub__(self, other: Any) -> "Value":
+        return _binary("subtract", other, self)
+
+    def __mul__(self, other: Any) -> "Value":
+        return _binary("multiply", self, other)
+
+    def __rmul__(self, other: Any) -> "Value":
+        return _binary("multiply", other, self)
+
+    def __truediv__(self, other: Any) -> "Value":
+        return _binary("divide", self, other)
+
+    def __rtruediv__(self, other: Any) -> "Value":
+        return _binary("divide", other, self)
+
+    def __and__(self, other: Any) -> "Value":
+        return _binary("both", self, other)
+
+    def __rand__(self, other: Any) -> "Value":
+        return _binary("both", other, self)
+
+    def __lt__(self, other: Any) -> "Value":
+        return _binary("less", self, other)
+
+    def __le__(self, other: Any) -> "Value":
+        return _binary("less_equal", self, other)
+
+    def __gt__(self, other: Any) -> "Value":
+        return _binary("less", other, self)
+
+    def __ge__(self, other: Any) -> "Value":
+        return _binary("less_equal", other, self)
+
+    def __eq__(self, other: Any) -> Any:
+        return _binary("equal", self, other) if _is_number(other) else NotImplemented
+
+    def __ne__(self, other: Any) -> Any:
+        return _binary("unequal", self, other) if _is_number(other) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # equality is an instruction
+
+    def __neg__(self) -> "Value":
+        return unary("negate", self)
+
+    def __abs__(self) -> "Value":
+        return unary("absolute", self)
+
+    def __pow__(self, exponent: int) -> "Value":
+        if exponent != 2:
+            raise TraceError(f"a power of {exponent}: write it as products")
+        return self * self
+
+    def __bool__(self) -> bool:
+        raise TraceError("a condition on a traced number: use `select`, or `branch`")
+
+    def __float__(self) -> float:
+        raise TraceError("a traced number is no float: use the functions of `tracing.operations`")
+
+    __index__ = __int__ = __float__  # type: ignore[assignment]
+
+
+def kind_of(number: Any) -> Kind:
+    """Return what a number or value is."""
+    if isinstance(number, Value):
+        return number.kind
+    if isinstance(number, bool):
+        return Kind.BOOLEAN
+    return Kind.INTEGER if hasattr(number, "__index__") else Kind.REAL
+
+
+class Array:
+    """The address of reals in memory, from an element on. Indices are integers from 0 on, or values of that kind."""
+
+    __iter__ = None  # its length is not known
+
+    def __init__(self, address: Value, offset: int = 0) -> None:
+        """Name what is stored from the element `offset` after an address on."""
+        self.address, self.offset = address, offset
+
+    def __getitem__(self, index: Any) -> Value:
+        """Return the element."""
+        arguments, offset = self._locate(index)
+        return self.address.graph.append("load", arguments, (Kind.REAL,), offset)[0]
+
+    def __setitem__(self, index: Any, number: Any) -> None:
+        """Store a number as the element."""
+        arguments, offset = self._locate(index)
+        value = self.address.graph.lift(number)
+        self.address.graph.append("store", (value.number, *arguments), (), offset)
+
+    def from_element(self, index: Any) -> "Array":
+        """Return the array that begins with an element of this one."""
+        arguments, offset = self._locate(index)
+        if len(arguments) == 1:
+            return Array(self.address, offset)
+        return Array(self.address.graph.append("address", arguments, (Kind.ARRAY,), offset)[0])
+
+    def to_value(self) -> Value:
+        """Return the address of the first element."""
+        if not self.offset:
+            return self.address
+        return self.address.graph.append("address", (self.address.number,), (Kind.ARRAY,), self.offset)[0]
+
+    def _locate(self, index: Any) -> tuple[tuple[int, ...], int]:
+        if isinstance(index, Value):
+            return (self.address.number, self.address.graph.lift(index, Kind.INTEGER).number), self.offset
+        if kind_of(index) is not Kind.INTEGER or index < 0:
+            raise TraceError(f"{index!r} is no index of an array: one is an integer from 0 on")
+        return (self.address.number,), self.offset + index
+
+
+def unary(operation: str, value: Value) -> Value:
+    """Return the result of an operation on one value, of its kind."""
+    value.graph.check_operands(operation, (value.number,))
+    if value.literal is not None and operation in FOLDED:
+        return value.graph.constant(FOLDED[operation](value.literal), value.kind)
+    return value.graph.append(operation, (value.number,), (value.kind,))[0]
+
+
+def _is_number(x: Any) -> bool:
+    return isinstance(x, Value | float | int)
+
+
+def _binary(operation: str, a: Any, b: Any) -> Any:
+    if not (_is_number(a) and _is_number(b)):
+        return NotImplemented
+    model = a if isinstance(a, Value) else b
+    x, y = model.graph.lift(a, model.kind), model.graph.lift(b, model.kind)
+    model.graph.check_operands(operation, (x.number, y.number))
+    simple = _fold(operation, x, y)
+    if simple is None and operation in _SIMPLER:
+        simple = _SIMPLER[operation](x, y)
+    if simple is not None:
+        return simple
+    kind = Kind.BOOLEAN if operation in COMPARISONS else x.kind
+    return model.graph.append(operation, (x.number, y.number), (kind,))[0]
+
+
+def _fold(operation: str, x: Value, y: Value) -> Value | None:
+    if x.literal is None or y.literal is None or (operation == "divide" and y.literal == 0.0):
+        return None
+    kind = Kind.BOOLEAN if operation in COMPARISONS else x.kind
+    return x.graph.constant(FOLDED[operation](x.literal, y.literal), kind)
+
+
+def _simpler_sum(x: Value, y: Value) -> Value | None:
+    if x.literal == 0.0:
+        return y
+    return x if y.literal == 0.0 else None
+
+
+def _simpler_difference(x: Value, y: Value) -> Value | None:
+    if y.literal == 0.0:
+        return x
+    return -y if x.literal == 0.0 else None
+
+
+def _simpler_product(x: Value, y: Value) -> Value | None:
+    for a, b in ((x, y), (y, x)):
+        if a.literal == 0.0:
+            return a
+        if a.literal == 1.0:
+            return b
+        if a.literal == -1.0:
+            return -b
+    return None
+
+
+def _simpler_quotient(x: Value, y: Value) -> Value | None:
+    if x.literal == 0.0:
+        return x
+    return x if y.literal == 1.0 else None
+
+
+_SIMPLER: dict[str, Callable[[Value, Value], Value | None]] = {
+    "add": _simpler_sum,
+    "subtract": _simpler_difference,
+    "multiply": _simpler_product,
+    "divide": _simpler_quotient,
+}

@@ -1,0 +1,124 @@
+"""Traced functions as machine code of this processor, by LLVM; compiled once, then read from a folder.
+
+A file is named by a digest of the code's text, the processor and the compiler, so it fits by construction; one that is
+damaged, or cannot be written, costs a compilation.
+"""
+
+import ctypes
+import hashlib
+import os
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import __version__ as LLVMLITE
+
+from crane_sim.tracing.function import Function
+from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.llvm import module_text
+
+_C_TYPES: dict[Kind, Any] = {
+    Kind.REAL: ctypes.c_double,
+    Kind.INTEGER: ctypes.c_int64,
+    Kind.BOOLEAN: ctypes.c_bool,
+    Kind.ARRAY: ctypes.c_void_p,
+    Kind.FUNCTION: ctypes.c_void_p,
+}
+_DIGEST = hashlib.sha256().digest_size
+
+
+class Library:
+    """Compiled functions, alive as long as this object."""
+
+    def __init__(self, *functions: Function, width: int = 1, folder: Path | None = None) -> None:
+        """Compile functions of at most one result each, in lanes where `width` is more than 1.
+
+        Args:
+            functions: that are called from outside.
+            width: number of lanes.
+            folder: where compiled code is kept, None: nowhere.
+        """
+        text = module_text(*functions, width=width)
+        code = read_code(folder, text) if folder else None
+        if code is None:
+            code = compile_text(text)
+            if folder:
+                write_code(folder, text, code)
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+
+    def address(self, function: Function) -> int:
+        """Return the address of a compiled function."""
+        return self._engine.get_function_address(function.name)
+
+    def function(self, function: Function) -> Any:
+        """Return a compiled function as one that Python calls; arrays are given by their addresses."""
+        results = function.result_kinds
+        result = _C_TYPES[results[0]] if results else None
+        prototype = ctypes.CFUNCTYPE(result, *(_C_TYPES[kind] for kind in function.parameter_kinds))
+        compiled: Any = prototype(self.address(function))
+        compiled.library = self  # whose end is the code's
+        return compiled
+
+
+def compile_text(text: str) -> bytes:
+    """Return the object file of a module's text."""
+    machine = _target_machine()
+    module = llvm.parse_assembly(text)
+    module.verify()
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    builder = llvm.create_pass_builder(machine, _tuning())
+    builder.getModulePassManager().run(module, builder)
+    return machine.emit_object(module)
+
+
+def read_code(folder: Path, text: str) -> bytes | None:
+    """Return the object file of a module's text, None where the folder has none that is whole."""
+    with suppress(OSError):
+        content = (folder / _name(text)).read_bytes()
+        digest, code = content[:_DIGEST], content[_DIGEST:]
+        if hashlib.sha256(code).digest() == digest:
+            return code
+    return None
+
+
+def write_code(folder: Path, text: str, code: bytes) -> None:
+    """Keep the object file of a module's text where the folder can be written."""
+    file = folder / _name(text)
+    part = file.with_suffix(f".{os.getpid()}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(hashlib.sha256(code).digest() + code)
+        part.replace(file)
+    except OSError:
+        with suppress(OSError):
+            part.unlink()
+
+
+def _name(text: str) -> str:
+    cpu, features = _processor()
+    return hashlib.sha256("\0".join((LLVMLITE, cpu, features, text)).encode()).hexdigest() + ".o"
+
+
+@cache
+def _processor() -> tuple[str, str]:
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+def _target_machine() -> Any:
+    """Return a new one: an engine owns that which it was made with."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    cpu, features = _processor()
+    target = llvm.Target.from_default_triple()
+    return target.create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
+
+
+def _tuning() -> Any:
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.slp_vectorization = True
+    options.loop_vectorization = True
+    return options
