@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from typing import TYPE_CHECKING, NoReturn
@@ -56,6 +56,16 @@ def _set_alarm_on_data(read_end: int) -> None:
     fcntl.fcntl(read_end, fcntl.F_SETOWN, os.getpid())
     fcntl.fcntl(read_end, fcntl.F_SETSIG, signal.SIGUSR1)
     fcntl.fcntl(read_end, fcntl.F_SETFL, os.O_ASYNC)
+
+
+def replace_process(command: Sequence[str], environment: Mapping[str, str] | None = None) -> NoReturn:
+    """Go on as another program, whose signals they are from here on; `environment`: its own, None: this one's.
+
+    Handlers do not outlive that, and the kernel sends SIGUSR1 as it closes the pipe of `exit_on_signal`: ignored, it
+    does not end the other program.
+    """
+    signal.signal(signal.SIGUSR1, signal.SIG_IGN)
+    os.execve(command[0], list(command), os.environ if environment is None else environment)
 
 
 def exit_now(code: int) -> NoReturn:

@@ -361,7 +361,7 @@ def test(arguments: tuple[str, ...]) -> None:
         raise SceneError(f"{tree}: has no tests; run this in the source tree")
     install_groups(*(name for name in GROUPS if name != "peers"))
     os.chdir(tree)
-    os.execv(sys.executable, [sys.executable, "-m", "pytest", *arguments])  # signals are pytest's from here on
+    process_signals.replace_process([sys.executable, "-m", "pytest", *arguments])
 
 
 for command in (view, shot, clip, replay, compare_runs, sweep, tune, identify_parameters, install_packages, doctor):

@@ -11,6 +11,7 @@ import click
 from rich.console import Console
 from rich.progress import Progress
 
+from crane_sim import process_signals
 from crane_sim.cli import report
 from crane_sim.cli.help_lines import FiniteRange
 from crane_sim.cli.run_options import VIEWER_PORT, ensure_writable_file
@@ -61,7 +62,7 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
             raise SystemExit(viewer.wait())
     _require_display()
     command = window_command(source)
-    os.execve(command[0], command, os.environ | ENVIRONMENT)  # signals are the viewer's from here on
+    process_signals.replace_process(command, os.environ | ENVIRONMENT)
 
 
 @click.command()

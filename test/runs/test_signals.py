@@ -167,6 +167,20 @@ def test_a_signal_from_before_the_first_statement_is_not_lost() -> None:
     assert run_to_completion(command).returncode == 7
 
 
+REPLACED = """
+import sys
+from crane_sim import process_signals
+process_signals.exit_on_signal(lambda: None)
+process_signals.replace_process([sys.executable, "-c", "print('replaced')"])
+"""
+
+
+def test_another_program_takes_the_place_of_a_command() -> None:
+    """A command that goes on as another program, as `crane test` and `view` do, ends with that one's exit code."""
+    result = run_to_completion([sys.executable, "-c", REPLACED])
+    assert (result.returncode, result.stdout) == (0, "replaced\n")
+
+
 def test_the_plan_covers_start_run_and_end() -> None:
     """Fifty planned interruptions: some within 100 ms, some while compiling, some with a second signal, all seeded."""
     planned = plan(50, seed=0, usual=4.0)
