@@ -21,7 +21,7 @@ from crane_sim.models.supports.hoist import HOIST, PrescribedHoist, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, has_friction
 from crane_sim.models.wind_kink import pressed_point, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import kernel
+from crane_sim.numerics.jit import generic
 
 
 @system.joints.register(PlanarCrane)
@@ -158,7 +158,7 @@ def _(p):
     return with_kink_switching(p.wind, switching_in_plane(p))
 
 
-@kernel
+@generic
 def switching_in_plane(p):
     """Return the result of `system.switching` for a crane in the plane, without the kink of a wind."""
     rubs, step_control = (
