@@ -38,6 +38,7 @@ LAYERS = (
     "crane_sim.models.loads",
     "crane_sim.models.guards",
     "crane_sim.models.stops",
+    "crane_sim.models.wind_kink",
     "crane_sim.models.supports",
     "crane_sim.models.cables",
     "crane_sim.models.single_rope",
