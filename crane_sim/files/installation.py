@@ -65,8 +65,8 @@ def import_optional(module: str, purpose: str) -> Any:
     """
     try:
         return import_module(module)
-    except ModuleNotFoundError:
-        raise MissingPackage(missing_package(module, purpose)) from None
+    except ModuleNotFoundError as error:
+        raise MissingPackage(missing_package(error.name or module, purpose)) from None
 
 
 def require(module: str, purpose: str) -> None:

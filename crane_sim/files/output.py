@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from typing import TYPE_CHECKING
 
 from crane_sim.files.errors import SceneError
@@ -15,14 +16,22 @@ if TYPE_CHECKING:
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Write a file under another name of the same kind and rename it, so that it is there whole or not at all.
 
+    What a link leads to is written, with the permissions that it had; a device or a pipe as it is.
+
     Raises:
         OSError: it cannot be written; a file of that name that was there before is as it was.
     """
+    path = path.resolve()  # a link stays one
+    if path.exists() and not path.is_file():  # a device, a pipe
+        write(path)
+        return
     partial = path.with_name(f".{path.name}.{os.getpid()}{path.suffix}")
     try:
         write(partial)
         with partial.open("rb") as file:
             os.fsync(file.fileno())
+        if path.exists():
+            shutil.copymode(path, partial)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)

@@ -71,7 +71,7 @@ def _(inputs, drive):
 @generic
 def read_inputs(inputs, p, drives, t, x):
     """Set the targets of drives that hold no demand, by the inputs at time t [s] and state x."""
-    copy_into(drives.effort, system.effort(inputs, p, t, x))
+    copy_into(drives.effort, system.demand(inputs, p, t, x))  # limits act, and are counted, behind it
     for i in range(len(drives)):
         if not drives[i].has_state:
             set_target(drives[i], drives[i].effort)

@@ -107,6 +107,10 @@ def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
 
     A run without commands was driven by constant inputs or by nothing: the efforts that were applied stand for them.
     """
+    lengths = np.rint(np.diff(run.t) / run.period)
+    if np.any(lengths != 1.0):
+        at = float(run.t[np.flatnonzero(lengths != 1.0)[0]])
+        raise SceneError(f"{run.path}: steps after t = {at:g} s are not in the recording: their commands are not known")
     q = run.q if run.q_measured is None else run.q_measured
     commands = _held_commands(run.commands, run.u, str(run.path))
     measured = Measurements(run.t, run.crane.joint_names, q, run.t, commands)

@@ -55,7 +55,7 @@ def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] =
     """
     types = import_optional("rosbags.typesys", "a bag")
     store = types.get_typestore(types.Stores.ROS2_JAZZY)
-    is_mcap = path.name.removesuffix(".part").endswith(".mcap")
+    is_mcap = path.name.endswith(".mcap.part") or (path.suffix == ".mcap" and path.is_file())
     wanted = {*required, *optional}
     contents, decode = _read_file(path, store) if is_mcap else _read_folder(path, store, wanted)
     chosen = [each for each in contents.messages if _name(each.topic) in wanted]

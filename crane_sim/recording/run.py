@@ -13,7 +13,7 @@ import numpy as np
 from crane_sim.files.errors import PATH, SceneError, join_lines, shorten
 from crane_sim.files.installation import MissingPackage, import_optional
 from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
-from crane_sim.recording.completeness import Completeness
+from crane_sim.recording.completeness import CUT, Completeness
 from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
@@ -208,8 +208,10 @@ class RecordedRun:
     @property
     def error(self) -> str:
         """One line on what failed, empty where nothing did."""
-        recording = f"the recording {self.completeness.extent}" if self.completeness.extent else ""
-        return "; ".join(filter(None, (str(self.summary.get("error", "")), self._early_end, recording)))
+        error, extent = str(self.summary.get("error", "")), self.completeness.extent
+        told = error and self.completeness.state == CUT  # the recorder has counted what it lacks
+        recording = f"the recording {extent}" if extent and not told else ""
+        return "; ".join(filter(None, (error, self._early_end, recording)))
 
     @property
     def _early_end(self) -> str:

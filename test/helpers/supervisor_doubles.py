@@ -19,6 +19,7 @@ class FakeChild:
         self.name, self.ready, self.fault, self.exited, self.fatal, self.active = name, ready, "", False, False, True
         self.pid, self.step, self.recorded, self.last_bag_step, self.resets, self.waiting = 1, 0, 0, 0, 0, ""
         self.summary: dict[str, Any] | None = None
+        self.notices: list[str] = []
         self.requests: list[str] = []
         self.send = self.requests.append
 

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from collections import Counter
 from types import SimpleNamespace
 from typing import Any
 
@@ -25,7 +26,7 @@ def test_a_node_reports_whether_it_is_active() -> None:
             on_change(active)
 
     host.manage = manage
-    node: Any = SimpleNamespace(set_active=activations.append, missing=lambda: "", finish=dict)
+    node: Any = SimpleNamespace(set_active=activations.append, missing=lambda: "", finish=dict, refused=Counter)
     serve_responder(host, node, True)
     assert activations == [True, False, True]
     assert [fields["active"] for event, fields in reports if event == "active"] == activations
@@ -75,7 +76,7 @@ def test_a_controller_is_not_killed_while_a_node_is_inactive(
     for name in ("controller", "tracker"):
         active = SimpleNamespace(pid=1, ready=True, fault="", active=inactive != name, send_signal=signals.append)
         roles.append(SimpleNamespace(name=name, active=active, failure="", maintain_standbys=lambda: ""))
-    group: Any = SimpleNamespace(listen=listen, find_stopped=dict)
+    group: Any = SimpleNamespace(listen=listen, find_stopped=dict, children=())
     callbacks = Callbacks(lambda step: None, lambda news: None, lambda name, pid: None)
     Supervisor(group, roles, [], callbacks, 60.0).run()
     assert (signal.SIGKILL in signals) == killed

@@ -88,7 +88,7 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     for name in ("requests", "instants", "pictures"):
         monkeypatch.setattr(LossyClient, name, [])
     file = tmp_path / "run.rrd"
-    file.touch()
+    file.write_bytes(b"RRF2")
     yield file
 
 
@@ -222,7 +222,8 @@ def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pyt
     ffmpeg, given = tmp_path / "ffmpeg", tmp_path / "given"
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
     for end in ("exit 0", "exit 1", "echo first >&2; echo last >&2; exit 1"):
-        ffmpeg.write_text(f'#!/bin/sh\necho "$@" > {given}\ncat > {given}.data\n{end}\n')
+        written = 'for file; do :; done\n: > "$file"'  # the last argument
+        ffmpeg.write_text(f'#!/bin/sh\necho "$@" > {given}\ncat > {given}.data\n{written}\n{end}\n')
         ffmpeg.chmod(0o755)
         if end == "exit 0":
             write_clip(recording, tmp_path / "run.mp4", Cut(0.0, 1.0, 2.0, 1.0, 33), Shown())

@@ -167,7 +167,11 @@ def _unpack_chunk(content: bytes, is_checked: bool) -> tuple[int, bytes]:
 
 
 def _decompress(data: bytes, compression: str, size: int, checksum: int) -> bytes:
-    return import_module("rosbags.rosbag2.storage_mcap").decompress(data, compression, size, checksum)
+    storage = import_module("rosbags.rosbag2.storage_mcap")
+    try:
+        return storage.decompress(data, compression, size, checksum)
+    except Exception as error:  # of a damaged chunk: each kind of compression raises its own
+        raise ValueError("compression") from error
 
 
 def _parse(data: bytes) -> Iterator[tuple[int, bytes]]:

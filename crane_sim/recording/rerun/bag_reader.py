@@ -47,6 +47,7 @@ def _summary(bag: RunFromBag) -> dict[str, Any]:
     entries: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
     lost = bag.lost_steps + bag.lost_commands
     entries |= {"steps": steps + bag.lost_steps, "recorded_steps": steps, "lost_steps": lost}
+    entries |= {"lost_commands": bag.lost_commands} if bag.lost_commands else {}
     subjects = {"steps": bag.lost_steps, "commands": bag.lost_commands}
     missing = [f"{number} {name}" for name, number in subjects.items() if number]
     if missing:

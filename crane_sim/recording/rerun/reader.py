@@ -136,7 +136,8 @@ def _summary(batches: Batches, checked: bool) -> dict[str, Any]:
 def _assess(t: NDArray[np.float64], run: dict[str, Any], summary: dict[str, Any], damage: str) -> Completeness:
     planned = round(run["duration"] / run["period"])
     recorded = summary.get("recorded_steps", len(t)) if summary else None
-    return assess(Steps(len(t), float(t[-1]), planned, recorded, summary.get("lost_steps", 0)), damage)
+    lost = summary.get("lost_steps", 0) - summary.get("lost_commands", 0)  # the rows of those commands are there
+    return assess(Steps(len(t), float(t[-1]), planned, recorded, lost), damage)
 
 
 _OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")} | {"reeved": "reeved_tension"}

@@ -54,7 +54,7 @@ class PictureError(RuntimeError):
 
 def check_viewable(recording: Path) -> None:
     """Raise SceneError for a file that neither is a recording nor a bag: the viewer would wait for one."""
-    if recording.is_dir():
+    if recording.is_dir() and recording.name.endswith(".mcap.part"):
         return  # an unfinished bag
     try:
         with recording.open("rb") as file:

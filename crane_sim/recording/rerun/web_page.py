@@ -52,8 +52,10 @@ def web_page(source: str) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
         _wait_for_start(viewer, page_port)
         with ThreadingHTTPServer((ADDRESS, 0), partial(_Page, page_port)) as server:
             threading.Thread(target=server.serve_forever, daemon=True).start()
-            yield viewer, f"http://{ADDRESS}:{server.server_port}/?url={quote(served, safe='')}&hide_welcome_screen"
-            server.shutdown()
+            try:
+                yield viewer, f"http://{ADDRESS}:{server.server_port}/?url={quote(served, safe='')}&hide_welcome_screen"
+            finally:
+                server.shutdown()
     finally:
         end_process(viewer, END_SECONDS)
 

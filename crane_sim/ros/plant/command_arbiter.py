@@ -212,10 +212,10 @@ class CommandArbiter:
         """Warn of publishers refused lately; again with every update: the graph may have a node before its name."""
         self._refused.pop(self._lease.owner, None)  # it owns the crane by now
         if self._refused:
-            refused = " and ".join(sorted({self._publisher_names.get(sender, _GONE) for sender in self._refused}))
+            refused = {self._publisher_names.get(sender, _GONE) for sender in self._refused}
             owner = self._publisher_names.get(self._lease.owner, _GONE)
-            self._warning = f"command of {refused} refused: {owner} owns the crane"
-            if not {UNNAMED, _GONE} & {refused, owner}:
+            self._warning = f"command of {' and '.join(sorted(refused))} refused: {owner} owns the crane"
+            if {UNNAMED, _GONE}.isdisjoint(refused | {owner}):
                 self._host.notify(self._warning)
         self._simulation.warn(self._warning if self._refused else "", "commander")
 

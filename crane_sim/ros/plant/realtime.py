@@ -157,7 +157,8 @@ class Realtime:
 
     def _step(self) -> None:
         self._steps += 1
-        self._unanswered_steps += not self._answered
+        excused = self._timed_out or self._simulation.plant.braking
+        self._unanswered_steps += not (self._answered or excused)
         effort, self._answered = self._next_effort(), False
         self._simulation.step(effort)
 

@@ -111,9 +111,10 @@ class MessageDecoder:
     def _add_command(self, add: Callable[[int, Sequence[float]], None], data: bytes) -> bool:
         decoded = self._command_codec.decode(data)
         command = self._validator.match_joints(decoded.names, self._command_codec.values(decoded))
-        if command is not None and decoded.stamp >= 0:
-            add(decoded.stamp, command)
-        return command is not None
+        if command is None or decoded.stamp < 0:
+            return False
+        add(decoded.stamp, command)
+        return True
 
     def _on_held(self, data: bytes) -> bool:
         """Add what the drives were given, none while the brakes act: it takes precedence over the accepted command."""
