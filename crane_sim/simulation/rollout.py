@@ -274,7 +274,8 @@ def simulate(
     times = checked_times(sample_times, scene.steps * scene.period)
     started, compiled_before = time.perf_counter(), compile_time()
     if scene.law_name is not None and scene.law is None and not callable(law):
-        raise SceneError(f"control.law = {shorten(scene.law_name)}: is not executed (own_law=False); give the law to use")
+        line = f"control.law = {shorten(scene.law_name)}: is not executed (own_law=False); give the law to use"
+        raise SceneError(line)
     scene = scene.with_external_commands() if callable(law) else scene
     run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
     wall = time.perf_counter() - started - (compile_time() - compiled_before)

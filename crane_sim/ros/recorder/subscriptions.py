@@ -147,8 +147,8 @@ class PolledSubscription:
         self.topic = self._subscription.topic
         standbys = source.publisher != PLANT  # the other nodes may be replaced in the run
         self._filter = SourceFilter(node, self.topic, source.publisher, standbys) if source.publisher else None
-        name = self._filter.source.strip("/").encode() if self._filter and source.shared else b""
-        self._claim = len(name + b"\0").to_bytes(4, "little") + name + b"\0" if name else b""  # a string of CDR, whole
+        own = self._filter.source.strip("/").encode() + b"\0" if self._filter and source.shared else b""
+        self._claim = len(own).to_bytes(4, "little") + own if own else b""  # a string of CDR, whole
         self._unknown = deque[tuple[float, MessageWithSender]](maxlen=_DEPTH)  # received before their nodes' names
         self._misfits = Counter[str]()
 
