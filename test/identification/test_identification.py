@@ -269,8 +269,8 @@ def test_runs_of_another_crane_are_refused(kind: str) -> None:
 def test_commands_in_another_unit_are_refused(tmp_path: Path) -> None:
     """A run whose trolley was commanded speeds is no run of a scene whose trolley is commanded forces."""
     drive = {"drive": "velocity", "servo": {"gain": 500.0, "integral_time": 1.0, "max_acceleration": 1.0}}
-    table = {"trolley": {"kind": "constant", "value": 0.3}}
-    overrides = {"control": None, "reference": None, "actuators": {"trolley": drive}, "inputs": table}
-    file = crane_sim.simulate(SCENE, duration=0.2, overrides=overrides).record(tmp_path / "run.rrd")
+    overrides = {"control": None, "reference": None, "actuators": {"trolley": drive}}
+    run = crane_sim.simulate(SCENE, lambda t, q, v: (0.3,), 0.2, overrides=overrides)
+    file = run.record(tmp_path / "run.rrd")
     with pytest.raises(SceneError, match="commands of trolley are in m/s, the scene's drive takes N"):
         read_measurements(file, crane_sim.load_scene(SCENE))
