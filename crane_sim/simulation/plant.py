@@ -234,7 +234,7 @@ class Plant:
     def summary(self) -> dict[str, Any]:
         """Return the run's metrics up to now: keys and meanings of `Metrics.summary`."""
         self._flush()
-        metrics = self._metrics.summary(self.t, self.q, self.v, self._integration, self.saturated)
-        further = self._hardware.summary() if self._hardware is not None else {}
         ended = self._integration if self._failed is None else self._failed
+        metrics = self._metrics.summary(self.t, self.q, self.v, ended, self.saturated)
+        further = self._hardware.summary() if self._hardware is not None else {}
         return metrics | noted_events(ended, self.model, self.t, self._failed is not None) | further
