@@ -14,7 +14,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.identification import Measurements, estimation, from_rollout, read_measurements
 from crane_sim.identification.least_squares import Linear, linearise
 from crane_sim.identification.measurements import measurements_of, undo_sensors
-from crane_sim.identification.shooting import ORDER_2, ORDER_6, Shooting, Unknowns
+from crane_sim.identification.shooting import ORDER_2, ORDER_6, Shooting, Unknowns, excitation_of
 from crane_sim.integrators.dop853 import A, B
 
 SCENE = "overhead_energy"
@@ -256,6 +256,16 @@ def test_commands_are_of_periods_whatever_the_samples_are() -> None:
     data = from_rollout(run)
     assert np.array_equal(data.t, run.t) and len(data.commands) == 50
     assert data.command_times == pytest.approx(PERIOD * np.arange(50), abs=1e-12)
+
+
+@pytest.mark.parametrize(("from_start", "before"), [(True, 0.0), (False, 7.0)])
+def test_before_the_first_command_stands_it_or_the_initial_demand(from_start: bool, before: float) -> None:
+    """A delayed drive begins with its initial demand with the run, and with the first command of a log under way."""
+    scene = crane_sim.load_scene(SCENE, {"actuators.trolley.delay": 0.025})
+    t = PERIOD * np.arange(6)
+    data = Measurements(t, ("trolley",), t[:, None], t, np.full((6, 1), 7.0), from_start)
+    times, commands = excitation_of(scene, data)
+    assert commands[:, 0].tolist() == np.where(times < 0.025 - 1e-9, before, 7.0).tolist()
 
 
 @pytest.mark.parametrize("kind", ["knuckle_setpoint", "overhead_hoist"])
