@@ -32,6 +32,7 @@ class Measurements(NamedTuple):
     q: Array  # (K, m) m or rad, NaN where a joint was not measured
     command_times: Array  # (C,) s, from which each command is held
     commands: Array  # (C, nu), in the order and the units of the scene's actuated joints
+    from_start: bool = False  # whether drives had their initial demands before the first command; else that command
 
 
 Source: TypeAlias = "Measurements | RecordedRun | Rollout | Path | str"  # of a run
@@ -113,7 +114,8 @@ def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
         raise SceneError(f"{run.path}: steps after t = {at:g} s are not in the recording: their commands are not known")
     q = run.q if run.q_measured is None else run.q_measured
     commands = _held_commands(run.commands, run.u, str(run.path))
-    measured = Measurements(run.t, run.crane.joint_names, q, run.t, commands)
+    from_start = bool(run.t.size and run.t[0] == 0.0)
+    measured = Measurements(run.t, run.crane.joint_names, q, run.t, commands, from_start)
     selected = select(measured, run.crane.actuated, scene, str(run.path))
     _check_units(run.crane.actuated, run.crane.command_units, scene, str(run.path))
     return undo_sensors(selected, scene)
@@ -147,7 +149,7 @@ def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurement
     q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
     commands = _held_commands(run.commands, run.u, "run")
     command_times = run.scene.period * np.arange(len(commands), dtype=np.float64)  # s, of the periods
-    return Measurements(run.t, run.scene.joint_names, q, command_times, commands)
+    return Measurements(run.t, run.scene.joint_names, q, command_times, commands, from_start=True)
 
 
 def select(found: Measurements, driven: tuple[str, ...], scene: Scene, source: str) -> Measurements:

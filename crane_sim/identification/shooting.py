@@ -227,11 +227,11 @@ def _segment(scene: Scene, data: Measurements, first: int, end: int, known: Stat
 def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
     """Return the instants (n,) [s] of samples and of commands after the delay of their drive, and commands (n, nu).
 
-    A delay is exact, not rounded to periods. Before its first command a drive has its initial demand, which is that
-    command where it has no delay, lag or rate limit.
+    A delay is exact, not rounded to periods. Before its first command a drive has that command, or its initial demand
+    where the data begin with the run and it has a delay, lag or rate limit.
     """
     groups = scene.file.actuators if scene.hardware is not None else {}
-    initial = {} if scene.hardware is None else initial_demands(scene, scene.hardware)
+    initial = initial_demands(scene, scene.hardware) if scene.hardware is not None and data.from_start else {}
     delays = [merge_groups(groups, name, ActuatorGroup).delay for name in scene.actuated]
     changes = [data.command_times + delay for delay in delays]
     times = np.sort(np.concatenate([data.t, *changes]))

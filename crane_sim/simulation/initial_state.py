@@ -9,10 +9,12 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
+from crane_sim.hardware.drives import Drives
 from crane_sim.integrators import Status, apply_pending_events, dense_output, restart
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
+from crane_sim.stepping.hardware_periods import state_at
 from crane_sim.stepping.periods import begin
 from crane_sim.system import efforts_from_row, switching
 
@@ -34,6 +36,13 @@ def switch_at_start(p, integration, row):
 def restart_within_step(method, p, u, integration, t):
     """Return the integration restarted at time t [s] within the last step, taken under the source u."""
     return restart(integration, t, dense_output(method, p, u, integration, t))
+
+
+@entry_point
+def restart_under_drives(method, p, hardware, inputs, integration, t):
+    """Return the integration restarted at time t [s] within the last step, taken under drives with these inputs."""
+    u = Drives(t, hardware.drives, hardware.servos, inputs)
+    return restart(integration, t, state_at(inputs, method, p, u, integration, t))
 
 
 def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:

@@ -13,7 +13,14 @@ from crane_sim.files.errors import SceneError, shorten, unknown_key
 from crane_sim.integrators.status import OK
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
-from crane_sim.simulation.initial_state import as_tuple, make_initial, restart_within_step, resume, with_initial
+from crane_sim.simulation.initial_state import (
+    as_tuple,
+    make_initial,
+    restart_under_drives,
+    restart_within_step,
+    resume,
+    with_initial,
+)
 from crane_sim.simulation.metrics import Metrics, world_points
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.periods import continuous_step, zero_order_hold_step
@@ -200,25 +207,36 @@ class Plant:
             step_args = (self._integration, self.k, scene.steps, scene.period, self._rows, self._filled)
             integration, q, v, applied, u = continuous_step(scene.method, self.model, scene.source, *step_args)
         else:
-            step_args = (self._restart_at_period(), end, self._rows, self._filled)
+            step_args = (self._restart_at_period(None), end, self._rows, self._filled)
             integration, q, v, applied = zero_order_hold_step(scene.method, self.model, u, *step_args)
         self._saturated += applied != u
         return integration, q, v, None, applied
 
-    def _restart_at_period(self) -> Any:
-        """Return the integration at the start of the period, which a step of the scene's own source may have passed."""
+    def _restart_at_period(self, mass: float | None) -> Any:
+        """Return the integration at the start of the period, which a step of the scene's own source may have passed.
+
+        Args:
+            mass: of the payload in that step [kg]; None without hardware.
+        """
         if self._integration.t <= self.t:
             return self._integration
+        if self._hardware is not None and mass is not None:
+            crane, drives = self._hardware.model_with_payload(self.model, mass), self._hardware
+            step_args = (drives.state, drives.inputs, self._integration, self.t)
+            return restart_under_drives(self.scene.method, crane, *step_args)
         return restart_within_step(self.scene.method, self.model, self.scene.source, self._integration, self.t)
 
     def _advance_with_hardware(
         self, hardware: HardwareRun, u: tuple[float, ...] | None
     ) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
         driven = (None, u) if u is not None else (hardware.inputs, hardware.open_loop_command(self.t, self.q, self.v))
-        step_args = (self._integration, self.k, self.scene.steps, self.scene.period, self._rows, self._filled)
         mass, energy = hardware.payload_mass, hardware.payload_energy
+        start = self._integration if u is None else self._restart_at_period(mass)
+        step_args = (start, self.k, self.scene.steps, self.scene.period, self._rows, self._filled)
         integration, (q, v), measured, applied = hardware.step(self.scene.method, self.model, *driven, *step_args)
         if hardware.payload_mass != mass:
+            if integration.status != OK:  # the next attempt begins with the other payload
+                self._integration = self._restart_at_period(mass)
             row = self._rows[self._filled].copy()  # of this period, which begins with the other payload
             self._flush()
             self._rows[0] = row
@@ -234,7 +252,7 @@ class Plant:
     def summary(self) -> dict[str, Any]:
         """Return the run's metrics up to now: keys and meanings of `Metrics.summary`."""
         self._flush()
-        metrics = self._metrics.summary(self.t, self.q, self.v, self._integration, self.saturated)
-        further = self._hardware.summary() if self._hardware is not None else {}
         ended = self._integration if self._failed is None else self._failed
+        metrics = self._metrics.summary(self.t, self.q, self.v, ended, self.saturated)
+        further = self._hardware.summary() if self._hardware is not None else {}
         return metrics | noted_events(ended, self.model, self.t, self._failed is not None) | further

@@ -14,7 +14,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.identification import Measurements, estimation, from_rollout, read_measurements
 from crane_sim.identification.least_squares import Linear, linearise
 from crane_sim.identification.measurements import measurements_of, undo_sensors
-from crane_sim.identification.shooting import ORDER_2, ORDER_6, Shooting, Unknowns
+from crane_sim.identification.shooting import ORDER_2, ORDER_6, Shooting, Unknowns, excitation_of
 from crane_sim.integrators.dop853 import A, B
 
 SCENE = "overhead_energy"
@@ -258,6 +258,16 @@ def test_commands_are_of_periods_whatever_the_samples_are() -> None:
     assert data.command_times == pytest.approx(PERIOD * np.arange(50), abs=1e-12)
 
 
+@pytest.mark.parametrize(("from_start", "before"), [(True, 0.0), (False, 7.0)])
+def test_before_the_first_command_stands_it_or_the_initial_demand(from_start: bool, before: float) -> None:
+    """A delayed drive begins with its initial demand with the run, and with the first command of a log under way."""
+    scene = crane_sim.load_scene(SCENE, {"actuators.trolley.delay": 0.025})
+    t = PERIOD * np.arange(6)
+    data = Measurements(t, ("trolley",), t[:, None], t, np.full((6, 1), 7.0), from_start)
+    times, commands = excitation_of(scene, data)
+    assert commands[:, 0].tolist() == np.where(times < 0.025 - 1e-9, before, 7.0).tolist()
+
+
 @pytest.mark.parametrize("kind", ["knuckle_setpoint", "overhead_hoist"])
 def test_runs_of_another_crane_are_refused(kind: str) -> None:
     """Commands of a run are taken by the names of its own joints: those of another crane are not put in their place."""
@@ -269,8 +279,8 @@ def test_runs_of_another_crane_are_refused(kind: str) -> None:
 def test_commands_in_another_unit_are_refused(tmp_path: Path) -> None:
     """A run whose trolley was commanded speeds is no run of a scene whose trolley is commanded forces."""
     drive = {"drive": "velocity", "servo": {"gain": 500.0, "integral_time": 1.0, "max_acceleration": 1.0}}
-    table = {"trolley": {"kind": "constant", "value": 0.3}}
-    overrides = {"control": None, "reference": None, "actuators": {"trolley": drive}, "inputs": table}
-    file = crane_sim.simulate(SCENE, duration=0.2, overrides=overrides).record(tmp_path / "run.rrd")
+    overrides = {"control": None, "reference": None, "actuators": {"trolley": drive}}
+    run = crane_sim.simulate(SCENE, lambda t, q, v: (0.3,), 0.2, overrides=overrides)
+    file = run.record(tmp_path / "run.rrd")
     with pytest.raises(SceneError, match="commands of trolley are in m/s, the scene's drive takes N"):
         read_measurements(file, crane_sim.load_scene(SCENE))

@@ -47,9 +47,9 @@ def tolerance(name: str = "hoist", position: float = 0.0, velocity: float = 0.0,
     return SimpleNamespace(name=name, position=position, velocity=velocity, acceleration=acceleration)
 
 
-def read(**changes: Any) -> Goal:
-    """Return the goal of a request at t = 1 s."""
-    return read_goal(request(**changes), NAMES, 1.0, PERIOD, PERIOD_NS)
+def read(now: float = 1.0, **changes: Any) -> Goal:
+    """Return the goal of a request at time `now` [s]."""
+    return read_goal(request(**changes), NAMES, now, PERIOD, PERIOD_NS)
 
 
 def trajectory(stamp: int = 0, **changes: Any) -> JointTrajectory:
@@ -91,7 +91,12 @@ WIDE = MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()])
         ({"trajectory": trajectory(velocities=[1.0, 0.0])}, GoalCode.INVALID_GOAL, "velocities has 0 values"),
         ({"trajectory": trajectory(time_from_start=Duration(sec=3))}, GoalCode.INVALID_GOAL, "times must increase"),
         ({"trajectory": trajectory(time_from_start=Duration(sec=-1))}, GoalCode.INVALID_GOAL, "time_from_start"),
-        ({"trajectory": trajectory(-2 * 10**9)}, GoalCode.OLD_HEADER_TIMESTAMP, "the last point is 0.01 s ago"),
+        (
+            {"trajectory": trajectory(PERIOD_NS), "now": 3.01},
+            GoalCode.OLD_HEADER_TIMESTAMP,
+            "the last point is 0.01 s ago",
+        ),
+        ({"trajectory": trajectory(-2 * 10**9)}, GoalCode.INVALID_GOAL, "stamp of -2 s and 0 ns: must be at least 0"),
         ({"goal_tolerance": [tolerance("hook")]}, GoalCode.INVALID_JOINTS, "goal_tolerance: 'hook' is no joint"),
         ({"path_tolerance": [tolerance(position=-2.0)]}, GoalCode.INVALID_GOAL, "hoist: position = -2: must be"),
         ({"path_tolerance": [tolerance(velocity=nan)]}, GoalCode.INVALID_GOAL, "hoist: velocity = nan: must be"),

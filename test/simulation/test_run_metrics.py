@@ -132,6 +132,25 @@ def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(instants: list[f
 
 
 @pytest.mark.interpreted
+def test_a_plant_goes_on_from_the_start_of_its_period() -> None:
+    """Efforts in place of open-loop inputs act from then on, beside sensors, too, and after a failure with a load."""
+    sensed = {"sensors": {"all": {"noise": [0.01, 0.01]}}}
+    bare, beside = (Plant(load_scene(PUSHED | group)) for group in ({}, sensed))
+    for plant in (bare, beside):
+        for _ in range(10):
+            plant.advance()
+        plant.advance((-5000.0,))
+    assert beside.q == pytest.approx(bare.q, rel=1e-9) and beside.v == pytest.approx(bare.v, rel=1e-9)
+    plant = Plant(load_scene(PUSHED | {"faults": {"heavy": {"kind": "payload", "mass": 40.0, "at": 0.60}}}))
+    for _ in range(60):
+        plant.advance()
+    with pytest.raises(SimulationError):
+        plant.advance()
+    plant.advance((-2e4,))  # N: turns the trolley in time
+    assert plant.k == 61 and plant.summary()["energy_audit_error"] < 1e-12  # rounding
+
+
+@pytest.mark.interpreted
 def test_events_beyond_the_end_are_not_of_the_run() -> None:
     """A run that ends before the trolley reaches its limit at 0.605 s lists no event, however far its last step went.
 
