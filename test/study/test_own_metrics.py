@@ -197,7 +197,7 @@ def test_recordings_without_a_recorder_are_refused(
     monkeypatch.setattr("crane_sim.study.tuning.check_cases", pytest.fail)
     tuned = STUDY | {"tune": {"gains": {"control.kp.0": {"low": 1.0, "high": 2.0}}, "objectives": ["peak_swing_deg"]}}
     for start, study in ((studies.run, STUDY), (tune, tuned)):
-        with pytest.raises(SceneError, match=r"^study: recordings: needs the Python package rerun-sdk [^\n]*$"):
+        with pytest.raises(SceneError, match=r"^study: recordings: needs the Python package rerun-sdk,[^\n]*$"):
             start(study | {"recordings": wanted}, tmp_path / "refused", 1)
     assert not (tmp_path / "refused").exists()
 
