@@ -62,7 +62,7 @@ class OwnForks:
 
     def __init__(self, env: Mapping[str, str]) -> None:
         """Fork nodes with this environment."""
-        self._env = env
+        self._env, self.pid = env, os.getpid()
 
     def spawn(self, module: str, arguments: Sequence[str], control: int, report: int) -> ForkedNode:
         """Fork a node with its ends of two pipes."""
