@@ -6,6 +6,7 @@ in the body's axes q' = ½ q ⊗ ω and q'' = ½ q ⊗ ω' - ¼ |ω|² q.
 
 from typing import Any
 
+from crane_sim.multibody.linear import inner
 from crane_sim.multibody.vectors import Matrix, Vector, dot
 from crane_sim.tracing.operations import sqrt
 
@@ -14,17 +15,10 @@ Quaternion = tuple[Any, Any, Any, Any]
 
 def align(vector: tuple[Any, ...], rate: tuple[Any, ...]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """Return (unit vector, rate across it) nearest to a vector and its rate, of any number of components."""
-    inverse = 1.0 / sqrt(_inner(vector, vector))
+    inverse = 1.0 / sqrt(inner(vector, vector))
     unit = tuple(x * inverse for x in vector)
-    along = _inner(unit, rate)
+    along = inner(unit, rate)
     return unit, tuple(y - along * x for x, y in zip(unit, rate, strict=True))
-
-
-def _inner(a: tuple[Any, ...], b: tuple[Any, ...]) -> Any:
-    total = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
 
 
 def rotation(q: Quaternion) -> Matrix:

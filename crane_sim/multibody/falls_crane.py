@@ -15,6 +15,7 @@ State: positions [support (ns), (length), centre of mass (3), attitude (4)] rela
 
 from typing import Any, NamedTuple
 
+from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import align, angular_velocity
 from crane_sim.multibody.chain import Winch
 from crane_sim.multibody.load import LoadForce, RigidLoad, attitude_acceleration, move_load, to_body
@@ -178,11 +179,11 @@ def _support_accelerations(
     crane: FallsCrane, dynamics: Dynamics, inputs: FallsInputs, force: Vector, couple: Vector
 ) -> tuple[Any, ...]:
     pulled = efforts_of(crane.support, dynamics, crane.support.tip, scale(-1.0, to_tree_axes(dynamics, force)))
-    efforts, slewed = [x + y for x, y in zip(inputs.efforts, pulled, strict=True)], slew(crane.support)
+    efforts, slewed = linear.add(inputs.efforts, pulled), slew(crane.support)
     if slewed is not None:
         turned = efforts_of(crane.support, dynamics, Point(slewed), ZERO, to_tree_axes(dynamics, couple))
-        efforts = [x + y for x, y in zip(efforts, turned, strict=True)]
-    return accelerations(dynamics, tuple(efforts), inputs.free)
+        efforts = linear.add(efforts, turned)
+    return accelerations(dynamics, efforts, inputs.free)
 
 
 def _centre_acceleration(load: RigidLoad, q: FallsState, v: FallsState, inputs: FallsInputs, pull: Vector) -> Vector:

@@ -1,5 +1,6 @@
 """Small symmetric systems, written out: L D Lᵀ without pivoting, for matrices that are positive definite."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 Matrix = tuple[tuple[Any, ...], ...]
@@ -21,9 +22,9 @@ def factor(matrix: Matrix) -> Factors:
     for j in range(n):
         scaled: list[Any] = []  # D_k L_jk
         for k in range(j):
-            scaled.append(matrix[j][k] - _inner(scaled, lower[k]))
+            scaled.append(matrix[j][k] - inner(scaled, lower[k]))
             lower[j][k] = scaled[k] * inverse[k]
-        inverse.append(1.0 / (matrix[j][j] - _inner(scaled, lower[j])))
+        inverse.append(1.0 / (matrix[j][j] - inner(scaled, lower[j])))
     return Factors(tuple(map(tuple, lower)), tuple(inverse))
 
 
@@ -32,7 +33,7 @@ def solve(factors: Factors, b: tuple[Any, ...]) -> tuple[Any, ...]:
     lower, inverse = factors
     y: list[Any] = []
     for i, entry in enumerate(b):
-        y.append(entry - _inner(y, lower[i]))
+        y.append(entry - inner(y, lower[i]))
     x = [entry * pivot for entry, pivot in zip(y, inverse, strict=True)]
     for i in reversed(range(len(b))):
         for k in range(i + 1, len(b)):
@@ -40,9 +41,14 @@ def solve(factors: Factors, b: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple(x)
 
 
-def _inner(a: list[Any], row: Any) -> Any:
-    """Return the sum of the products of a list with the first entries of a row."""
+def add(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return a + b (n,)."""
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def inner(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Return the sum of the products of the entries of a with the first ones of b, from left to right."""
     total = 0.0
-    for i, entry in enumerate(a):
-        total = total + entry * row[i]
+    for x, y in zip(a, b, strict=False):
+        total = total + x * y
     return total

@@ -6,6 +6,7 @@ to the base, then their rates. Equations see directions and attitude put back on
 
 from typing import Any, NamedTuple
 
+from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import align
 from crane_sim.multibody.chain import Link, Winch, direction_accelerations, solve_tensions
 from crane_sim.multibody.load import (
@@ -87,7 +88,7 @@ def crane_accelerations(crane: Crane, q: State, v: State, inputs: Inputs) -> Sol
     mobility = point_mobility(crane.support, dynamics, crane.support.tip, first, inputs.free)
     tensions, length_acceleration = solve_tensions(links, winch, mobility, free)
     pull = scale(tensions[0], first)
-    efforts = _sum(inputs.efforts, efforts_of(crane.support, dynamics, crane.support.tip, pull))
+    efforts = linear.add(inputs.efforts, efforts_of(crane.support, dynamics, crane.support.tip, pull))
     qdd = accelerations(dynamics, efforts, inputs.free)
     tip = point_acceleration(crane.support, dynamics, crane.support.tip, qdd)
     end = add(free[-1], end_acceleration_across(crane.load, motion, last, tensions[-1]))
@@ -153,7 +154,3 @@ def _reaction(crane: Crane, dynamics: Dynamics, qdd: tuple[Any, ...], pull: Vect
     total = base_reaction(dynamics, qdd)
     place = point_position(dynamics, crane.support.tip)
     return Wrench(subtract(total.force, pull), subtract(total.moment, cross(place, pull)))
-
-
-def _sum(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:
-    return tuple(x + y for x, y in zip(a, b, strict=True))

@@ -200,7 +200,7 @@ def point_mobility(tree: Tree, dynamics: Dynamics, point: Point, n: Vector, free
     if free is not None:
         levers = tuple(select(moves, lever, 0.0) for moves, lever in zip(free, levers, strict=True))
     answer = linear.solve(dynamics.factors, levers)
-    return _total([a * b for a, b in zip(levers, answer, strict=True)])
+    return linear.inner(levers, answer)
 
 
 def base_reaction(dynamics: Dynamics, joint_accelerations: tuple[Any, ...]) -> Wrench:
@@ -389,11 +389,4 @@ def _sum_of(wrenches: list[Wrench]) -> Wrench:
     total = Wrench(ZERO, ZERO)
     for wrench in wrenches:
         total = Wrench(add(total.force, wrench.force), add(total.moment, wrench.moment))
-    return total
-
-
-def _total(numbers: list[Any]) -> Any:
-    total = 0.0
-    for number in numbers:
-        total = total + number
     return total

@@ -173,7 +173,7 @@ def test_temporary_files_of_a_viewer_are_removed(recording: Path, tmp_path: Path
 
 
 def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever proxy a user has, a viewer's requests to other machines end at a port of this one that nobody serves."""
+    """Whatever proxy a user has, a viewer's requests to other machines end at a port here that no program serves."""
     monkeypatch.setenv("https_proxy", "http://proxy.example.org:3128")
     monkeypatch.setenv("NO_PROXY", "example.org")
     program, made = tmp_path / "viewer", tmp_path / "made"

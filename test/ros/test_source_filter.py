@@ -1,4 +1,4 @@
-"""Whose messages a node takes: those of the plant's own publisher, by its identifier, and nobody else's."""
+"""Whose messages a node takes: those of the plant's own publisher, by its identifier, and no other's."""
 
 from types import SimpleNamespace
 from typing import Any

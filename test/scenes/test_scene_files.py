@@ -75,7 +75,7 @@ def test_a_large_file_is_refused(tmp_path: Path) -> None:
 
 @pytest.fixture(params=["fifo", "/dev/zero"])
 def endless(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """Return the name of what is no regular file: a pipe that nobody writes into, or a device without an end."""
+    """Return the name of what is no regular file: a pipe that no program writes into, or a device without an end."""
     if request.param == "fifo":
         os.mkfifo(tmp_path / "fifo")
         return str(tmp_path / "fifo")

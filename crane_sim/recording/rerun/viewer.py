@@ -39,7 +39,10 @@ _PANIC = "panicked at"  # what a viewer without a driver ends with, above a page
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _POLL = 0.1  # s between two questions
 
-_OFFLINE = {"ALL_PROXY": f"http://{ADDRESS}:9", "NO_PROXY": ADDRESS}  # port 9 discards what it gets, or nobody listens
+_OFFLINE = {
+    "ALL_PROXY": f"http://{ADDRESS}:9",
+    "NO_PROXY": ADDRESS,
+}  # port 9 discards what it gets, or no program listens
 ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"} | {
     name: value for upper, value in _OFFLINE.items() for name in (upper, upper.lower())
 }

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 
 from rclpy.node import Node
 
-from crane_sim.ros.common.sender_subscription import UNNAMED, publishers
+from crane_sim.ros.common.sender_subscription import GONE, UNNAMED, publishers
 
 PLANT = "plant"
 """Name of the node that states, efforts and held commands are of, in the namespace of the nodes that take them."""
 _LOOK_PERIOD = 0.05  # s between two looks at the graph: there may be thousands of messages in a second
-_GONE = "a node that left"
 
 
 def refused_entry(refused: Mapping[str, int]) -> dict[str, dict[str, int]]:
@@ -60,7 +59,7 @@ class SourceFilter:
 
     def refuse(self, sender: bytes) -> None:
         """Count a message that does not fit, or whose publisher has left before its name came."""
-        self.refused[f"{self._topic} of {self._names.get(sender, _GONE)}"] += 1
+        self.refused[f"{self._topic} of {self._names.get(sender, GONE)}"] += 1
 
     def _look(self) -> None:
         """Look at the graph, unless that was done just now; nodes whose names have not arrived are left out."""

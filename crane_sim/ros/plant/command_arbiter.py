@@ -17,14 +17,13 @@ from rclpy.qos import QoSProfile
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.command_filter import Refusal
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.sender_subscription import UNNAMED, MessageWithSender, publishers
+from crane_sim.ros.common.sender_subscription import GONE, UNNAMED, MessageWithSender, publishers
 from crane_sim.ros.common.served_subscription import ServedSubscription
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _QOS = QoSProfile(depth=10_000)  # one publisher must not push out another one's messages
 _UPDATE_PERIOD = 0.1  # s between two updates of the publishers
 _WARNING_TIME = 2.0  # s for which a refused publisher is warned of
-_GONE = "a node that left"
 
 
 class CommandLease:
@@ -183,7 +182,7 @@ class CommandArbiter:
     def _may_command(self, sender: bytes) -> bool:
         now, owner, names = time.monotonic(), self._lease.owner, self._publisher_names
         if owner and sender != owner:
-            if self._exclusive and names.get(sender) != names.get(owner, _GONE):
+            if self._exclusive and names.get(sender) != names.get(owner, GONE):
                 return False
             if self._lease.expired(now) and self._lease_expiry_suspended():
                 self._lease.renew(now)
@@ -205,17 +204,17 @@ class CommandArbiter:
             self._publisher_names |= self._list_publishers()
             self._update_warning()
         name = self._subscriptions[topic].topic
-        self._simulation.refused_messages[f"{name} of {self._publisher_names.get(sender, _GONE)}"] += number
+        self._simulation.refused_messages[f"{name} of {self._publisher_names.get(sender, GONE)}"] += number
         self._simulation.validator.reject(Refusal.COMMANDER, self._warning, number)
 
     def _update_warning(self) -> None:
         """Warn of publishers refused lately; again with every update: the graph may have a node before its name."""
         self._refused.pop(self._lease.owner, None)  # it owns the crane by now
         if self._refused:
-            refused = {self._publisher_names.get(sender, _GONE) for sender in self._refused}
-            owner = self._publisher_names.get(self._lease.owner, _GONE)
+            refused = {self._publisher_names.get(sender, GONE) for sender in self._refused}
+            owner = self._publisher_names.get(self._lease.owner, GONE)
             self._warning = f"command of {' and '.join(sorted(refused))} refused: {owner} owns the crane"
-            if {UNNAMED, _GONE}.isdisjoint(refused | {owner}):
+            if {UNNAMED, GONE}.isdisjoint(refused | {owner}):
                 self._host.notify(self._warning)
         self._simulation.warn(self._warning if self._refused else "", "commander")
 
