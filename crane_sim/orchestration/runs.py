@@ -96,6 +96,7 @@ def run(
     progress = on_progress or _ignore
     callbacks = Callbacks(lambda step: progress(step, scene.steps), on_news or _ignore, on_activated or _ignore)
     plant: dict[str, object] = {"mode": mode, "commanded": not controller, "paused": paused, "clock": clock}
+    plant["commander"] = "controller" if controller else ""
     optional = {"rate": rate, "on_silence": on_silence, "command_stamps": command_stamps, "fifo_priority": fifo}
     optional |= {"publish_tf": tf, "frame_prefix": frame_prefix, "beside": beside}
     plant |= {name: value for name, value in optional.items() if value is not None}

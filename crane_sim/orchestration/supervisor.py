@@ -207,6 +207,7 @@ class Supervisor:
         elif own_controller and waiting_time > _ANSWER_TIMEOUT:
             self._waiting_since = time.monotonic()  # the next one has as long
             # it is alive and does not answer: it is replaced like a dead one
+            self._callbacks.on_news(f"the controller is killed: {self.plant.waiting}, and {_ANSWER_TIMEOUT:g} s more")
             own_controller.active.send_signal(signal.SIGKILL)
         elif not own_controller and waiting_time > self._timeout:
             raise RunError(f"plant: {self.plant.waiting}; that was {self._timeout:g} s ago")

@@ -42,6 +42,7 @@ PARAMETERS = {
     "mode": Option(RunMode.LOCKSTEP.value, "when steps are taken", choices=RUN_MODES),
     "rate": Option(1.0, "realtime: simulated seconds per second", 1e-3, 1e6),
     "commanded": Option(False, "ignore the scene's own law and inputs: another node commands every period"),
+    "commander": Option("", "lockstep: node in this namespace that alone may command; empty: the first one that does"),
     "expected_controllers": Option(1, "publishers of commands to wait for before the run begins", 0, 100),
     "expected_trackers": Option(0, "outer loops of laws, which subscribe to the states and command nothing", 0, 100),
     "expected_recorders": Option(0, "recorders to wait for before the run begins", 0, 100),

@@ -27,13 +27,18 @@ FULL = 4096  # bytes, the most of a file that this disk holds
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Let no file grow beyond `FULL` bytes in the block: what Python writes beyond is refused, as by a full disk."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    """Let no file grow beyond `FULL` bytes in the block: what Python writes beyond is refused, as by a full disk.
+
+    No bytecode is written meanwhile: Python 3.11 keeps the part that fits, on which every later import fails.
+    """
+    limits, without_bytecode = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
     resource.setrlimit(resource.RLIMIT_FSIZE, (FULL, limits[1]))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        sys.dont_write_bytecode = without_bytecode
 
 
 @cache

@@ -160,4 +160,5 @@ def make_simulation(topics: FakeTopics, clock_leads: bool = False) -> Simulation
 def make_lockstep(host: Any, simulation: SimulationRun, beside: str = "", stamps: str = "state") -> Lockstep:
     """Return a scheduler in lockstep with short time-outs."""
     settings = SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3, command_stamps=stamps)
+    settings.commander = ""
     return Lockstep(host, simulation, settings)

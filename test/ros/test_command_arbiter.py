@@ -34,19 +34,19 @@ class ArbiterFixture:
         warnings: those that differ from the one before.
     """
 
-    def __init__(self, exclusive: bool = False) -> None:
+    def __init__(self, exclusive: bool = False, commander: str = "") -> None:
         """Begin with two publishers."""
         self.matched, self.suspended = [A, B], False
         self.graph = [publisher(A), publisher(B)]
         self.passed_on: list[bytes] = []
         self.warnings: list[str] = []
-        node = SimpleNamespace(get_publishers_info_by_topic=lambda _: self.graph)
+        node = SimpleNamespace(get_namespace=lambda: "/", get_publishers_info_by_topic=lambda _: self.graph)
         host: Any = SimpleNamespace(node=node, notify=lambda _: None, subscribe_with_sender=self._subscribe)
         validator = SimpleNamespace(reject=lambda *_: None)
         self.refused = Counter[str]()
         simulation: Any = SimpleNamespace(warn=self._warn, validator=validator, refused_messages=self.refused)
         topics = {TOPIC: CommandTopic(bytes, self._on_message)}
-        self.arbiter = CommandArbiter(host, simulation, topics, LEASE, lambda: self.suspended, exclusive)
+        self.arbiter = CommandArbiter(host, simulation, topics, LEASE, lambda: self.suspended, exclusive, commander)
         self.arbiter.start()
 
     def set_publishers(self, *gids: bytes) -> None:
@@ -144,6 +144,33 @@ def test_an_exclusive_lease_ends_for_standbys_only(clock: list[float]) -> None:
     clock[0] += LEASE
     bench.send(B, b"sixth")
     assert bench.passed_on == [b"first", b"third", b"fifth", b"sixth"]
+
+
+def test_a_stranger_never_owns_the_crane_of_a_commander(clock: list[float]) -> None:
+    """A valid command of another node, even the first one, is refused, and a standby that has just come is not."""
+    bench = ArbiterFixture(exclusive=True, commander="a")
+    bench.send(B, b"first")
+    clock[0] += LEASE
+    bench.send(A, b"second")
+    bench.set_publishers(B)
+    clock[0] += LEASE
+    bench.send(B, b"third")
+    standby = publisher(C)
+    standby.node_name = "a"
+    bench.graph.append(standby)
+    bench.send(C, b"fourth")
+    assert bench.passed_on == [b"second", b"fourth"]
+    assert bench.refused == {f"{TOPIC} of /b": 2}
+    assert bench.warnings[0] == "command of /b refused: /a owns the crane"
+
+
+def test_a_run_waits_for_its_commander() -> None:
+    """However many others publish commands: the run begins when the commander does, and says that it waits for it."""
+    bench = ArbiterFixture(exclusive=True, commander="c")
+    assert bench.arbiter.missing(1) == "/c on joint_commands"
+    assert bench.arbiter.missing(3) == "1 more publisher(s) of joint_commands"
+    bench.set_publishers(A, B, C)
+    assert not bench.arbiter.missing(1) and not ArbiterFixture(commander="c").arbiter.missing(0)
 
 
 def test_who_was_refused_is_counted(bench: ArbiterFixture) -> None:

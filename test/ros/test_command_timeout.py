@@ -29,18 +29,18 @@ def pause(bench: RealtimeBench, realtime: Realtime, seconds: float) -> None:
 
 @pytest.mark.parametrize(
     ("delay", "commanded", "unanswered", "marked"),
-    [(0.2, False, 0, False), (None, False, 150, True), (None, True, 150, False)],
+    [(0.2, False, 0, False), (None, False, 50, True), (None, True, 50, False)],
 )
 def test_steps_without_a_new_command_are_counted(
     delay: float | None, commanded: bool, unanswered: int, marked: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A run whose own controller does not answer in time is marked; a node of the user's may command less often."""
+    """A run whose own controller does not answer is marked; a node of the user's may command less often."""
     bench, realtime = make_bench(monkeypatch, 150, None if delay is None else delay * PERIOD)
     realtime._settings.commanded = commanded
     realtime.run()
     metrics = realtime.metrics()
     assert metrics["unanswered_steps"] == unanswered
-    assert (metrics.get("real_time_violation") == "0 of 150 steps were late, and 150 had no new command") == marked
+    assert (metrics.get("real_time_violation") == "0 of 150 steps were late, and 50 had no new command") == marked
 
 
 @pytest.mark.parametrize(("late", "marked"), [(0, False), (1, False), (2, True), (40, True)])

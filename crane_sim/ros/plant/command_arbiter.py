@@ -3,7 +3,8 @@
 The first publisher of a valid command owns the crane until its lease ends: that long without another valid command.
 An exclusive lease, that of lockstep, ends so only for another publisher of the owner's node, its standby; any other one
 waits until the owner has left the graph: on a busy machine an owner that answers may be silent for longer than any
-lease, and messages of a flood push its answers out of the middleware's queues.
+lease, and messages of a flood push its answers out of the middleware's queues. Where the commander is known, publishers
+of other nodes never own the crane: one that answers once and then no more would hold up the run for good.
 """
 
 import time
@@ -80,6 +81,7 @@ class CommandArbiter:
         lease: float,
         lease_expiry_suspended: Callable[[], bool],
         exclusive: bool = False,
+        commander: str = "",
     ) -> None:
         """Subscribe.
 
@@ -90,10 +92,12 @@ class CommandArbiter:
             lease: time without a valid command after which the owner loses the crane, s.
             lease_expiry_suspended: whether the lease cannot expire now: the owner has a reason to send no command.
             exclusive: the lease of an owner in the graph ends only for publishers of its own node.
+            commander: the only node, in this one's namespace, that may own the crane; empty: any node may.
         """
         self._host, self._node, self._simulation, self._topics = host, host.node, simulation, topics
         self._lease, self._lease_expiry_suspended = CommandLease(lease), lease_expiry_suspended
         self._exclusive, self.contested = exclusive, False
+        self._commander = f"{self._node.get_namespace().rstrip('/')}/{commander}" if commander else ""
         self._subscriptions: dict[str, ServedSubscription] = {
             name: host.subscribe_with_sender(
                 topic.kind, name, partial(self._on_messages, name), _QOS, partial(self._on_incompatible, name)
@@ -114,6 +118,13 @@ class CommandArbiter:
     def topic_names(self) -> str:
         """The full names of the topics."""
         return " or ".join(subscription.topic for subscription in self._subscriptions.values())
+
+    def missing(self, number: int) -> str:
+        """Return what is waited for, a single line, until there are `number` publishers, the commander's among them."""
+        if (missing := number - self.count_publishers()) > 0:
+            return f"{missing} more publisher(s) of {self.topic_names}"
+        named = not (number and self._commander) or self._commander in self.publishing_nodes()
+        return "" if named else f"{self._commander} on {self.topic_names}"
 
     def count_publishers(self) -> int:
         """Return the number of publishers."""
@@ -172,6 +183,7 @@ class CommandArbiter:
         """Pass the owner's messages on, and refuse the rest, all of a sender at once: there may be thousands."""
         refused = Counter[bytes]()
         for data, sender, _ in taken:
+            self._look_up(sender)
             if not self._may_command(sender):
                 refused[sender] += 1
             elif self._topics[topic].on_message(data):
@@ -179,8 +191,15 @@ class CommandArbiter:
         for sender, number in refused.items():
             self._refuse(topic, sender, number)
 
+    def _look_up(self, sender: bytes) -> None:
+        """Find the name of a publisher that has come since the last update."""
+        if self._commander and sender not in self._publisher_names and sender not in self._refused:
+            self._publisher_names |= self._list_publishers()
+
     def _may_command(self, sender: bytes) -> bool:
         now, owner, names = time.monotonic(), self._lease.owner, self._publisher_names
+        if self._commander and names.get(sender) != self._commander:
+            return False
         if owner and sender != owner:
             if self._exclusive and names.get(sender) != names.get(owner, GONE):
                 return False
@@ -212,7 +231,7 @@ class CommandArbiter:
         self._refused.pop(self._lease.owner, None)  # it owns the crane by now
         if self._refused:
             refused = {self._publisher_names.get(sender, GONE) for sender in self._refused}
-            owner = self._publisher_names.get(self._lease.owner, GONE)
+            owner = self._commander or self._publisher_names.get(self._lease.owner, GONE)
             self._warning = f"command of {' and '.join(sorted(refused))} refused: {owner} owns the crane"
             if {UNNAMED, GONE}.isdisjoint(refused | {owner}):
                 self._host.notify(self._warning)

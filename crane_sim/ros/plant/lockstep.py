@@ -57,7 +57,7 @@ class Lockstep:
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
         suspended = self._is_lease_expiry_suspended
-        self._commands = CommandArbiter(host, simulation, topics, lease, suspended, exclusive=True)
+        self._commands = CommandArbiter(host, simulation, topics, lease, suspended, True, settings.commander)
         self._lag = clock_lag(simulation.scene.period_ns)
         self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
         self._ahead = 0  # ns, by which the clock is ahead of its usual time
@@ -72,8 +72,7 @@ class Lockstep:
 
     def missing(self) -> str:
         """See `StepScheduler`."""
-        number = self._settings.expected_controllers - self._commands.count_publishers()
-        return f"{number} more publisher(s) of {self._commands.topic_names}" if number > 0 else self._peers.missing()
+        return self._commands.missing(self._settings.expected_controllers) or self._peers.missing()
 
     def run(self) -> None:
         """See `StepScheduler`; a state without a valid answer is sent again and again, and nothing moves."""

@@ -60,10 +60,7 @@ class Realtime:
 
     def missing(self) -> str:
         """See `StepScheduler`."""
-        if not self._commands:
-            return ""
-        number = self._settings.expected_controllers - self._commands.count_publishers()
-        return f"{number} more publisher(s) of {self._commands.topic_names}" if number > 0 else ""
+        return self._commands.missing(self._settings.expected_controllers) if self._commands else ""
 
     def run(self) -> None:
         """See `StepScheduler`; a late step is counted, and the next ones catch up with the schedule."""
