@@ -20,6 +20,7 @@ class Function(NamedTuple):
     block: Block
     result: Any  # a tree like what it returns
     inlined: bool  # into what calls it
+    distinct: bool = True  # arrays of one call are distinct memory
 
     @property
     def parameter_kinds(self) -> tuple[Kind, ...]:

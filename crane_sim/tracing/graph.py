@@ -19,6 +19,7 @@ class Kind(Enum):
     REAL = "real"
     INTEGER = "integer"
     BOOLEAN = "boolean"
+    WORD = "word"  # 64 bits, without a sign
     ARRAY = "array"  # the address of reals
     FUNCTION = "function"  # its address
 
@@ -40,7 +41,20 @@ class Block(NamedTuple):
     results: tuple[int, ...]
 
 
-_PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {Kind.REAL: float, Kind.INTEGER: int, Kind.BOOLEAN: bool}
+class OpenBlock(NamedTuple):
+    """A block that may be recorded further."""
+
+    instructions: list[Instruction]
+    known: dict[Any, tuple[int, ...]]  # results of operations that it has
+    number: int
+
+
+_PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {
+    Kind.REAL: float,
+    Kind.INTEGER: int,
+    Kind.BOOLEAN: bool,
+    Kind.WORD: int,
+}
 
 
 class TraceError(TypeError):
@@ -62,7 +76,7 @@ FOLDED: dict[str, Callable[..., Any]] = {
 }
 """Operations whose result on constants is computed while tracing; Python's floats have the bits of the code's."""
 
-_NUMBERS = {Kind.REAL, Kind.INTEGER}
+_NUMBERS = {Kind.REAL, Kind.INTEGER, Kind.WORD}
 OPERANDS: dict[str, set[Kind]] = {
     **dict.fromkeys(("add", "subtract", "multiply", "negate", "less", "less_equal"), _NUMBERS),
     **dict.fromkeys(("equal", "unequal"), {*_NUMBERS, Kind.BOOLEAN}),
@@ -74,7 +88,7 @@ OPERANDS: dict[str, set[Kind]] = {
 
 COMMUTATIVE = {"add", "multiply", "equal", "unequal", "both"}
 COMPARISONS = {"less", "less_equal", "equal", "unequal"}
-IMPURE = {"load", "store", "call", "call_address", "branch", "loop"}
+IMPURE = {"load", "store", "read", "write", "allocate", "call", "call_address", "branch", "loop"}
 """Operations that read or write memory, or may: each is kept as it is noted."""
 
 
@@ -90,12 +104,21 @@ class Graph:
         self._owners: list[int] = []  # number of the block that has a value
         self._count = 1  # of blocks
         self._open = [0]  # numbers of the blocks that are being recorded
+        self.has_allocations = False  # by itself, or in what it calls
 
     def new_value(self, kind: Kind) -> "Value":
         """Return a value that no instruction computes: a parameter of a block."""
         self.kinds.append(kind)
         self._owners.append(self._open[-1])
         return Value(self, len(self.kinds) - 1)
+
+    def new_slot(self, count: int) -> "Value":
+        """Return the address of memory for `count` numbers of eight bytes, that of the whole function."""
+        self.kinds.append(Kind.ARRAY)
+        self._owners.append(self._open[1])
+        value = Value(self, len(self.kinds) - 1)
+        self._blocks[1].insert(0, Instruction("slot", (), (value.number,), count))
+        return value
 
     def constant(self, number: Number, kind: Kind = Kind.REAL) -> "Value":
         """Return a constant."""
@@ -142,18 +165,29 @@ class Graph:
             self.check_operands("result", results)
         return Block(instructions, numbers_of(parameters), results)
 
-    @contextmanager
-    def _inner_block(self) -> Any:
-        self._blocks.append([])
-        self._known.append({})
-        self._open.append(self._count)
+    def new_block(self) -> "OpenBlock":
+        """Return an empty block, to be recorded."""
         self._count += 1
+        return OpenBlock([], {}, self._count - 1)
+
+    @contextmanager
+    def recording(self, block: "OpenBlock") -> Any:
+        """Record what is noted meanwhile at the end of a block."""
+        self._blocks.append(block.instructions)
+        self._known.append(block.known)
+        self._open.append(block.number)
         try:
-            yield self._blocks[-1]
+            yield
         finally:
             self._blocks.pop()
             self._known.pop()
             self._open.pop()
+
+    @contextmanager
+    def _inner_block(self) -> Any:
+        block = self.new_block()
+        with self.recording(block):
+            yield block.instructions
 
     def lift(self, number: Any, kind: Kind = Kind.REAL) -> "Value":
         """Return a value as it is, a number as a constant of this kind.

@@ -17,6 +17,7 @@ _TYPES = {
     Kind.REAL: "double",
     Kind.INTEGER: "i64",
     Kind.BOOLEAN: "i1",
+    Kind.WORD: "i64",
     Kind.ARRAY: "ptr",
     Kind.FUNCTION: "ptr",
 }
@@ -27,8 +28,21 @@ _COMPARISON = {
     "equal": ("fcmp oeq", "icmp eq"),
     "unequal": ("fcmp une", "icmp ne"),
 }
-_INTRINSIC = {"sqrt": ("sqrt", 1), "absolute": ("fabs", 1), "fma": ("fma", 3)}
-_LIBRARY = {"exp": ("exp", 1), "power": ("pow", 2)}
+_BITS = {"both": "and", "either": "or", "differ": "xor", "shift_right": "ashr", "shift_left": "shl"}
+_INTRINSIC = {
+    "sqrt": ("sqrt", 1),
+    "absolute": ("fabs", 1),
+    "fma": ("fma", 3),
+    "floor": ("floor", 1),
+    "ceil": ("ceil", 1),
+    "round": ("rint", 1),
+    "copy_sign": ("copysign", 2),
+}
+_LIBRARY = {
+    **{name: (name, 1) for name in ("exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "sinh", "cosh")},
+    **{name: (name, 2) for name in ("atan2", "hypot", "fmod")},
+    "power": ("pow", 2),
+}
 """Operations on reals: instructions of processors, and functions of the C library, with their numbers of arguments."""
 
 
@@ -43,12 +57,50 @@ def module_text(*functions: Function, width: int = 1) -> str:
     return "\n".join((*_declarations(width), *texts, *entries, ""))
 
 
+_MEMORY = {"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p8": "ptr"}
+"""Types of what arrays hold, by the codes of NumPy."""
+
+
 def _declarations(width: int) -> Iterator[str]:
+    yield "declare ptr @malloc(i64)"
+    yield "declare void @free(ptr)"
+    yield _ALLOCATE + (_RELEASE if width == 1 else "")
     real = _type(Kind.REAL, width)
     for name, count in _INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{_suffix(width)}({', '.join([real] * count)})"
     for name, count in _LIBRARY.values():
         yield f"declare double @{name}({', '.join(['double'] * count)}) nobuiltin"  # pow(x, 2) is not always x x
+
+
+_ALLOCATE = """
+define internal ptr @allocate(ptr %list, i64 %size) nounwind noinline {
+entry:
+ %whole = add i64 %size, 64
+ %block = call ptr @malloc(i64 %whole)
+ %last = load ptr, ptr %list, align 8
+ store ptr %last, ptr %block, align 8
+ store ptr %block, ptr %list, align 8
+ %address = getelementptr inbounds i8, ptr %block, i64 64
+ ret ptr %address
+}"""
+_RELEASE = """
+define void @release(ptr %list) nounwind {
+entry:
+ %first = load ptr, ptr %list, align 8
+ br label %head
+head:
+ %block = phi ptr [%first, %entry], [%next, %body]
+ %ends = icmp eq ptr %block, null
+ br i1 %ends, label %end, label %body
+body:
+ %next = load ptr, ptr %block, align 8
+ call void @free(ptr %block)
+ br label %head
+end:
+ store ptr null, ptr %list, align 8
+ ret void
+}"""
+"""Memory that is freed after the call from outside: each block begins with the address of the one before."""
 
 
 def _suffix(width: int) -> str:
@@ -118,14 +170,21 @@ class _FunctionText:
         self._function, self._width = function, width
         self._lines: list[str] = []
         self._names: dict[int, str] = {}
-        self._labels = 0
+        self._labels = self._elements = 0
+        self._slots: list[str] = []
+        self.tables: list[str] = []  # constants
         self._label = "entry"  # of the basic block that is being written
         self._lanes = "%lanes"  # whose results are used where it is being written
-        self.text = "\n".join((self._head(exported), "entry:", *self._body(), "}"))
+        self.text = self._text(exported)
+
+    def _text(self, exported: bool) -> str:
+        body = self._body()
+        return "\n".join((*self.tables, self._head(exported), "entry:", *self._slots, *body, "}"))
 
     def _head(self, exported: bool) -> str:
         function, internal = self._function, not exported or self._width > 1
         parameters = [self._parameter(number) for number in function.block.parameters]
+        parameters += ["ptr %memory"] if function.graph.has_allocations else []
         if not internal and len(function.block.results) > 1:
             raise TraceError(f"{function.name} returns several numbers, which no caller outside could take")
         lanes = [f"<{self._width} x i1> %lanes"] if self._width > 1 else []
@@ -136,7 +195,8 @@ class _FunctionText:
 
     def _parameter(self, number: int) -> str:
         kind = self._kind(number)
-        passed = "ptr noalias" if kind is Kind.ARRAY else _passed(kind, self._width)
+        distinct = kind is Kind.ARRAY and self._function.distinct
+        passed = "ptr noalias" if distinct else _passed(kind, self._width)
         return f"{passed} {self._name(number)}"
 
     @property
@@ -184,12 +244,15 @@ class _FunctionText:
             writer: Callable[[Instruction], None] | None = getattr(self, f"_write_{instruction.operation}", None)
             if writer:
                 writer(instruction)
+            elif instruction.operation in _LIBRARY:
+                self._write_library_call(instruction)
             else:
                 self._define(instruction.results[0], self._expression(instruction))
 
     def _expression(self, instruction: Instruction) -> str:
         operation, arguments = instruction.operation, instruction.arguments
-        first, real = _type(self._kind(arguments[0]), self._width), self._kind(arguments[0]) is Kind.REAL
+        kind = self._kind(arguments[0])
+        first, real = _type(kind, self._width), kind is Kind.REAL
         names = ", ".join(map(self._name, arguments))
         if operation in _ARITHMETIC:
             return f"{'f' if real else ''}{_ARITHMETIC[operation]} {first} {names}"
@@ -200,24 +263,27 @@ class _FunctionText:
             return f"call {first} @llvm.{_INTRINSIC[operation][0]}.{_suffix(self._width)}({typed})"
         if operation == "select":
             return f"select {typed}"
-        if operation == "both":
-            return f"and {first} {names}"
+        if operation in _BITS:
+            logical = operation == "shift_right" and kind is Kind.WORD
+            return f"{'lshr' if logical else _BITS[operation]} {first} {names}"
+        if operation in ("quotient", "remainder"):
+            return f"s{'div' if operation == 'quotient' else 'rem'} {first} {names}"
+        if operation == "flag_to_integer":
+            return f"zext {first} {names} to {_type(Kind.INTEGER, self._width)}"
+        if operation in ("to_word", "word_to_integer"):
+            return f"add {first} {names}, 0"
+        if operation == "address_bits":
+            return f"ptrtoint {first} {names} to i64"
         if operation == "negate":
             return f"fneg {first} {names}" if real else f"sub {first} zeroinitializer, {names}"
         if operation == "to_real":
-            return f"sitofp {first} {names} to {_type(Kind.REAL, self._width)}"
+            return f"{'ui' if kind is Kind.WORD else 'si'}tofp {first} {names} to {_type(Kind.REAL, self._width)}"
         assert operation == "to_integer", operation
         return f"fptosi {first} {names} to {_type(Kind.INTEGER, self._width)}"
 
     def _write_constant(self, instruction: Instruction) -> None:
         (number,) = instruction.results
         self._names[number] = _literal(instruction.literal, self._kind(number), self._width)
-
-    def _write_exp(self, instruction: Instruction) -> None:
-        self._write_library_call(instruction)
-
-    def _write_power(self, instruction: Instruction) -> None:
-        self._write_library_call(instruction)
 
     def _write_library_call(self, instruction: Instruction) -> None:
         """Write a call of the C library, lane by lane."""
@@ -237,7 +303,9 @@ class _FunctionText:
 
     def _write_call(self, instruction: Instruction) -> None:
         callee: Function = instruction.literal
-        self._write_call_of(instruction, f"@{_symbol(callee, self._width)}", callee.result_kinds, instruction.arguments)
+        memory = "ptr %memory" if callee.graph.has_allocations else ""
+        symbol = f"@{_symbol(callee, self._width)}"
+        self._write_call_of(instruction, symbol, callee.result_kinds, instruction.arguments, memory)
 
     def _write_call_address(self, instruction: Instruction) -> None:
         address, *arguments = instruction.arguments
@@ -246,11 +314,17 @@ class _FunctionText:
         self._write_call_of(instruction, self._name(address), instruction.literal, tuple(arguments))
 
     def _write_call_of(
-        self, instruction: Instruction, callee: str, result: tuple[Kind, ...], arguments: tuple[int, ...]
+        self,
+        instruction: Instruction,
+        callee: str,
+        result: tuple[Kind, ...],
+        arguments: tuple[int, ...],
+        memory: str = "",
     ) -> None:
         kind = _result_type(result, self._width)
         lanes = [f"<{self._width} x i1> {self._lanes}"] if self._width > 1 else []
         passed = [f"{_passed(self._kind(number), self._width)} {self._name(number)}" for number in arguments]
+        passed += [memory] if memory else []
         call = f"call {'zeroext ' if kind == 'i1' else ''}{kind} {callee}({', '.join([*lanes, *passed])})"
         if len(instruction.results) <= 1:
             self._write(f"{self._name(instruction.results[0])} = {call}" if instruction.results else call)
@@ -281,6 +355,53 @@ class _FunctionText:
         address = f"%{self._new_label('s')}"
         self._write_element(instruction.arguments[1:], instruction.literal, address)
         self._write(f"store {self._typed(instruction.arguments[0])}, ptr {address}, align 8")
+
+    def _write_table(self, instruction: Instruction) -> None:
+        name = f"@{self._function.name}.table{instruction.results[0]}"
+        words = struct.unpack(f"<{len(instruction.literal) // 8}q", instruction.literal)
+        self.tables.append(f"{name} = internal constant [{len(words)} x i64] [{', '.join(f'i64 {w}' for w in words)}], align 16")
+        self._names[instruction.results[0]] = name
+
+    def _write_slot(self, instruction: Instruction) -> None:
+        name = self._name(instruction.results[0])
+        self._slots.append(f" {name} = alloca [{max(instruction.literal, 1)} x i64], align 16")
+
+    def _write_allocate(self, instruction: Instruction) -> None:
+        self._define(instruction.results[0], f"call ptr @allocate(ptr %memory, {self._typed(instruction.arguments[0])})")
+
+    def _write_list_start(self, instruction: Instruction) -> None:
+        self._define(instruction.results[0], "getelementptr inbounds i8, ptr %memory, i64 0")
+
+    def _write_move(self, instruction: Instruction) -> None:
+        self._write_place(instruction.arguments, instruction.literal, self._name(instruction.results[0]))
+
+    def _write_place(self, arguments: tuple[int, ...], offset: int, name: str) -> None:
+        """Write the address that is `offset` bytes, and an argument's number of bytes, from another one."""
+        base = self._name(arguments[0])
+        if len(arguments) > 1:
+            self._write(f"{name}i = getelementptr inbounds i8, ptr {base}, {self._typed(arguments[1])}")
+            base = f"{name}i"
+        self._write(f"{name} = getelementptr inbounds i8, ptr {base}, i64 {offset}")
+
+    def _write_read(self, instruction: Instruction) -> None:
+        (number,), (offset, code) = instruction.results, instruction.literal
+        kind, place = _MEMORY[code], f"%p{number}"
+        self._write_place(instruction.arguments, offset, place)
+        if code not in ("i4", "b1"):
+            self._define(number, f"load {kind}, ptr {place}, align 8")
+            return
+        self._write(f"{place}n = load {kind}, ptr {place}, align {4 if code == 'i4' else 1}")
+        self._define(number, f"sext i32 {place}n to i64" if code == "i4" else f"trunc i8 {place}n to i1")
+
+    def _write_write(self, instruction: Instruction) -> None:
+        (value, *address), (offset, code) = instruction.arguments, instruction.literal
+        self._elements += 1
+        kind, place, typed = _MEMORY[code], f"%q{self._elements}", self._typed(value)
+        self._write_place(tuple(address), offset, place)
+        if code in ("i4", "b1"):
+            self._write(f"{place}n = " + (f"trunc {typed} to i32" if code == "i4" else f"zext {typed} to i8"))
+            typed = f"{kind} {place}n"
+        self._write(f"store {typed}, ptr {place}, align {dict(i4=4, b1=1).get(code, 8)}")
 
     def _write_branch(self, instruction: Instruction) -> None:
         if self._width > 1:

@@ -23,6 +23,7 @@ _C_TYPES: dict[Kind, Any] = {
     Kind.REAL: ctypes.c_double,
     Kind.INTEGER: ctypes.c_int64,
     Kind.BOOLEAN: ctypes.c_bool,
+    Kind.WORD: ctypes.c_uint64,
     Kind.ARRAY: ctypes.c_void_p,
     Kind.FUNCTION: ctypes.c_void_p,
 }

@@ -1,0 +1,205 @@
+"""Arrays of traced functions: memory at an address, of a type and a shape that NumPy's arrays have."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from crane_sim.tracing.arithmetic import combine, convert, number_kind
+from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+
+_KINDS = {"f8": Kind.REAL, "i8": Kind.INTEGER, "i4": Kind.INTEGER, "u8": Kind.WORD, "b1": Kind.BOOLEAN}
+
+
+def code_of(dtype: np.dtype) -> str:
+    """Return the code of a type of elements, as `llvm` has it."""
+    return dtype.str[1:]
+
+
+@dataclass(slots=True, eq=False)
+class ArraySymbol:
+    """An array in memory; sizes and strides are integers, or symbols of the kind INTEGER."""
+
+    address: Value
+    offset: int  # bytes from the address to the first element
+    dtype: np.dtype
+    shape: tuple[Any, ...]
+    strides: tuple[Any, ...]  # bytes
+
+    @property
+    def graph(self) -> Graph:
+        """The trace that it belongs to."""
+        return self.address.graph
+
+
+@dataclass(slots=True, eq=False)
+class RecordSymbol:
+    """A record, an element of a structured array."""
+
+    address: Value
+    offset: int  # bytes
+    dtype: np.dtype
+
+
+def contiguous_strides(shape: tuple[Any, ...], itemsize: int) -> tuple[Any, ...]:
+    """Return the strides [bytes] of an array whose last index varies fastest."""
+    strides, size = [], itemsize
+    for length in reversed(shape):
+        strides.append(size)
+        size = combine("multiply", size, length)
+    return tuple(reversed(strides))
+
+
+def allocate(graph: Graph, shape: tuple[Any, ...], dtype: np.dtype) -> ArraySymbol:
+    """Return a new array of undefined elements."""
+    size = dtype.itemsize
+    for length in shape:
+        size = combine("multiply", size, length)
+    graph.has_allocations = True
+    (address,) = graph.append("allocate", (convert(graph, size, Kind.INTEGER).number,), (Kind.ARRAY,))
+    return ArraySymbol(address, 0, dtype, shape, contiguous_strides(shape, dtype.itemsize))
+
+
+def get_item(array: ArraySymbol, index: Any) -> Any:
+    """Return an element, a record, or a view of some elements."""
+    part = locate(array, index)
+    if part.shape:
+        return part
+    if part.dtype.names:
+        return RecordSymbol(part.address, part.offset, part.dtype)
+    return read(part.address, part.offset, part.dtype)
+
+
+def set_item(array: ArraySymbol, index: Any, value: Any) -> None:
+    """Store a number, or the elements of an array or a tuple, in an element or in a view."""
+    assign(locate(array, index), value)
+
+
+def assign(part: ArraySymbol, value: Any) -> None:
+    """Store a number in every element, or the elements of an array of the same shape."""
+    if not part.shape:
+        write(part.address, part.offset, part.dtype, value)
+        return
+    if isinstance(value, tuple):
+        for i, x in enumerate(value):
+            set_item(part, i, x)
+        return
+
+    def store(i: Any) -> None:
+        set_item(part, i, get_item(value, i) if isinstance(value, ArraySymbol) else value)
+
+    for_each(part.graph, part.shape[0], store)
+
+
+def for_each(graph: Graph, count: Any, body: Any) -> None:
+    """Run body(i) for i = 0 .. count - 1, as a loop."""
+    first = graph.constant(0, Kind.INTEGER)
+
+    def proceed(i: Value) -> tuple[Value]:
+        return (combine("less", i, count),)
+
+    def turn(i: Value) -> tuple[Value]:
+        body(i)
+        return (combine("add", i, 1),)
+
+    blocks = graph.trace_block(proceed, (Kind.INTEGER,)), graph.trace_block(turn, (Kind.INTEGER,))
+    graph.append("loop", (first.number,), (Kind.INTEGER,), blocks)
+
+
+def locate(array: ArraySymbol, index: Any) -> ArraySymbol:
+    """Return the view of an array that an index, a slice or a tuple of them selects; of an element, without a shape."""
+    indices = index if isinstance(index, tuple) else (index,)
+    if len(indices) > len(array.shape):
+        raise TraceError(f"{len(indices)} indices of an array with {len(array.shape)}")
+    total, shape, strides = 0, [], []
+    for i, length, stride in zip(indices, array.shape, array.strides, strict=False):
+        if isinstance(i, slice):
+            first, last = _bounds(i, length)
+            shape.append(combine("subtract", last, first))
+            strides.append(stride)
+        else:
+            first = _from_start(i, length)
+        total = combine("add", total, combine("multiply", first, stride))
+    rest = len(indices)
+    address, offset = _move(array, total)
+    return replace(
+        array, address=address, offset=offset, shape=(*shape, *array.shape[rest:]), strides=(*strides, *array.strides[rest:])
+    )
+
+
+def _bounds(part: slice, length: Any) -> tuple[Any, Any]:
+    if part.step is not None:
+        raise TraceError("a slice with a step")
+    first = 0 if part.start is None else _from_start(part.start, length)
+    last = length if part.stop is None else _from_start(part.stop, length)
+    return first, last
+
+
+def _from_start(i: Any, length: Any) -> Any:
+    """Return an index from the start; symbols are taken as they are, none is negative in what is traced."""
+    return combine("add", length, i) if not isinstance(i, Value) and i < 0 else i
+
+
+def _move(array: ArraySymbol, distance: Any) -> tuple[Value, int]:
+    if not isinstance(distance, Value):
+        return array.address, array.offset + distance
+    arguments = array.address.number, distance.number
+    return array.graph.append("move", arguments, (Kind.ARRAY,), 0)[0], array.offset
+
+
+def read(address: Value, offset: int, dtype: np.dtype) -> Value:
+    """Return the number at an offset [bytes] from an address."""
+    code = code_of(dtype)
+    return address.graph.append("read", (address.number,), (_KINDS[code],), (offset, code))[0]
+
+
+def write(address: Value, offset: int, dtype: np.dtype, number: Any) -> None:
+    """Store a number at an offset [bytes] from an address."""
+    code, graph = code_of(dtype), address.graph
+    value = convert(graph, number, _KINDS[code])
+    graph.append("write", (value.number, address.number), (), (offset, code))
+
+
+def get_field(owner: ArraySymbol | RecordSymbol, name: str) -> Any:
+    """Return a field of a record, or the array of that field of all records."""
+    dtype, offset = owner.dtype.fields[name][:2]  # type: ignore[index]
+    if isinstance(owner, RecordSymbol):
+        return read(owner.address, owner.offset + offset, dtype)
+    return replace(owner, offset=owner.offset + offset, dtype=dtype)
+
+
+def set_field(record: RecordSymbol, name: str, number: Any) -> None:
+    """Store a number in a field of a record."""
+    dtype, offset = record.dtype.fields[name][:2]  # type: ignore[index]
+    write(record.address, record.offset + offset, dtype, number)
+
+
+def copy_of(array: ArraySymbol) -> ArraySymbol:
+    """Return a new array with the same elements."""
+    copy = allocate(array.graph, array.shape, array.dtype)
+    assign(copy, array)
+    return copy
+
+
+def element_type(number: Any) -> np.dtype:
+    """Return the type of the elements of an array that numbers like this one are stored in."""
+    return np.dtype({Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.BOOLEAN: "?", Kind.WORD: "u8"}[number_kind(number)])
+
+
+def elementwise(function: Any, *operands: Any) -> ArraySymbol:
+    """Return the new array of a function of the elements of arrays, and of numbers that go with each of them."""
+    model = next(x for x in operands if isinstance(x, ArraySymbol))
+    out = allocate(model.graph, model.shape, np.dtype("f8"))
+
+    def fill(to: ArraySymbol, parts: tuple[Any, ...]) -> None:
+        def turn(i: Any) -> None:
+            inner = tuple(get_item(x, i) if isinstance(x, ArraySymbol) else x for x in parts)
+            if len(to.shape) == 1:
+                set_item(to, i, function(*inner))
+            else:
+                fill(get_item(to, i), inner)
+
+        for_each(to.graph, to.shape[0], turn)
+
+    fill(out, operands)
+    return out

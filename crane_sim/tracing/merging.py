@@ -1,0 +1,171 @@
+"""What a variable is after a branch or a loop: trees of numbers, arrays and other objects, made equal in structure."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
+from crane_sim.tracing.arithmetic import common_kind, convert, is_number, number_kind
+from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+
+Rebuild = Callable[[Iterator[Value]], Any]
+"""A function that makes a tree of leaves that it takes from an iterator."""
+
+
+class Undefined:
+    """A variable that has no value here."""
+
+    def __repr__(self) -> str:
+        return "undefined"
+
+
+UNDEFINED = Undefined()
+
+
+class KindChange(TraceError):
+    """A number of a loop's state needs another kind than it had at first."""
+
+    def __init__(self, index: int, kind: Kind) -> None:
+        super().__init__(f"number {index} becomes {kind.name}")
+        self.index, self.kind = index, kind
+
+
+def base_address(graph: Graph, part: ArraySymbol | RecordSymbol) -> Value:
+    """Return the address of the first element."""
+    if not part.offset:
+        return part.address
+    return graph.append("move", (part.address.number,), (Kind.ARRAY,), part.offset)[0]
+
+
+def with_address(part: Any, address: Value, leaves: Iterator[Value]) -> Any:
+    """Return an array or a record at an address, with sizes from an iterator in place of those that are symbols."""
+    if isinstance(part, RecordSymbol):
+        return RecordSymbol(address, 0, part.dtype)
+    sizes = [next(leaves) if isinstance(x, Value) else x for x in (*part.shape, *part.strides)]
+    n = len(part.shape)
+    return ArraySymbol(address, 0, part.dtype, tuple(sizes[:n]), tuple(sizes[n:]))
+
+
+def sizes_of(part: Any) -> list[Value]:
+    """Return the sizes and strides of an array that are symbols."""
+    return [x for x in (*part.shape, *part.strides) if isinstance(x, Value)] if isinstance(part, ArraySymbol) else []
+
+
+def rebuilt(like: tuple[Any, ...], parts: list[Any]) -> tuple[Any, ...]:
+    """Return a tuple of the class of another one."""
+    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
+
+
+def split(tree: Any, graph: Graph, variable: bool) -> tuple[list[Value], Rebuild]:
+    """Return (the leaves of a tree, what makes a tree like it).
+
+    Args:
+        tree: nested tuples of numbers, arrays and other objects.
+        graph: of its symbols.
+        variable: numbers that are known become leaves, too.
+    """
+    if isinstance(tree, tuple):
+        parts = [split(part, graph, variable) for part in tree]
+        leaves = [leaf for part, _ in parts for leaf in part]
+        return leaves, lambda it: rebuilt(tree, [rebuild(it) for _, rebuild in parts])
+    if isinstance(tree, ArraySymbol | RecordSymbol):
+        leaves = [base_address(graph, tree), *sizes_of(tree)]
+        return leaves, lambda it: with_address(tree, next(it), it)
+    if isinstance(tree, Value) or (variable and is_number(tree)):
+        return [convert(graph, tree, number_kind(tree))], lambda it: next(it)
+    return [], lambda it: tree
+
+
+def fit(tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[int]) -> list[Value]:
+    """Return the leaves of a tree as those of `split(like, graph, True)`, of these kinds.
+
+    Raises:
+        KindChange: a leaf needs another kind.
+        TraceError: the trees differ in structure.
+    """
+    if isinstance(like, tuple):
+        if type(tree) is not type(like) or len(tree) != len(like):
+            raise TraceError(f"a loop changes the structure of a variable: {_describe(like)}, then {_describe(tree)}")
+        return [leaf for a, b in zip(tree, like, strict=True) for leaf in fit(a, b, graph, kinds, index)]
+    if isinstance(like, ArraySymbol | RecordSymbol):
+        if type(tree) is not type(like) or tree.dtype != like.dtype or len(sizes_of(tree)) != len(sizes_of(like)):
+            raise TraceError("a loop changes the type or the shape of an array")
+        leaves = [base_address(graph, tree), *sizes_of(tree)]
+        for _ in leaves:
+            next(kinds)
+        index[0] += len(leaves)
+        return leaves
+    if is_number(like):
+        kind = next(kinds)
+        if not is_number(tree):
+            raise TraceError(f"a loop changes a number into {_describe(tree)}")
+        common = max(kind, number_kind(tree), key=_rank)
+        if common is not kind:
+            raise KindChange(index[0], common)
+        index[0] += 1
+        return [convert(graph, tree, kind)]
+    if tree is not like and tree != like:
+        raise TraceError(f"a loop changes {_describe(like)} into {_describe(tree)}")
+    return []
+
+
+def _rank(kind: Kind) -> int:
+    return [Kind.BOOLEAN, Kind.INTEGER, Kind.WORD, Kind.REAL].index(kind)
+
+
+def _describe(tree: Any) -> str:
+    return type(tree).__name__ if isinstance(tree, tuple | Value | ArraySymbol) else repr(tree)
+
+
+class Merge:
+    """What two sides of a branch result in, tree by tree.
+
+    Attributes:
+        pairs: (leaf of one side, of the other one, kind that both are converted to).
+    """
+
+    def __init__(self) -> None:
+        """Begin without leaves."""
+        self.pairs: list[tuple[Any, Any, Kind]] = []
+
+    def join(self, a: Any, b: Any) -> Rebuild:
+        """Return what makes the merged tree of the merged leaves.
+
+        Raises:
+            TraceError: the trees differ in structure.
+        """
+        if a is b:
+            return lambda it: a
+        if a is UNDEFINED or b is UNDEFINED:
+            return lambda it: UNDEFINED
+        if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
+            parts = [self.join(x, y) for x, y in zip(a, b, strict=True)]
+            like = a if hasattr(a, "_fields") else b
+            return lambda it: rebuilt(like, [rebuild(it) for rebuild in parts])
+        if isinstance(a, ArraySymbol | RecordSymbol) and type(a) is type(b) and a.dtype == b.dtype:
+            return self._join_memory(a, b)
+        if is_number(a) and is_number(b):
+            return self._join_numbers(a, b)
+        if not isinstance(a, Value) and not isinstance(b, Value) and type(a) is type(b) and a == b:
+            return lambda it: a
+        raise TraceError(f"the sides of a branch differ: {_describe(a)} and {_describe(b)}")
+
+    def _join_numbers(self, a: Any, b: Any) -> Rebuild:
+        if isinstance(a, Value) and isinstance(b, Value):
+            if a.number == b.number:
+                return lambda it: a
+        elif not isinstance(a, Value) and not isinstance(b, Value) and type(a) is type(b) and repr(a) == repr(b):
+            return lambda it: a
+        self.pairs.append((a, b, common_kind(a, b)))
+        return lambda it: next(it)
+
+    def _join_memory(self, a: Any, b: Any) -> Rebuild:
+        if len(sizes_of(a)) != len(sizes_of(b)):
+            raise TraceError("the sides of a branch have arrays of different shapes")
+        self.pairs.append((a, b, Kind.ARRAY))
+        self.pairs += [(x, y, Kind.INTEGER) for x, y in zip(sizes_of(a), sizes_of(b), strict=True)]
+        return lambda it: with_address(a, next(it), it)
+
+
+def leaf_value(graph: Graph, x: Any, kind: Kind) -> Value:
+    """Return a leaf of a `Merge` as a value."""
+    return base_address(graph, x) if kind is Kind.ARRAY else convert(graph, x, kind)
