@@ -22,6 +22,7 @@ file implements a function of the packages for a type that is not its own.
 
 import functools
 import gc
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Protocol
@@ -127,6 +128,10 @@ def _is_all_numbers(kind: Any) -> bool:
 
 def entry_point(f: Function) -> Function:
     """Compile `f` as a function that Python calls; machine code of the packages is cached on disk."""
+    if os.environ.get("CRANE_TRACED"):
+        from crane_sim.tracing.entry_point import EntryPoint
+
+        return EntryPoint(f, cache_folder())
     dispatcher: Any = numba.njit(f, error_model="numpy", nogil=True)
     settings: Any = numba_config
     if not settings.DISABLE_JIT and is_digested(f):
@@ -246,6 +251,7 @@ def generic(f: Function, options: Any = OPTIONS) -> TypeDispatched:
     overload(call, strict=False, jit_options=options)(choose)
     generic_call: Any = call
     generic_call.register = register
+    generic_call.dispatch, generic_call.inlined = table.dispatch, options.get("forceinline", False)
     generic_call.has_implementation = lambda cls: table.dispatch(cls) is not f
     return generic_call
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.tracing.arithmetic import combine, convert, number_kind
+from crane_sim.tracing.arithmetic import choose, combine, convert, number_kind
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 
 _KINDS = {"f8": Kind.REAL, "i8": Kind.INTEGER, "i4": Kind.INTEGER, "u8": Kind.WORD, "b1": Kind.BOOLEAN}
@@ -203,3 +203,29 @@ def elementwise(function: Any, *operands: Any) -> ArraySymbol:
 
     fill(out, operands)
     return out
+
+
+def extreme(array: ArraySymbol, name: str) -> Value:
+    """Return the smallest ("min") or the largest element of an array (n,)."""
+    better = "less" if name == "min" else "greater"
+
+    def turn(best: Any, x: Any) -> Any:
+        return choose(combine(better, x, best), x, best)
+
+    return _reduce(array, turn, get_item(array, 0))
+
+
+def total(array: ArraySymbol) -> Value:
+    """Return the sum of the elements of an array (n,), from the first on."""
+    return _reduce(array, lambda sum_, x: combine("add", sum_, x), array.graph.constant(0.0))
+
+
+def _reduce(array: ArraySymbol, function: Any, start: Value) -> Value:
+    slot = array.graph.new_slot(1)
+    write(slot, 0, array.dtype, start)
+
+    def turn(i: Any) -> None:
+        write(slot, 0, array.dtype, function(read(slot, 0, array.dtype), get_item(array, i)))
+
+    for_each(array.graph, array.shape[0], turn)
+    return read(slot, 0, array.dtype)

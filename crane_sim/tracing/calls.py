@@ -138,6 +138,8 @@ def _is_traced(function: types.FunctionType) -> bool:
 def _as_argument(calls: Calls, graph: Graph, x: Any) -> Any:
     if isinstance(x, tuple):
         return rebuilt(x, [_as_argument(calls, graph, part) for part in x])
+    if isinstance(x, list):
+        return tuple(_as_argument(calls, graph, part) for part in x)
     return calls.array_of(graph, x) if isinstance(x, np.ndarray) else x
 
 

@@ -82,7 +82,7 @@ OPERANDS: dict[str, set[Kind]] = {
     **dict.fromkeys(("equal", "unequal"), {*_NUMBERS, Kind.BOOLEAN}),
     **dict.fromkeys(("divide", "absolute", "sqrt", "exp", "power", "fma", "to_integer"), {Kind.REAL}),
     "both": {Kind.INTEGER, Kind.BOOLEAN},
-    "to_real": {Kind.INTEGER},
+    "to_real": {Kind.INTEGER, Kind.WORD},
 }
 """Kinds that an operation is defined for."""
 

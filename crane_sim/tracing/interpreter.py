@@ -250,6 +250,8 @@ class Frame:
             return True, self._go_on(ends, rest)
         if self.result is None:
             return False, None
+        if isinstance(loop, ast.While) and isinstance(loop.test, ast.Constant) and not _breaks(loop):
+            return True, Returned(self._stored_result())  # nothing else ends it
         returns = arithmetic.combine("equal", code, RETURNS)
         outcome = self._branch(returns, self._stored_result, lambda: self._value_of(rest), True)
         return True, outcome
@@ -539,6 +541,10 @@ class Frame:
                 return getattr(array, name)
             case "copy":
                 return lambda: array_symbols.copy_of(array)
+            case "min" | "max":
+                return lambda: array_symbols.extreme(array, name)
+            case "sum":
+                return lambda: array_symbols.total(array)
             case "size":
                 return _product(array.shape)
             case "ndim":
@@ -670,7 +676,7 @@ def _is_array(x: Any) -> bool:
     return type(x).__module__ == "numpy" and type(x).__name__ in ("ndarray", "recarray")
 
 
-def _breaks(loop: ast.For) -> bool:
+def _breaks(loop: ast.For | ast.While) -> bool:
     return any(isinstance(node, ast.Break | ast.Continue) for node in ast.walk(loop))
 
 
