@@ -17,7 +17,7 @@ from crane_control.tracking.tracker import Estimate, Gains, estimate
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Seed, reject_bool
 from crane_sim.laws import read_group
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.scenes.scene import Scene
 
 Number = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10000)]
@@ -87,7 +87,6 @@ def _(zone, q):
     return min(max((q - zone.cutoff) / (2.0 * zone.smoothing), 0.0), 1.0)
 
 
-@kernel
 def error_size(learner, inputs):
     """Return Q [m²/s²], eq. 85 and 86."""
     ex, ey, vx, vy = inputs[4], inputs[5], inputs[6], inputs[7]

@@ -18,7 +18,6 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
 from crane_sim.laws import read_settings
-from crane_sim.numerics.jit import kernel
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.trajectory import Trajectory, reference_at
 
@@ -55,7 +54,6 @@ class AngularLaw(NamedTuple):
         return compute_efforts(self, t, q, v)
 
 
-@kernel
 def compute_damping(length, damping, n, dn):
     """Return the damping accelerations (2,) of the tip for the unit vector n (3,) to the payload and its rate dn (3,).
 
@@ -69,7 +67,6 @@ def compute_damping(length, damping, n, dn):
     return (-length * damping * wy - ay * sx * sy) / cy, ay
 
 
-@kernel
 def compute_tracking(law, goal, tip, dtip, i):
     """Return the tracking acceleration of the tip along axis i."""
     x, v, a = goal

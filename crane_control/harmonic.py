@@ -38,7 +38,7 @@ from crane_control.tracking.tracker import Estimate, Tracker, compute_ramp, esti
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_group
-from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 
 WITHOUT_CAMERA = TrackingDefaults(stiffness=1.25, damping=0.65, ramp=1.6, velocity_feedforward=True)
@@ -80,7 +80,6 @@ class HarmonicObserver(NamedTuple):
         return self._replace(ekf=self.ekf.with_initial_state())
 
 
-@kernel
 def compute_compensation(observer, t, x):
     """Return (u [m/s²], its rate [m/s³], d + b within the ramp [m/s²]) of one axis in state x (7,) at t [s]."""
     w, lead = sqrt(x[THETA]), observer.lead

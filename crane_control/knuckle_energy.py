@@ -21,7 +21,7 @@ from crane_sim.laws import read_settings
 from crane_sim.models.cables.rope import MotionRope, add_rope_energy, rope_kinematics
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports import forward_kinematics, support_potential
-from crane_sim.numerics.jit import entry_point, generic, kernel
+from crane_sim.numerics.jit import entry_point, generic
 from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=3, max_length=4)]
@@ -96,7 +96,6 @@ def _(winch, q, v):
     return 0.5 * winch.kp * (winch.target - q[3]) ** 2, -winch.kd * v[3] * v[3]
 
 
-@kernel
 def control_action(parameters, q, v):
     """Return the efforts (nu,) of the law."""
     kp, kd, target = parameters.kp, parameters.kd, parameters.target

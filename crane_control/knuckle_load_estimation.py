@@ -47,7 +47,7 @@ from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.effects import add_spring
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports import forward_kinematics
-from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 
 MIN_ACCELERATION = 0.5  # of g: the estimate is updated above it only, by step 3 of the proof
@@ -117,7 +117,6 @@ def update_estimate(law, t, q, v):
     return mass[0]
 
 
-@kernel
 def with_gravity_compensation_for_mass(parameters, p, mass):
     """Return the parameters with the gravity compensation for a payload of another mass [kg]."""
     extra_weight, winch = (mass - p.load.mass) * p.gravity, parameters.rope

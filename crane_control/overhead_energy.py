@@ -41,7 +41,7 @@ from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.supports.friction import Friction, dry_friction, friction_force
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.rails import ForceAxis
-from crane_sim.numerics.jit import entry_point, generic, kernel
+from crane_sim.numerics.jit import entry_point, generic
 from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=1, max_length=2)]
@@ -112,14 +112,12 @@ def _(rope, q, v, weight):
     return (force,), 1.0 / rope.reflected_mass, force / rope.reflected_mass, terms
 
 
-@kernel
 def trolley_force(law, q, v):
     """Return f [N], the force on the apparent mass."""
     error = law.target - q[0]
     return law.kp * error / sqrt(1.0 + (error / law.error_saturation) ** 2) - law.kd * v[0]
 
 
-@kernel
 def computed_tension(law, q, v, force):
     """Return (T [N] under the law without friction, sin α, the efforts of the hoist, its inverse mass [1/kg])."""
     length, _, n = get_rope_state(law.rope, q, v)
@@ -130,7 +128,6 @@ def computed_tension(law, q, v, force):
     return relative_acc / (1.0 / m + s * s / mu + inverse_mass), s, efforts, inverse_mass
 
 
-@kernel
 def control_action(law, q, v):
     """Return the efforts (nu,) of the law."""
     force = trolley_force(law, q, v)
@@ -183,7 +180,6 @@ def _(friction, force):
     return force if abs(force) <= friction.static else copysign(sliding, force)
 
 
-@kernel
 def compute_friction_loss(law, q, v):
     """Return the power [W] by which friction on rail and hoist lowers V at joint positions and velocities (nq,)."""
     tension, s, efforts, inverse_mass = computed_tension(law, q, v, trolley_force(law, q, v))

@@ -1,9 +1,6 @@
 """Joint coordinates for a law whose nominal cable has fewer links than the crane's."""
 
-from crane_sim.numerics.jit import kernel
 
-
-@kernel
 def nominal_coordinate(values, i, n):
     """Return nominal joint coordinate i of n, where the crane's own are `values`, at least n of them.
 

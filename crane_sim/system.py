@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import generic, lean_generic, stage_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 
 _STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
@@ -47,7 +47,7 @@ class Switching(NamedTuple):
     step_control: Any = None  # `EventStepControl`, `KinkStepControl`, or None: a step that ends at an event stays
 
 
-@stage_generic
+@generic
 def rhs(p, t, x, u):
     """Return the time derivative of the state, like x. A model whose state is an array answers `rhs_into` instead."""
     out = np.empty_like(x)
@@ -61,13 +61,13 @@ def workspace(p):
     return None
 
 
-@lean_generic
+@generic
 def position_count(p):
     """Return the number n of positions in a state that is an array: the derivative of x[:n] is x[n : 2 n]."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def rhs_into(p, t, x, u, out, work):
     """Write the time derivative of the state, an array, into `out`; `work` is a `workspace` of the model."""
     raise NotImplementedError
@@ -114,7 +114,7 @@ def project(p, x):
     return x
 
 
-@lean_generic
+@generic
 def project_in_place(p, x):
     """Project a state that is an array onto the model's constraints, as `project` does, and return nothing."""
 
@@ -288,13 +288,13 @@ def switching(p):
     return None
 
 
-@lean_generic
+@generic
 def guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations that it took): the mode holds while none is negative."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def kink_guard(p, value, t0, x0, t, x):
     """Return the smaller one of a guard's value and of those of kinks that a step from state x0 at t0 to x at t passes.
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.jit import routine
 
 Y, V, D, DISTURBANCE_RATE, THETA, BIAS, LENGTH_RATIO = range(7)
 N = 7
@@ -48,7 +48,6 @@ def initial_filter_state() -> FilterState:
     return FilterState(np.zeros((2, N)), np.zeros((2, N, N)), np.zeros((2, N, N)), np.array([-1.0]), np.zeros(2))
 
 
-@kernel
 def begin_filter(ekf, t, y, dy, tip):
     """Initialise the filter at time t [s] with the payload at y, dy (2,) and the tip at `tip` (2,)."""
     x, p, _, last_time, last_tip = ekf.state
@@ -79,7 +78,6 @@ def predict(ekf, i, omega_sq, tip, h):
         p[k, k] += h * ekf.process_noise[k]
 
 
-@kernel
 def write_transition(f, omega_sq, theta, d, h):
     """Write exp(A h) to second order in h into f (7, 7), A the Jacobian of the model.
 
@@ -99,7 +97,6 @@ def write_transition(f, omega_sq, theta, d, h):
     f[D, THETA], f[DISTURBANCE_RATE, THETA] = -half_h2 * d, -h * d
 
 
-@kernel
 def propagate_covariance(p, f, product):
     """Overwrite the covariance p with f p fᵀ."""
     for j in range(N):
@@ -116,7 +113,6 @@ def propagate_covariance(p, f, product):
             p[j, k] = p[k, j] = total
 
 
-@kernel
 def measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age):
     """Return (H, predicted measurement) of the position delayed by `age` [s] (2nd-order Taylor) or of the velocity now.
 

@@ -32,7 +32,7 @@ from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.supports import forward_kinematics, state_from_joints, tip_acceleration
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, routine
 
 SINGULAR_SINE = 0.1  # sine of the angle between boom and jib below which the inverse is damped
 DAMPING_RADIUS = 0.1  # m from the tower's axis below which it is, too
@@ -65,7 +65,6 @@ def _(servo, length, q, v):
     return CableState(tip[:2], dtip[:2], payload[:2], dpayload[:2], (nx, ny, nz), dn, (xs, xc))
 
 
-@kernel
 def joint_accelerations(support, pose, a, damping_rate):
     """Return the accelerations (3,) of slew, boom and jib that give the tip the acceleration a (3,) [m/s²].
 
@@ -86,7 +85,6 @@ def joint_accelerations(support, pose, a, damping_rate):
     return slew, boom, ((1.0 + damping) * jib_rhs - cosine * boom_rhs) * inverse / support.jib.length
 
 
-@kernel
 def joint_efforts(crane, unforced, a):
     """Return (efforts (3,) [N m] of slew, boom and jib, tension [N]) that give the joints accelerations a (3,).
 
@@ -164,7 +162,6 @@ def _(servo, t, cable, a):
     return tip_efforts(servo, t, cable, a)
 
 
-@kernel
 def clamp_to_workspace(radius_range, setpoint):
     """Return the TipSetpoint where its position is in the workspace, else rest at the nearest position that is."""
     x, y = setpoint.x

@@ -11,7 +11,7 @@ import numpy as np
 from crane_control.tracking.tracker import Pendulum, TipSetpoint, Tracker, compute_tip_setpoint
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import with_initial_state
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import generic
 
 TIME_TOLERANCE = 1e-9  # of an interval: rounding of the times
 
@@ -98,13 +98,11 @@ def _(tracker, setpoint, t, tip, y, dy):
     return compute_tip_setpoint(tracker, t, tip, y, dy)
 
 
-@kernel
 def read_setpoint(values):
     """Return the numbers (6,) as a TipSetpoint."""
     return TipSetpoint((values[0], values[1]), (values[2], values[3]), (values[4], values[5]))
 
 
-@kernel
 def store_setpoint(values, setpoint):
     """Write a TipSetpoint into the numbers (6,)."""
     for i in range(2):

@@ -10,7 +10,7 @@ commands of that drive, accelerations [m/s²] or positions [m].
 from typing import Any, NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import generic
 
 
 class Servo(NamedTuple):
@@ -59,7 +59,6 @@ def compute_suspension_efforts(servo, t, setpoint, cable):
     raise NotImplementedError
 
 
-@kernel
 def compute_tracking_acceleration(servo, setpoint, cable):
     """Return the acceleration (2,) [m/s²] of eq. 64, by the gains kp and kd of a servo."""
     x, v, a = setpoint  # position, velocity, acceleration

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from crane_control.tracking.vision import measure
 from crane_sim.laws import with_initial_state
 from crane_sim.models.moving_base import base_kinematics_at
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.base_motion import Base, MountedBase, SplineBase
 from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
 
@@ -105,7 +105,6 @@ def _(base, gravity, t):
     return gravity - z, (x, y)
 
 
-@kernel
 def pendulum_omega_sq(length, gravity, y, tip):
     """Return ω² [1/s²] of a payload at y [m] on a cable of this length [m] below the tip [m]."""
     rx, ry = y[0] - tip[0], y[1] - tip[1]
@@ -130,7 +129,6 @@ def compute_tip_setpoint(tracker, t, tip, y, dy):
     return TipSetpoint((x0, x1), (v0, v1), (forward * a[0], forward * a[1]))
 
 
-@kernel
 def compute_ramp(ramp, t):
     """Return (factor at time t [s] that rises from 0 to 1 within `ramp` [s], its rate [1/s]), smooth at both ends."""
     if t >= ramp:
@@ -139,7 +137,6 @@ def compute_ramp(ramp, t):
     return s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / ramp
 
 
-@kernel
 def axis_setpoint(gains, t, omega_sq, estimates, tip, goal, jerk, base_acc, i):
     """Return (position, feedforward velocity) of the tip's setpoint along axis i, eq. 67 and 74.
 

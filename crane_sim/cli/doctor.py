@@ -44,7 +44,7 @@ def _failed_node() -> Iterator[Unusual]:
 
 def _unusual_cache() -> Iterator[Unusual]:
     """Yield why compiled code is not kept where it should be."""
-    from crane_sim.numerics.cache import cache_folder, cache_root  # here, too
+    from crane_sim.tracing.cache import cache_folder, cache_root  # here, too
 
     folder = cache_folder()
     try:

@@ -138,7 +138,7 @@ def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
 
 def compile_time() -> float:
     """Return how long this process has compiled [s]."""
-    from crane_sim.numerics.compile_time import compile_time as seconds
+    from crane_sim.tracing.compile_time import compile_time as seconds
 
     return seconds()
 
@@ -155,8 +155,8 @@ def compiling(quiet: bool, evaluated: "Scene | None" = None) -> Iterator[None]:
     Where stderr is no terminal, or `quiet`, it is one line, once in a process. Of a scene that is `evaluated` in the
     block, a second process compiles what evaluates its runs.
     """
-    from crane_sim.numerics.jit import watch_compiling
     from crane_sim.simulation.parallel_compilation import compile_evaluation_beside
+    from crane_sim.tracing.compile_time import watch_compiling
 
     status = Console(stderr=True).status(_COMPILING)
     show = _say_compiling if quiet or not sys.stderr.isatty() else status.start

@@ -11,23 +11,18 @@ winch with `drive: rate` gets zero; a drive by position gets the anchor's positi
 1).
 """
 
-from crane_sim.numerics.jit import lean_kernel
 
-
-@lean_kernel
 def clip(value, bound):
     """Return the value clipped to -bound .. bound."""
     return min(max(value, -bound), bound)
 
 
-@lean_kernel
 def compute_brake_effort(drive):
     """Return the effort of a brake on its joint, whose position and velocity are in the record."""
     effort = drive.stiffness * (drive.anchor - drive.position) - drive.damping * drive.velocity
     return drive.position_drive * drive.anchor + clip(effort, drive.capacity)
 
 
-@lean_kernel
 def engage(drive, effort):
     """Put the anchor of a brake where its spring takes over the effort that the drive had, as far as it can."""
     drive.anchor = drive.position
@@ -35,7 +30,6 @@ def engage(drive, effort):
         drive.anchor += clip(effort, drive.capacity) / drive.stiffness
 
 
-@lean_kernel
 def read_limit_switch(drive):
     """Trip the drive where its joint, whose position is in the record, is beyond a limit switch; it stays tripped."""
     beyond = max(drive.position - drive.switch_high, drive.switch_low - drive.position)
@@ -43,7 +37,6 @@ def read_limit_switch(drive):
     drive.overtravel = max(drive.overtravel, beyond)
 
 
-@lean_kernel
 def slip(drive):
     """Move the anchor of a brake where its spring is stretched beyond the capacity."""
     if drive.stiffness > 0.0:

@@ -17,7 +17,7 @@ from crane_sim.hardware.brakes import clip, compute_brake_effort
 from crane_sim.hardware.ideal_servos import add_imposed_efforts
 from crane_sim.hardware.servos import command_servos, demanded_effort, enter_phases, latch_servos
 from crane_sim.numerics.arrays import copy_into, store
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, routine
+from crane_sim.numerics.jit import generic, routine
 
 
 class Drives(NamedTuple):
@@ -29,13 +29,11 @@ class Drives(NamedTuple):
     inputs: Any  # open-loop source of demands; None where all are held
 
 
-@lean_kernel
 def ramp_time(distance, rate, lag):
     """Return the time [s] for which the rate limit binds a drive whose command is `distance` away."""
     return max(0.0, distance / rate - lag)
 
 
-@lean_kernel
 def effort_at(drive, s):
     """Return the effort of a drive, s seconds after the start of the period."""
     start, target, rate, lag = drive.start_effort, drive.target, drive.rate_limit, drive.lag
@@ -50,14 +48,13 @@ def effort_at(drive, s):
     return target - direction * remaining * exp(-(s - ramp) / lag)
 
 
-@lean_kernel
 def set_target(drive, demand):
     """Set the effort that a drive approaches for a demand: no effort within the dead band, and within its limits."""
     drive.effort = 0.0 if abs(demand) < drive.deadband else demand
     drive.target = min(max(drive.effort, drive.low), drive.high)
 
 
-@lean_generic
+@generic
 def holds_demand(inputs, drive):
     """Return whether a drive's demand is held for a period: of open-loop inputs by a drive with a state of its own."""
     return drive.has_state
@@ -82,7 +79,7 @@ def _(inputs, p, drives, t, x):
     pass
 
 
-@lean_generic
+@generic
 def change_with_period(inputs, drives):
     """Return whether efforts may change at the end of a period: of drives that hold a demand, and of brakes."""
     for i in range(len(drives)):
@@ -96,7 +93,6 @@ def _(inputs, drives):
     return True
 
 
-@lean_kernel
 def motor_effort(drive, effort):
     """Return the effort that a motor gives at its joint's speed: the largest one falls linearly to 0 at no load."""
     if drive.peak == inf:
@@ -151,7 +147,6 @@ def accept_command(p, u, x, queue, k, command):
     return saturated
 
 
-@lean_kernel
 def next_breakpoint(u, t, end):
     """Return the first time after t [s] at which a rate limit stops binding, `end` if there is none before it."""
     least = 1e-9 * (end - u.begin)  # s: a breakpoint closer to either end is rounding, and ignored

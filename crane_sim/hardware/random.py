@@ -8,8 +8,6 @@ from math import cos, log, pi, sqrt
 
 import numpy as np
 
-from crane_sim.numerics.jit import lean_kernel
-
 UINT64_RANGE = 2**64
 _STEP, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
@@ -21,7 +19,6 @@ def seed_to_uint64(seed: int) -> np.uint64:
     return np.uint64(seed % UINT64_RANGE)
 
 
-@lean_kernel
 def mix(z):
     """Return a word whose bits all depend on all bits of the word z."""
     z = z + _STEP
@@ -30,14 +27,12 @@ def mix(z):
     return z ^ (z >> _31)
 
 
-@lean_kernel
 def uniform(seed, stream, k):
     """Return the number of a seed (a word), a stream and a counter (whole numbers >= 0), uniform in [0, 1)."""
     z = mix(mix(mix(seed) ^ np.uint64(stream)) ^ np.uint64(k))
     return np.float64(z >> _11) * _UNIT
 
 
-@lean_kernel
 def normal(seed, stream, k):
     """Return the normal number, mean 0 and deviation 1, of two streams, `stream` and the next one (Box and Muller)."""
     radius = sqrt(-2.0 * log(1.0 - uniform(seed, stream, k)))

@@ -11,7 +11,7 @@ towards the target, that takes the least time.
 from math import inf, sqrt
 from typing import NamedTuple
 
-from crane_sim.numerics.jit import lean_kernel, lean_routine
+from crane_sim.numerics.jit import routine
 
 PHASES = 8
 """Phases of a profile: two ramps of three, the cruise between them, and rest."""
@@ -36,7 +36,6 @@ class Ramp(NamedTuple):
     jerk: float  # while it rises; the opposite while it fades
 
 
-@lean_kernel
 def plan_ramp(v, a, target, bounds):
     """Return the ramp from velocity v and acceleration a to the target velocity without acceleration."""
     largest, jerk = bounds.acceleration, bounds.jerk
@@ -52,25 +51,21 @@ def plan_ramp(v, a, target, bounds):
     return Ramp(max(0.0, peak - initial) / jerk, hold, peak / jerk, sign * peak, sign * jerk)
 
 
-@lean_kernel
 def phase_distance(duration, v, a, jerk):
     """Return the distance [m or rad] of a phase."""
     return duration * (v + duration * (0.5 * a + duration * jerk / 6.0))
 
 
-@lean_kernel
 def hold_velocity(ramp, v, a):
     """Return the velocity at which the acceleration of a ramp from (v, a) has reached its peak."""
     return v + 0.5 * (a + ramp.peak) * ramp.rise
 
 
-@lean_kernel
 def fall_velocity(ramp, target):
     """Return the velocity at which the acceleration of a ramp to the target velocity begins to fade."""
     return target - 0.5 * ramp.peak * ramp.fall
 
 
-@lean_kernel
 def ramp_distance(v, a, target, bounds):
     """Return the distance [m or rad] of the ramp that `plan_ramp` returns."""
     ramp = plan_ramp(v, a, target, bounds)
@@ -79,19 +74,16 @@ def ramp_distance(v, a, target, bounds):
     return rise + hold + phase_distance(ramp.fall, fall_velocity(ramp, target), ramp.peak, -ramp.jerk)
 
 
-@lean_kernel
 def motion_distance(v, a, cruise, bounds):
     """Return the distance [m or rad] from velocity v and acceleration a to rest by way of a cruise speed."""
     return ramp_distance(v, a, cruise, bounds) + ramp_distance(cruise, 0.0, 0.0, bounds)
 
 
-@lean_kernel
 def write_phase(phases, i, k, duration, v, a, jerk):
     """Write phase k of joint i."""
     phases[i, k, 0], phases[i, k, 1], phases[i, k, 2], phases[i, k, 3] = duration, v, a, jerk
 
 
-@lean_kernel
 def write_ramp(phases, i, k, v, a, target, bounds):
     """Write the ramp from velocity v and acceleration a to the target velocity as phases k .. k + 2 of joint i."""
     ramp = plan_ramp(v, a, target, bounds)
@@ -100,7 +92,7 @@ def write_ramp(phases, i, k, v, a, target, bounds):
     write_phase(phases, i, k + 2, ramp.fall, fall_velocity(ramp, target), ramp.peak, -ramp.jerk)
 
 
-@lean_routine
+@routine
 def plan_velocity(phases, i, v, a, target, bounds):
     """Write the phases of joint i from velocity v and acceleration a to a velocity that stays."""
     write_ramp(phases, i, 0, v, a, target, bounds)
@@ -108,7 +100,6 @@ def plan_velocity(phases, i, v, a, target, bounds):
         write_phase(phases, i, k, inf, target, 0.0, 0.0)
 
 
-@lean_kernel
 def cruise_speed(v, a, distance, bounds):
     """Return the velocity of the cruise on the way over a distance to rest, from velocity v and acceleration a."""
     sign = 1.0 if distance >= ramp_distance(v, a, 0.0, bounds) else -1.0
@@ -130,7 +121,7 @@ def cruise_speed(v, a, distance, bounds):
     return sign * low
 
 
-@lean_routine
+@routine
 def plan_position(phases, i, v, a, distance, bounds):
     """Write the phases of joint i from velocity v and acceleration a over a distance to rest; the speed is bounded."""
     cruise = cruise_speed(v, a, distance, bounds)

@@ -8,12 +8,11 @@ of the period's number (`random`).
 from math import floor
 
 from crane_sim.hardware.random import normal, uniform
-from crane_sim.numerics.jit import lean_kernel, routine
+from crane_sim.numerics.jit import routine
 
 STREAMS = 3  # of random numbers, for each sensor
 
 
-@lean_kernel
 def take_sample(seed, sensor, j, k):
     """Return a sample of sensor number j at period k."""
     value = sensor.truth + sensor.bias

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.hardware.brakes import clip
 from crane_sim.hardware.reference_profiles import PHASES, Bounds, phase_distance, plan_position, plan_velocity
-from crane_sim.numerics.jit import generic, lean_kernel, routine
+from crane_sim.numerics.jit import generic, routine
 
 COMMANDS = ("effort", "velocity", "position")
 """Kinds of drives by what they are commanded; kernels take their indices."""
@@ -36,7 +36,6 @@ class Servos(NamedTuple):
     ideal: Any  # `ideal_servos.IdealServos`, None where every gain is finite
 
 
-@lean_kernel
 def reference_at(loop, t):
     """Return (position, velocity, acceleration) of the reference at time t [s] within its present phase."""
     s = t - loop.phase_begin
@@ -46,7 +45,6 @@ def reference_at(loop, t):
     return loop.phase_position + s * (loop.phase_velocity + s * half), v, a
 
 
-@lean_kernel
 def loop_effort(loop, drive, t):
     """Return the effort of a speed loop at time t [s] before limits; the joint's motion is in the record `drive`."""
     x, v, _ = reference_at(loop, t)
@@ -105,7 +103,6 @@ def plan_references(servos, drives, p, t, x, first):
     return limited
 
 
-@lean_kernel
 def begin_reference(loop, position, velocity, t):
     """Let the reference begin at time t [s] with the joint's motion, and the loop with the integral's effort."""
     loop.phase_begin, loop.phase_position, loop.phase_velocity = t, position, velocity
@@ -113,7 +110,6 @@ def begin_reference(loop, position, velocity, t):
     loop.offset = loop.integral / loop.stiffness if loop.stiffness > 0.0 else 0.0
 
 
-@lean_kernel
 def plan_reference(loop, phases, i, t, command):
     """Plan the reference of joint i from its present motion at time t [s] for a new command."""
     x, v, a = reference_at(loop, t)
@@ -125,7 +121,6 @@ def plan_reference(loop, phases, i, t, command):
     loop.command, loop.plan_begin, loop.plan_position = command, t, x
 
 
-@lean_kernel
 def enter_phase(loop, phases, i, t, least):
     """Take over the phase of joint i's plan in which time t [s] is; one that ends before t + `least` has passed."""
     begin, x, k = loop.plan_begin, loop.plan_position, 0
@@ -173,7 +168,6 @@ def _(servos, drives, t):
             latch_integral(loop, drive, t)
 
 
-@lean_kernel
 def latch_integral(loop, drive, t):
     """Move the integral of a speed loop to the end of a period, clamped where the effort is limited."""
     x = reference_at(loop, t)[0]

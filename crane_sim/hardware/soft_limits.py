@@ -14,7 +14,7 @@ from crane_sim.hardware.reference_profiles import (
     plan_ramp,
     ramp_distance,
 )
-from crane_sim.numerics.jit import entry_point, lean_kernel, lean_routine
+from crane_sim.numerics.jit import entry_point, routine
 
 _BISECTIONS = 40  # halve the range of speeds to 1e-12 of it
 
@@ -27,13 +27,12 @@ class ReferenceMotion(NamedTuple):
     acceleration: float
 
 
-@lean_kernel
 def motion_in_phase(s, x, v, a, jerk):
     """Return the motion after s seconds of constant jerk."""
     return ReferenceMotion(x + phase_distance(s, v, a, jerk), v + s * (a + 0.5 * s * jerk), a + s * jerk)
 
 
-@lean_routine
+@routine
 def motion_after(motion, command, bounds, s):
     """Return the reference's motion after s seconds in which its command, a speed, holds."""
     ramp = plan_ramp(motion.velocity, motion.acceleration, command, bounds)
@@ -50,7 +49,7 @@ def motion_after(motion, command, bounds, s):
     return ReferenceMotion(x + s * command, command, 0.0)
 
 
-@lean_routine
+@routine
 def rest_position(motion, command, bounds, ahead):
     """Return where the reference comes to rest [m or rad] if its command holds for `ahead` seconds and then is zero."""
     after = motion_after(motion, command, bounds, ahead)

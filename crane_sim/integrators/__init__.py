@@ -17,7 +17,7 @@ from crane_sim.integrators.integration import (
     step,
 )
 from crane_sim.integrators.status import OK, Status
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.system import switching
 
 __all__ = [
@@ -40,7 +40,6 @@ __all__ = [
 ]
 
 
-@kernel
 def integrate_to(method, p, u, integration, t, end):
     """Return the integration advanced until it covers time t [s], by steps that do not pass the instant `end` [s]."""
     return take_steps(switching(p), method, p, u, integration, t, end)

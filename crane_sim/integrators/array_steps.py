@@ -21,12 +21,11 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.status import OK, TOO_MANY_STEPS
 from crane_sim.integrators.step_control import adaptive_step
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.states import replace_field
 from crane_sim.system import project_in_place
 
 
-@kernel
 def take_single_steps(switches, method, p, u, integration, t, end):
     """Return the result of `integrate_to`, step by step; `switches` is None for a model that does not switch."""
     limit = integration.steps + max_steps(method)
@@ -71,7 +70,7 @@ def take_array_steps(method, p, u, integration, t, end):
     return take_single_steps(None, method, p, u, integration, t, end)
 
 
-@lean_generic
+@generic
 def step_into(method, scratch, p, t, x, u, h, end, out):
     """Write the state one accepted step after (t, x) into `out`, of a method with error control.
 
@@ -93,7 +92,7 @@ def _(method, scratch, p, t, x, u, h, end, out):
     return after, h, stages(method), 0, status_of(out)
 
 
-@lean_routine
+@routine
 def fill_steps(method, scratch, switches, p, t, u, h, until, end, limit, before, x):
     """Advance the state x from time t to a step that covers `until`, to and fro between the arrays x and `before`.
 
@@ -155,7 +154,6 @@ def advance_to_events(method, switches, p, u, integration, t, end):
     return integration
 
 
-@kernel
 def advance_smoothly(switches, method, p, u, integration, t, end, limit):
     """Return (the integration advanced as by `fill_steps`, whether a guard may fail in its last step)."""
     if integration.t >= t or integration.status != OK:

@@ -21,7 +21,7 @@ from crane_sim.integrators.integration import (
 )
 from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import add_weighted, dimension, error_square
 from crane_sim.solvers.dop853_tableau import E3, E5, A, B, C
 
@@ -46,7 +46,7 @@ class RK8(NamedTuple):
         return 2.9 / frequency
 
 
-@lean_generic
+@generic
 def dop853_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all twelve stages, the first one that of `evaluate_first_stage`."""
     k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))
@@ -69,7 +69,6 @@ def _(scratch, k1, p, t, x, u, h):
     return scratch
 
 
-@lean_kernel
 def _combined_error(ks, x, y, h, rtol, atol):
     """Return the error of a step relative to the tolerance, |e5|² / sqrt((|e5|² + |e3|² / 100) n) as in DOP853."""
     e5 = error_square(h, E5, ks, x, y, rtol, atol)
@@ -104,7 +103,6 @@ def _(method, k, steps, period):
     return inf
 
 
-@lean_kernel
 def _take_step(p, t, x, u, h, scratch, out):
     return add_weighted(x, h, B, dop853_stages(scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h), out)
 

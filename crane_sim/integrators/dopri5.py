@@ -21,7 +21,7 @@ from crane_sim.integrators.integration import (
 )
 from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import add_weighted, dimension, error_square
 
 B = (35 / 384, None, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, None)
@@ -47,7 +47,7 @@ class DOPRI5(NamedTuple):
     atol: NonNegative = 1e-10  # state's unit, absolute tolerance
 
 
-@lean_generic
+@generic
 def dopri5_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all seven stages, the first one that of `evaluate_first_stage`."""
     k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))

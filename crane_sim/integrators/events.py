@@ -28,7 +28,7 @@ from crane_sim.integrators.integration import (
     stages,
 )
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
 from crane_sim.system import (
     EventStepControl,
@@ -77,7 +77,6 @@ def _(scratch, method, p, u, ends, positions):
     return scratch.rows, fill_ends(last_stage(method), scratch, p, u, ends, positions)
 
 
-@lean_kernel
 def fill_ends(stage, scratch, p, u, ends, positions):
     """Write the two derivatives of `hermite_slopes` into their rows of a scratch; return the number of evaluations.
 
@@ -99,7 +98,6 @@ def fill_ends(stage, scratch, p, u, ends, positions):
     return 2
 
 
-@kernel
 def constant_velocity_rates(x, positions):
     """Return the derivative of a state whose velocities do not change.
 
@@ -127,14 +125,13 @@ def _(first, x, positions):
     )
 
 
-@lean_kernel
 def guard_within(p, u, ends, t, x, work):
     """Return the guard in state x at time t of a step, with the value of a kink's that the step has passed there."""
     value, number, n = guard(p, t, x, u, work)
     return kink_guard(p, value, ends.t0, ends.x0, t, x), number, n
 
 
-@lean_generic
+@generic
 def guard_between(x, p, u, ends, slopes, s, work):
     """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
     h, increment, (f0, f1) = ends.t - ends.t0, add_scaled(x, -1.0, ends.x0), slopes
@@ -154,7 +151,7 @@ def _(x, p, u, ends, slopes, s, work):
     return guard_within(p, u, ends, ends.t0 + s * h, slopes[BETWEEN], work)
 
 
-@lean_routine
+@routine
 def first_sign_change(p, u, ends, slopes, work, begin):
     """Return (first sample from `begin` on with a negative guard, GUARD_SAMPLES + 1 if there is none, evaluations)."""
     n = 0
@@ -167,7 +164,7 @@ def first_sign_change(p, u, ends, slopes, work, begin):
     return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
 
 
-@lean_generic
+@generic
 def may_switch(switches, method, scratch, p, u, ends):
     """Return (whether a guard of an array fails at a sample of the step, by interpolation before its end, evaluations).
 
@@ -244,7 +241,6 @@ def _(switches, method, p, u, integration):
     return integration if low == high else end_at_event(switches.step_control, method, p, u, integration, low, high)
 
 
-@kernel
 def log_event(log, t, event):
     """Return the log with one more event."""
     if log.total < len(log.rows):
@@ -266,7 +262,6 @@ def _(log, t):
     return log if n == kept else EventLog(n, log.rows)  # those that are only counted are later than those kept
 
 
-@kernel
 def restart(integration, t, x):
     """Return the integration restarted in state x at a time t [s] that it has passed: what came after t has not been.
 
@@ -276,14 +271,12 @@ def restart(integration, t, x):
     return Integration(t, x, t, x, 0.0, *counted, OK, NO_GUARD, events_until(log, t), integration.scratch)
 
 
-@kernel
 def with_event(integration, x, event):
     """Return the integration with an event at its present time, which puts it into state x."""
     integration = replace_field(integration, "event_log", log_event(integration.event_log, integration.t, event))
     return replace_field(replace_field(integration, "x", x), "h", 0.0)
 
 
-@kernel
 def terminate(integration, which):
     """Return the integration terminated by guard number `which`."""
     return replace_field(replace_field(integration, "status", TERMINATED), "terminal_guard", which)
@@ -306,7 +299,6 @@ def apply_reset_maps(p, u, integration):
     return add_evaluations(integration, n)
 
 
-@kernel
 def sample_time(integration, j):
     """Return the time of sample j of the last step."""
     return (
@@ -314,7 +306,6 @@ def sample_time(integration, j):
     )
 
 
-@kernel
 def guard_at(method, p, u, integration, t, work):
     """Return (the smallest guard at time t of the last step, by dense output, evaluations)."""
     x = dense_output(method, p, u, integration, t)
@@ -323,7 +314,6 @@ def guard_at(method, p, u, integration, t, work):
     return value, n if t == integration.t else n + stages(method)
 
 
-@kernel
 def bracket(method, p, u, integration):
     """Return (low, high, evaluations): the first guard fails between these times of the last step; equal: none does.
 
@@ -381,7 +371,6 @@ def truncate_at_event(method, p, u, integration, low, high):
     return apply_reset_maps(p, u, integration)
 
 
-@kernel
 def at_begin(integration, h):
     """Return the integration back at the start of its last step, where a step of size h is tried next."""
     integration = replace_field(replace_field(integration, "t", integration.t0), "x", integration.x0)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from crane_sim.files.types import Positive
 from crane_sim.integrators.integration import advance, equal_step, stages, step, with_fixed_step
-from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.numerics.states import add, add_scaled, scale, squared_error_norm
 from crane_sim.system import project, rhs
 
@@ -36,13 +36,11 @@ class Gauss(NamedTuple):
         return 1.0 / frequency
 
 
-@kernel
 def add_stages(x, h, row, k1, k2, k3):
     """Return x + h (row . k)."""
     return add(x, add_scaled(add_scaled(scale(h * row[0], k1), h * row[1], k2), h * row[2], k3))
 
 
-@kernel
 def change(h, x, new, old):
     """Return the squared relative change of a stage's step."""
     difference = scale(h, add_scaled(new, -1.0, old))

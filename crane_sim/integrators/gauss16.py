@@ -30,7 +30,7 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.arrays import accumulate
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.lanes import lane, put_lane, use_wide_vectors
 from crane_sim.numerics.stage_lanes import (
     STAGES,
@@ -100,7 +100,6 @@ class Gauss16(NamedTuple):
     atol: NonNegative = 1e-14  # state's unit, absolute tolerance
 
 
-@lean_kernel
 def is_paired(entries, i):
     """Return whether entry i is a position or its rate."""
     paired = False
@@ -109,7 +108,6 @@ def is_paired(entries, i):
     return paired
 
 
-@lean_kernel
 def begin_stages(entries, x, k1, h, rtol, atol, ys, ks):
     """Fill base and weights, and the first estimate of all stages: the derivative k1 at the begin."""
     put_lane(ys, BASE, x)
@@ -124,7 +122,6 @@ def begin_stages(entries, x, k1, h, rtol, atol, ys, ks):
             ys[i + count, WEIGHT] += h * h * ys[i, WEIGHT]
 
 
-@lean_kernel
 def update_entry(h, ys, ks, i):
     """Do what `update_stages` does for one entry."""
     moved = ys[i, WEIGHT] * take_row(ys, ks, i)
@@ -132,7 +129,6 @@ def update_entry(h, ys, ks, i):
     return moved
 
 
-@lean_kernel
 def update_stages(entries, h, ys, ks):
     """Take the derivatives in ys over into ks, write the stages that follow from them into ys.
 
@@ -149,7 +145,6 @@ def update_stages(entries, h, ys, ks):
     return moved
 
 
-@lean_kernel
 def end_of_step(entries, h, ys, ks, x):
     """Return the state at the end of the step, of a type like x."""
     for i in range(len(ys)):
@@ -161,7 +156,6 @@ def end_of_step(entries, h, ys, ks, x):
     return lane(x, ys, 0)
 
 
-@lean_kernel
 def estimate_error(entries, ys, ks):
     """Return the error of a step from the Legendre series of its derivatives; the stages in ys are overwritten."""
     last, before = 0.0, 0.0
@@ -175,14 +169,12 @@ def estimate_error(entries, ys, ks):
     return combine_estimates(last / len(ys), before / len(ys))
 
 
-@lean_kernel
 def combine_estimates(last, before):
     """Return the error from the squared norms of the last two coefficients and of the two before."""
     ratio = last / before if last < before else 1.0
     return sqrt(last) * ratio * ratio
 
 
-@lean_kernel
 def aim(error, contraction):
     """Return the error as step control is to see it: larger than it is, and at most 1 where the step is accepted.
 
@@ -195,7 +187,7 @@ def aim(error, contraction):
     return max(MARGIN * error, power * power) if error > 1.0 else min(1.0, max(MARGIN * error, power * power))
 
 
-@lean_routine
+@routine
 def collocate(method, p, t, x, u, h, k1):
     """Return (state one step of size h after (t, x), error relative to the tolerance, sweeps).
 
@@ -217,7 +209,7 @@ def collocate(method, p, t, x, u, h, k1):
     return y, error if contraction * moved <= enough else inf, sweeps
 
 
-@lean_generic
+@generic
 def solve_step(scratch, method, p, t, x, u, h, k1, out):
     """Return the result of `collocate`; an array state is written into `out`, and its derivatives are in scratch."""
     return collocate(method, p, t, x, u, h, k1)
@@ -229,7 +221,7 @@ def _(scratch, method, p, t, x, u, h, k1, out):
     return None, error, sweeps
 
 
-@lean_routine
+@routine
 def collocate_array(method, p, t, x, u, h, rows, work, out):
     """Write the state one step after (t, x) into `out`; return (error, sweeps) as of `collocate`.
 
@@ -256,7 +248,6 @@ def collocate_array(method, p, t, x, u, h, rows, work, out):
     return error if contraction * moved <= enough else inf, sweeps
 
 
-@lean_kernel
 def fill_rows(rows):
     """Copy the derivative at the begin, row 0, to all stages."""
     for j in range(FIRST, FIRST + STAGES):
@@ -264,7 +255,7 @@ def fill_rows(rows):
             rows[j, i] = rows[0, i]
 
 
-@lean_routine
+@routine
 def take_stage(rows, j, x, h, rtol, atol):
     """Move the new derivative into row j; return the squared norm of the change."""
     for i in range(len(x)):
@@ -274,7 +265,6 @@ def take_stage(rows, j, x, h, rtol, atol):
     return row_square(rows, x, h, rtol, atol)
 
 
-@lean_kernel
 def row_square(rows, x, h, rtol, atol):
     """Return the squared norm of the row NEW, a change of the state."""
     total = 0.0

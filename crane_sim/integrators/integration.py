@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.integrators.status import NOT_FINITE, OK
-from crane_sim.numerics.jit import generic, kernel, lean_generic, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.states import replace_field, squared_error_norm
 from crane_sim.system import project, workspace
 
@@ -54,13 +54,11 @@ class Integration(NamedTuple):
     scratch: Any = None
 
 
-@kernel
 def start(p, t, x, event_log):
     """Return the integration of model p that begins with state x at time t, with an empty log of events."""
     return Integration(t, x, t, x, 0.0, 0, 0, 0, OK, NO_GUARD, event_log, scratch(x, p))
 
 
-@kernel
 def with_step(integration, t, x, h, evaluations, steps, rejected, status):
     """Return the integration one step further, at (t, x), with more work counted; h is the size of the next step."""
     return Integration(
@@ -79,19 +77,17 @@ def with_step(integration, t, x, h, evaluations, steps, rejected, status):
     )
 
 
-@kernel
 def add_evaluations(integration, evaluations):
     """Return the integration with more evaluations counted."""
     return replace_field(integration, "evaluations", integration.evaluations + evaluations)
 
 
-@kernel
 def status_of(x):
     """Return the status of an integration in state x."""
     return OK if is_finite(x) else NOT_FINITE
 
 
-@lean_generic
+@generic
 def is_finite(x):
     """Return whether every number of the state, squared, is finite."""
     return isfinite(squared_error_norm(x, x, x, 0.0, 1.0))
@@ -127,7 +123,7 @@ def _(out, x):
     return out
 
 
-@lean_generic
+@generic
 def result_of(out, x):
     """Return the result of `take_state`, for lean kernels."""
     return x
@@ -138,7 +134,7 @@ def _(out, x):
     return out
 
 
-@lean_generic
+@generic
 def explicit_step(method, p, t, x, u, h, scratch, out):
     """Return the state one step of size h after (t, x), of an explicit method; an array is written into `out`."""
     raise NotImplementedError
@@ -151,25 +147,24 @@ def step(method, p, t, x, u, h, scratch):
     return project(p, take_state(out, explicit_step(method, p, t, x, u, h, scratch, out)))
 
 
-@lean_generic
+@generic
 def stages(method):
     """Return the number of evaluations in one step."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def last_stage(method):
     """Return the row of the scratch with the stage at the end of a step, 0 for a method that has no such stage."""
     return 0
 
 
-@lean_generic
+@generic
 def max_steps(method):
     """Return the maximum number of steps to one instant; unlimited for fixed steps."""
     return 2**62
 
 
-@kernel
 def equal_step(largest, t, end):
     """Return (size, time after it) of the next of the steps of equal size, at most `largest`, up to `end`."""
     n = max(1.0, ceil((end - t) / largest * (1.0 - 1e-12)))
@@ -177,7 +172,6 @@ def equal_step(largest, t, end):
     return h, end if n == 1.0 else t + h
 
 
-@kernel
 def with_fixed_step(integration, t, x, h, evaluations):
     """Return the integration after a fixed step of size h to state x at time t."""
     return with_step(integration, t, x, h, evaluations, 1, 0, status_of(x))
@@ -192,7 +186,6 @@ def advance(method, p, u, integration, end):
     )
 
 
-@kernel
 def periods_per_step(method, period):
     """Return how many periods [s] a fixed step spans where nothing jumps between them, at least one."""
     return max(1, int(method.step / period * (1.0 + 1e-12)))

@@ -7,7 +7,7 @@ import numpy as np
 from crane_sim.files.types import Positive
 from crane_sim.integrators.integration import Scratch, explicit_step, last_stage, stages
 from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import add_weighted
 
 A = ((1 / 2,), (None, 1 / 2), (None, None, 1.0))
@@ -27,7 +27,7 @@ class RK4(NamedTuple):
         return 1.4 / frequency
 
 
-@lean_generic
+@generic
 def rk4_stages(scratch, k1, p, t, x, u, h):
     """Return the derivatives of all four stages, the first one that of `evaluate_first_stage`."""
     k2 = evaluate_stage(p, t, x, u, h, A[0], C[0], (k1,))

@@ -16,7 +16,7 @@ from crane_sim.files.types import NonNegative, Positive
 from crane_sim.integrators.integration import advance, latest_step_end, max_steps, stages, step
 from crane_sim.integrators.runge_kutta import to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
-from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.numerics.states import squared_error_norm
 from crane_sim.system import compute_jacobian, factor_shifted, project, rhs, rhs_into, solve_shifted, workspace
 
@@ -104,7 +104,6 @@ def rosenbrock_step(p, t, x, u, h, k1):
     return y, ks[STAGES - 1]
 
 
-@kernel
 def reach_stage(s, x, ks, y):
     """Write the state of stage s into y."""
     for i in range(len(x)):

@@ -9,7 +9,7 @@ import numpy as np
 
 from crane_sim.integrators.integration import Scratch
 from crane_sim.numerics.arrays import accumulate
-from crane_sim.numerics.jit import kernel, lean_generic, lean_routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.lanes import use_wide_vectors
 from crane_sim.numerics.states import add, weighted_sum
 from crane_sim.system import rhs, rhs_into
@@ -23,7 +23,7 @@ def to_dense_tableau(rows):
     return matrix
 
 
-@lean_generic
+@generic
 def evaluate_first_stage(scratch, p, t, x, u):
     """Return the derivative at (t, x), the first of the stages; written into the first row of a workspace."""
     return rhs(p, t, x, u)
@@ -34,13 +34,12 @@ def _(scratch, p, t, x, u):
     rhs_into(p, t, x, u, scratch.rows[0], scratch.work)
 
 
-@kernel
 def evaluate_stage(p, t, x, u, h, row, node, ks):
     """Return the derivative at the stage with this row and node, given those of the stages before, `ks`."""
     return rhs(p, t + node * h, add(x, weighted_sum(h, row, ks)), u)
 
 
-@lean_routine
+@routine
 def fill_stages(scratch, p, t, x, u, h, a, c):
     """Fill the stages after the first one, of a dense tableau a, c."""
     use_wide_vectors()

@@ -12,7 +12,7 @@ from crane_sim.integrators.integration import (
 )
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.status import NOT_FINITE, OK, STEP_TOO_SMALL
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine, routine_returning
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.states import add, dimension, scale, squared_error_norm
 from crane_sim.system import project, rhs, rhs_into
 
@@ -24,7 +24,7 @@ MAX_STEPS = 1_000_000
 """Limit to one instant: a diverging law needs ever shorter steps, and a run must end."""
 
 
-@lean_generic
+@generic
 def step_with_error(method, scratch, k1, p, t, x, u, h, out):
     """Return (the state one step of size h after (t, x), its error relative to the tolerance, evaluations).
 
@@ -34,13 +34,13 @@ def step_with_error(method, scratch, k1, p, t, x, u, h, out):
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def error_order(method):
     """Return the power of h with which the estimated error of a step shrinks, an exponent of the step size control."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def derivative_norm(scratch, k1, x, rtol, atol):
     """Return the weighted square of the derivative that `evaluate_first_stage` computed at x."""
     return squared_error_norm(k1, x, x, rtol, atol)
@@ -51,7 +51,7 @@ def _(scratch, k1, x, rtol, atol):
     return squared_error_norm(scratch.rows[0], x, x, rtol, atol)
 
 
-@lean_generic
+@generic
 def second_derivative_norm(scratch, k1, p, t, x, u, h, rtol, atol):
     """Return the weighted square of the change of the derivative in an explicit Euler step of size h."""
     change = add(rhs(p, t + h, add(x, scale(h, k1)), u), scale(-1.0, k1))
@@ -69,7 +69,6 @@ def _(scratch, k1, p, t, x, u, h, rtol, atol):
     return squared_error_norm(rows[2], x, x, rtol, atol)
 
 
-@lean_kernel
 def select_initial_step(scratch, p, t, x, u, k1, rtol, atol, order):
     """Return a first step that an explicit Euler step shows to be careful (Hairer, Norsett, Wanner, II.4)."""
     n = dimension(x)
@@ -82,7 +81,7 @@ def select_initial_step(scratch, p, t, x, u, k1, rtol, atol, order):
     return min(100.0 * h0, h1)
 
 
-@lean_routine
+@routine
 def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     """Try steps, smaller and smaller, until the error of one is within the tolerance; arguments of `step_with_error`.
 
@@ -107,7 +106,7 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     return copy_state(x, out), t, h, n, rejected, status
 
 
-@lean_generic
+@generic
 def copy_state(x, out):
     """Return the state x as `step_with_error` does: a step that failed leaves the state as it was."""
     return x
@@ -119,7 +118,7 @@ def _(x, out):
         out[i] = x[i]
 
 
-@routine_returning("integration")
+@routine
 def accepted_step(method, p, u, integration, end):
     """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
     out = allocate(integration.x)

@@ -6,10 +6,7 @@ axes q' = ½ q ⊗ ω and q'' = ½ q ⊗ α - ¼ |ω|² q, α = ω'.
 
 from math import sqrt
 
-from crane_sim.numerics.jit import lean_kernel
 
-
-@lean_kernel
 def align_quaternion(x, q, rate):
     """Return (unit quaternion, rate across it) nearest to those that begin at x[q] and x[rate]."""
     w, a, b, c = x[q], x[q + 1], x[q + 2], x[q + 3]
@@ -20,7 +17,6 @@ def align_quaternion(x, q, rate):
     return (w, a, b, c), rates
 
 
-@lean_kernel
 def rotation_of(q):
     """Return the rows of the rotation matrix R of a unit quaternion: r = R r_b."""
     w, a, b, c = q
@@ -31,7 +27,6 @@ def rotation_of(q):
     )
 
 
-@lean_kernel
 def angular_velocity_of(q, rate):
     """Return the angular velocity ω = 2 q* ⊗ q' (3,) [rad/s] in the body's axes."""
     (w, a, b, c), (dw, da, db, dc) = q, rate
@@ -42,7 +37,6 @@ def angular_velocity_of(q, rate):
     )
 
 
-@lean_kernel
 def quaternion_rate(q, omega):
     """Return q' = ½ q ⊗ ω (4,)."""
     (w, a, b, c), (x, y, z) = q, omega
@@ -54,7 +48,6 @@ def quaternion_rate(q, omega):
     )
 
 
-@lean_kernel
 def quaternion_acceleration(q, omega, alpha):
     """Return q'' (4,) of angular velocity ω [rad/s] and angular acceleration α [rad/s²], both in the body's axes."""
     w, a, b, c = quaternion_rate(q, alpha)

@@ -8,7 +8,7 @@ from math import atan2, sqrt
 from typing import Any, NamedTuple
 
 from crane_sim.files.types import Angle, NonNegative, Real
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.inputs import Constant
 
 
@@ -34,7 +34,7 @@ class JibSpring(NamedTuple):
     relative: bool = False  # true: acts between boom and jib, on their angle, and turns both
 
 
-@lean_generic
+@generic
 def add_spring(spring, effort, q):
     """Return effort plus the spring's at coordinate q."""
     return effort
@@ -46,7 +46,7 @@ def _(spring, effort, q):
     return effort - spring.stiffness * (q - spring.rest)
 
 
-@lean_generic
+@generic
 def add_spring_energy(spring, energy, q):
     """Return energy plus the spring's at coordinate q."""
     return energy
@@ -58,7 +58,7 @@ def _(spring, energy, q):
     return energy + 0.5 * spring.stiffness * (q - spring.rest) ** 2
 
 
-@lean_generic
+@generic
 def add_jib_spring(spring, boom, jib, beta, gamma):
     """Return the moments (boom, jib) plus the spring's at elevations beta and gamma."""
     return boom, jib
@@ -72,7 +72,7 @@ def _(spring, boom, jib, beta, gamma):
     return boom, jib - spring.stiffness * (gamma - spring.rest)
 
 
-@lean_generic
+@generic
 def add_jib_spring_energy(spring, energy, beta, gamma):
     """Return energy plus the spring's at elevations beta and gamma."""
     return energy
@@ -90,7 +90,7 @@ class PayloadDrag(NamedTuple):
     coefficient: NonNegative  # kg/m, c of the force -c |v| v
 
 
-@lean_generic
+@generic
 def add_drag(drag, force, velocity):
     """Return the force (3,) plus the drag on a body moving at velocity (3,), both in the same axes."""
     return force
@@ -133,7 +133,7 @@ class PaperFriction(NamedTuple):
     radial: NonNegative  # N m s, about the radial swing's axis
 
 
-@lean_generic
+@generic
 def swing_moments(friction, n, w1, w2):
     """Return the friction moments [N m] about the two swing axes per unit of lever.
 

@@ -2,14 +2,14 @@
 
 from typing import NamedTuple
 
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 
 
 class Meter(NamedTuple):
     """Marks a crane whose state has the integral of the external power [J]: of drives, base, wind and losses."""
 
 
-@lean_generic
+@generic
 def meter_size(meter):
     """Return the number of floats that the meter adds to the state."""
     return 1
@@ -20,7 +20,7 @@ def _(meter):
     return 0
 
 
-@lean_generic
+@generic
 def meter_entry(meter, value):
     """Return the value of the meter, or its rate, as a tuple, empty where there is none."""
     return ()
@@ -31,7 +31,7 @@ def _(meter, value):
     return (value,)
 
 
-@lean_generic
+@generic
 def metered_state(meter, x):
     """Return the initial state, with no energy supplied yet where the crane is metered."""
     return x
@@ -42,7 +42,7 @@ def _(meter, x):
     return (x[0], x[1], 0.0)
 
 
-@lean_generic
+@generic
 def metered_like(meter, x, projected):
     """Return the projected state with the meter's reading of x kept."""
     return projected
@@ -53,7 +53,7 @@ def _(meter, x, projected):
     return (projected[0], projected[1], x[2])
 
 
-@lean_generic
+@generic
 def reading(meter, x):
     """Return the meter's reading [J], 0 where there is none."""
     return 0.0

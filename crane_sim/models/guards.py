@@ -6,7 +6,7 @@ number encodes the guard's kind and an index, of an axis, a link or an end; that
 
 from enum import IntEnum
 
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 
 class Guard(IntEnum):
@@ -29,19 +29,18 @@ LEAVES, TOUCHES, BOUNCES = 0, 1, 2  # and of a load: slips, sticks
 _KINDS, _INDICES = 8, 10_000  # room for kinds, and for indices
 
 
-@lean_generic
+@generic
 def encode(kind, index, outcome=0):
     """Return the number of a guard, or of an event with an outcome."""
     return (outcome * _KINDS + kind) * _INDICES + index
 
 
-@lean_generic
+@generic
 def decode(number):
     """Return (kind, index, outcome) of a number; generic, as `encode` is, since Python asks too."""
     return number // _INDICES % _KINDS, number % _INDICES, number // (_INDICES * _KINDS)
 
 
-@lean_kernel
 def friction_event(joint, mode):
     """Return the number of the event that a joint's friction has come to a mode."""
     return encode(Guard.FRICTION, joint, FORWARDS if mode > 0.0 else BACKWARDS if mode < 0.0 else STICKS)
@@ -52,13 +51,12 @@ def describe_friction(name: str, outcome: int) -> str:
     return f"the {name} {('sticks', 'slips forwards', 'slips backwards')[outcome]}"
 
 
-@lean_kernel
 def smaller_guard(best, value, number):
     """Return the smaller one of two guards."""
     return (value, number) if value < best[0] else best
 
 
-@lean_generic
+@generic
 def travel_guard(limits, best, q, number):
     """Return the smaller one of `best` and the guard of a coordinate's limits (low, high) at q; None: no limits."""
     return best

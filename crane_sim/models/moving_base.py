@@ -14,7 +14,7 @@ crane. A base at rest is None everywhere, at no cost.
 from typing import NamedTuple
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.base_motion import MountedBase, base_motion_at
 
 Vector = tuple[float, float, float]
@@ -45,19 +45,16 @@ class BaseState(NamedTuple):
     height: float  # m, of the origin in the world
 
 
-@lean_kernel
 def cross(a, b):
     """Return the vector product (3,) of a and b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@lean_kernel
 def dot(a, b):
     """Return the scalar product of the vectors (3,) a and b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@lean_kernel
 def rotation(roll, pitch, yaw):
     """Return the rows of R = Rz(yaw) Ry(pitch) Rx(roll), which takes vectors of the base to the world."""
     (sr, cr), (sp, cp), (sy, cy) = sincos(roll), sincos(pitch), sincos(yaw)
@@ -68,7 +65,6 @@ def rotation(roll, pitch, yaw):
     )
 
 
-@lean_kernel
 def angular_motion(angles, rates, seconds):
     """Return (angular velocity, its derivative) in base axes, from (roll, pitch, yaw) and their derivatives."""
     (sr, cr), (sp, cp) = sincos(angles[0]), sincos(angles[1])
@@ -82,20 +78,19 @@ def angular_motion(angles, rates, seconds):
     return turn, rate
 
 
-@lean_kernel
 def rotate_to_base(rows, a):
     """Return Rᵀ a (3,), the world's vector a in the axes of the base."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows
     return xx * a[0] + yx * a[1] + zx * a[2], xy * a[0] + yy * a[1] + zy * a[2], xz * a[0] + yz * a[1] + zz * a[2]
 
 
-@lean_generic
+@generic
 def base_kinematics_at(base, gravity, t):
     """Return the BaseKinematics at time t [s], gravity [m/s²] acting along -z of the world; None for a base at rest."""
     return _base_kinematics_at(base, gravity, t)
 
 
-@lean_routine
+@routine
 def _base_kinematics_at(base, gravity, t):
     x, v, a = base_motion_at(base, t)
     rows = rotation(x[3], x[4], x[5])
@@ -114,7 +109,7 @@ def _(base, gravity, t):
     return mounted_kinematics(base, gravity, _base_kinematics_at(base.vessel, gravity, t))
 
 
-@lean_routine
+@routine
 def mounted_kinematics(base, gravity, vessel):
     """Return the BaseKinematics of a base mounted on a vessel with these, gravity [m/s²] along -z of the world.
 
@@ -135,7 +130,7 @@ def mounted_kinematics(base, gravity, vessel):
     )
 
 
-@lean_generic
+@generic
 def imposed_acceleration(base, r, v):
     """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
 
@@ -154,7 +149,7 @@ def _(base, r, v):
     return base.imposed[0] - dx - ex, base.imposed[1] - dy - ey, base.imposed[2] - dz - ez
 
 
-@lean_generic
+@generic
 def add_imposed(base, mass, force, r, v):
     """Return the force (3,) [N] plus what the base imposes on a mass; other arguments of `imposed_acceleration`."""
     return force
@@ -166,7 +161,7 @@ def _(base, mass, force, r, v):
     return force[0] + mass * x, force[1] + mass * y, force[2] + mass * z
 
 
-@lean_generic
+@generic
 def airspeed(base, r, v):
     """Return the velocity (3,) [m/s] through the air, which rests in the world; arguments of `imposed_acceleration`."""
     return v
@@ -178,7 +173,7 @@ def _(base, r, v):
     return base.velocity[0] + x + v[0], base.velocity[1] + y + v[1], base.velocity[2] + z + v[2]
 
 
-@lean_generic
+@generic
 def turned_about_z(base, angle):
     """Return the base in axes that are turned by an angle [rad] about its z."""
     return base
@@ -199,13 +194,12 @@ def _(base, angle):
     return BaseState(velocity, w, to_turned_axes(base.up, s, c), base.height)
 
 
-@lean_kernel
 def to_turned_axes(a, s, c):
     """Return the vector a (3,) in axes turned about z by an angle whose sine and cosine are s and c."""
     return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
 
-@lean_generic
+@generic
 def pose_at(base, t):
     """Return the base's Pose at time t [s], None where it rests."""
     x, _, _ = base_motion_at(base, t)
@@ -236,13 +230,12 @@ def _(base, t):
     )
 
 
-@lean_kernel
 def product_row(row, columns):
     """Return a row (3,) of a product of matrices, from a row of the first and the columns of the second."""
     return dot(row, columns[0]), dot(row, columns[1]), dot(row, columns[2])
 
 
-@lean_generic
+@generic
 def to_world(pose, r):
     """Return the point r (3,) [m] of the base in the world."""
     return r
@@ -254,7 +247,7 @@ def _(pose, r):
     return x + dot(a, r), y + dot(b, r), z + dot(c, r)
 
 
-@lean_generic
+@generic
 def to_base(pose, a):
     """Return the vector a (3,) of the world in the axes of the base."""
     return a
@@ -265,7 +258,7 @@ def _(pose, a):
     return rotate_to_base(pose.rows, a)
 
 
-@lean_generic
+@generic
 def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
     kinematics, pose, (s, c) = base_kinematics_at(base, 0.0, t), pose_at(base, t), sincos(angle)
@@ -278,7 +271,6 @@ def _(base, t, angle):
     return None
 
 
-@lean_kernel
 def added_energy(base, gravity, mass, r, v):
     """Return (kinetic, potential) energy [J] of a mass in the world less those relative to the base.
 
@@ -293,7 +285,6 @@ def added_energy(base, gravity, mass, r, v):
     return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (base.height + dot(base.up, r) - r[2])
 
 
-@lean_kernel
 def added_spin(base, tensor, own):
     """Return the kinetic energy [J] of a body's turning in the world less that relative to the base.
 

@@ -1,15 +1,11 @@
 """Between a frame that turns about the vertical and inertial space: the axes are the frame's throughout."""
 
-from crane_sim.numerics.jit import kernel
 
-
-@kernel
 def inertial_velocity(position, velocity, w):
     """Return the inertial velocity (3,) of a point whose frame coordinates change at `velocity`; w: yaw rate."""
     return velocity[0] - w * position[1], velocity[1] + w * position[0], velocity[2]
 
 
-@kernel
 def inertial_acceleration(second, position, velocity, w, w_dot):
     """Return the inertial acceleration (3,) from the second rate of change of frame coordinates."""
     return (
@@ -19,7 +15,6 @@ def inertial_acceleration(second, position, velocity, w, w_dot):
     )
 
 
-@kernel
 def frame_acceleration(inertial, position, velocity, w, w_dot):
     """Return the second rate of change (3,) of frame coordinates: the inverse of `inertial_acceleration`."""
     return (

@@ -4,7 +4,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.system import Switching
 
 MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
@@ -23,7 +23,7 @@ class Stops(NamedTuple):
     taut: float = 0.0  # 1: a run ends when the rope goes slack, 0: the rope is a rod that can push
 
 
-@lean_generic
+@generic
 def make_switching(stops, positions):
     """Return the result of `system.switching` for a crane with these stops, None for a crane without.
 
@@ -39,7 +39,6 @@ def _(stops, positions):
     return Switching(1, 0 if stops.taut > 0.0 else positions, None)
 
 
-@lean_kernel
 def length_guard(stops, length, rate):
     """Return the smaller guard of a rope's shortest and longest length, at this length [m] and rate [m/s]."""
     best = length + stops.lookahead * min(rate, 0.0) - stops.shortest, encode(Guard.LENGTH, LOWER)

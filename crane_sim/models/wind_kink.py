@@ -2,26 +2,25 @@
 
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import dot, pose_at, to_world
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.system import KinkStepControl, Switching
 from crane_sim.trajectories.wind import Kink, Wind
 
 BAND = 1e-9  # m, beyond the kink, where a step ends: what begins there is certain to be on the other side
 
 
-@lean_generic
+@generic
 def pressed_point(p, x):
     """Return where the wind presses on the payload in state x (3,) [m], in the axes of the base."""
     raise NotImplementedError
 
 
-@lean_kernel
 def height_above_kink(p, t, x):
     """Return the height [m] above that of the kink at which the wind presses on the payload."""
     return p.wind.origin_height + to_world(pose_at(p.base, t), pressed_point(p, x))[2] - p.wind.profile.lowest
 
 
-@lean_generic
+@generic
 def wind_kink_guard(wind, p, value, t0, x0, t, x):
     """Return the result of `system.kink_guard` for a crane in this wind."""
     return value
@@ -54,7 +53,7 @@ def _(wind, switching):
     return Switching(switching.capacity, switching.positions, KinkStepControl(switching.step_control))
 
 
-@lean_generic
+@generic
 def pressed_point_of(load, state):
     """Return where the wind presses on a load of these kinematics (3,) [m]."""
     return state.position

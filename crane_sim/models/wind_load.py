@@ -11,7 +11,7 @@ from typing import NamedTuple
 from crane_sim.files.types import Fraction, NonNegative, Real
 from crane_sim.models.moving_base import Vector, dot, pose_at, to_base, to_turned_axes, to_world
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.wind import (
     LogarithmicLaw,
     PowerLaw,
@@ -67,7 +67,7 @@ class Airflow(NamedTuple):
     density: float  # kg/m³
 
 
-@lean_generic
+@generic
 def airflow_at(wind, base, t, angle):
     """Return the Airflow at time t [s] in axes turned by an angle [rad] about the base's z; None without wind."""
     return None
@@ -84,7 +84,7 @@ def _(wind, base, t, angle):
     return Airflow(mean, gust, up, height, wind.height, wind.profile, wind.density)
 
 
-@lean_generic
+@generic
 def turned_flow(flow, angle):
     """Return the Airflow in axes that are turned by an angle [rad] about the z of its own; None without wind."""
     return None
@@ -97,7 +97,6 @@ def _(flow, angle):
     return Airflow(mean, gust, up, flow.height, flow.reference, flow.profile, flow.density)
 
 
-@lean_kernel
 def relative_flow(flow, r, velocity):
     """Return the velocity (3,) [m/s] of the wind at r [m] less that of a body, `velocity` through still air [m/s]."""
     ratio = speed_ratio(flow.profile, flow.height + dot(flow.up, r), flow.reference)
@@ -105,14 +104,12 @@ def relative_flow(flow, r, velocity):
     return ratio * ux + gx - velocity[0], ratio * uy + gy - velocity[1], ratio * uz + gz - velocity[2]
 
 
-@lean_kernel
 def pressure_drag(flow, windage, v):
     """Return the force (3,) [N] on a body in a relative flow v (3,) [m/s]."""
     c = 0.5 * flow.density * windage.drag_coefficient * windage.area * sqrt(dot(v, v))
     return c * v[0], c * v[1], c * v[2]
 
 
-@lean_kernel
 def drag_gradient(flow, windage, v, change):
     """Return the change (3,) of `pressure_drag` for a change (3,) of the relative flow v."""
     speed = sqrt(dot(v, v))
@@ -125,14 +122,13 @@ def drag_gradient(flow, windage, v, change):
     )
 
 
-@lean_kernel
 def flow_gradient(flow, r, change):
     """Return the change (3,) [m/s] of the wind for a change (3,) [m] of the point r."""
     rise = dot(flow.up, change) * ratio_gradient(flow.profile, flow.height + dot(flow.up, r), flow.reference)
     return rise * flow.mean[0], rise * flow.mean[1], rise * flow.mean[2]
 
 
-@lean_generic
+@generic
 def add_wind(flow, windage, force, r, velocity):
     """Return the force (3,) [N] plus the wind's on a body.
 
@@ -150,7 +146,7 @@ def _(flow, windage, force, r, velocity):
     return add_drag_of(windage, flow, force, r, velocity)
 
 
-@lean_generic
+@generic
 def add_drag_of(windage, flow, force, r, velocity):
     """Return the result of `add_wind`; `flow` is not None."""
     return force
@@ -162,7 +158,7 @@ def _(windage, flow, force, r, velocity):
     return force[0] + x, force[1] + y, force[2] + z
 
 
-@lean_generic
+@generic
 def rod_drag(windage, flow, along, r, velocity):
     """Return the force (3,) [N] of the wind on a rod with the unit vector `along`; others as in `add_wind`."""
     return 0.0, 0.0, 0.0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from crane_sim.numerics.jit import kernel, routine
+from crane_sim.numerics.jit import routine
 
 
 @routine
@@ -58,7 +58,6 @@ def factor_band(a):
                 a[i, width + k - i] -= factor * a[j, width + k - j]
 
 
-@kernel
 def solve_band(a, b, width, work):
     """Overwrite b (n,) with the solution, given what `factor_band` left in a.
 
@@ -81,7 +80,6 @@ def solve_band(a, b, width, work):
         work[i + width] = b[i]
 
 
-@kernel
 def add_band_product(a, x, factor, b, width, work):
     """Add factor times the product of a band with x (n,) to b (n,); arguments of `solve_band`."""
     for i in range(len(a)):

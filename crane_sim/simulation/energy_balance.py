@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point, lean_kernel
+from crane_sim.numerics.jit import entry_point
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +32,6 @@ def empty_balance(nu: int, *runs: int) -> Balance:
     return Balance(np.zeros((*runs, 2)), np.zeros((*runs, 2)), np.zeros((*runs, 2, nu)), extremes, count)
 
 
-@lean_kernel
 def work_up_to(work, last, q):
     """Return (sum, rounding error) [J] of the work of held efforts up to positions q (nu,)."""
     done = 0.0
@@ -41,7 +40,6 @@ def work_up_to(work, last, q):
     return add_compensated(work[0], work[1], done)
 
 
-@lean_kernel
 def add_compensated(total, lost, term):
     """Return (sum, its rounding error) with one more term (Neumaier)."""
     after = total + term
@@ -49,7 +47,6 @@ def add_compensated(total, lost, term):
     return after, lost + missed
 
 
-@lean_kernel
 def work_instant(balance, metered, q, u, supplied):
     """Take the work of one instant into the sums; return what was supplied up to it [J]."""
     if not metered and balance.count[0] > 0:
@@ -60,7 +57,6 @@ def work_instant(balance, metered, q, u, supplied):
     return supplied if metered else balance.work[0] + balance.work[1]
 
 
-@lean_kernel
 def balance_instant(balance, metered, q, u, supplied, kinetic, potential):
     """Take one instant into the sums; arguments of `balance_instants`."""
     done = work_instant(balance, metered, q, u, supplied)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point, lean_kernel
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
 from crane_sim.scenes.schema.rigging import ATTITUDE
@@ -36,7 +36,6 @@ def tilt_of(quaternions: Array) -> Tilt:
     )
 
 
-@lean_kernel
 def note_range_at(row, low, high):
     """Update the least `low` (m,) and greatest `high` (m,) values with those of a row (m,)."""
     for j in range(len(row)):

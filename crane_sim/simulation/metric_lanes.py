@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import kernel, lean_kernel, lean_routine
+from crane_sim.numerics.jit import routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, use_wide_vectors
 from crane_sim.numerics.states import scale, smaller
 from crane_sim.simulation.energy_balance import add_compensated, balance_instant
@@ -86,7 +86,7 @@ def _(out, p, clock, run, scratch, states):
         run.ends[j] = lanes.observed[3 + j, k % LANES]
 
 
-@lean_routine
+@routine
 def watch_block(out, p, like, first):
     """Take the LANES instants from number `first` on, which are in the lanes, into the metrics of a run."""
     run, clock, scratch = out.run, out.clock, out.scratch
@@ -97,7 +97,7 @@ def watch_block(out, p, like, first):
     count_limited_lanes(run, scratch, first, LANES)
 
 
-@lean_routine
+@routine
 def add_work(balance, metered, scratch):
     """Put what was supplied up to each instant into the lanes, where no meter tells: the work of held efforts.
 
@@ -117,7 +117,6 @@ def add_work(balance, metered, scratch):
     balance.count[0] += LANES
 
 
-@lean_kernel
 def note_last_outside(run, scratch, first, count):
     """Note when joints were last not near their targets, of `count` instants from number `first` on in the lanes."""
     for c in range(len(run.target)):
@@ -128,14 +127,13 @@ def note_last_outside(run, scratch, first, count):
             run.outside[c] = scratch.times[first + j]
 
 
-@lean_kernel
 def count_limited_lanes(run, scratch, first, count):
     """Count the commands that were limited, of `count` instants from number `first` on in the lanes."""
     efforts = scratch.lanes.joints[2 * len(run.q) :, :count].T
     run.counts[4] += count_limited(scratch.commands[first : first + count], efforts)
 
 
-@lean_routine
+@routine
 def watch_lanes(p, like, run, scratch, first):
     """Gather the metrics of LANES instants side by side; `like`: joints and efforts of one."""
     use_wide_vectors()
@@ -160,7 +158,6 @@ def watch_lanes(p, like, run, scratch, first):
         put_lane(lanes.observed, j, observed)
 
 
-@lean_kernel
 def values_of(q, u, observed, start, supplied):
     """Return what is watched of an instant as values whose least ones count."""
     (kinetic, potential), tension, _, _ = observed
@@ -169,7 +166,7 @@ def values_of(q, u, observed, start, supplied):
     return q, scale(-1.0, q), smaller(u, scale(-1.0, u)), energies, tension, -tension
 
 
-@lean_routine
+@routine
 def watch_swings(peaks, clock, scratch, first):
     """Take the ropes of a block into the peaks, where one of them swings further than before it."""
     seen, swung, last = scratch.lanes.observed, scratch.lanes.swung, scratch.times[first + LANES - 1]
@@ -181,7 +178,7 @@ def watch_swings(peaks, clock, scratch, first):
         watch_swing(peaks, scratch.times[first + j], clock.late, rope)
 
 
-@lean_routine
+@routine
 def join_lanes(run, lanes):
     """Take the least values of all lanes into the metrics of the run."""
     nq, nu, least, extremes = len(run.q), len(run.target), lanes.least, run.balance.extremes
@@ -199,7 +196,7 @@ def join_lanes(run, lanes):
         run.peaks.pushed[0] += int(lanes.pushed[0, j])
 
 
-@lean_routine
+@routine
 def observe_lanes(p, like, scratch, first):
     """Observe the instants from number `first` on, which are in the lanes; `like`: joints and efforts of one."""
     use_wide_vectors()
@@ -209,7 +206,6 @@ def observe_lanes(p, like, scratch, first):
         put_lane(lanes.observed, j, system.observe(p, scratch.times[min(first + j, last)], q, v, u))
 
 
-@kernel
 def watch_instant(out, i, j):
     """Take instant i, which is in lane j, into the metrics of a run; of the last one, positions only."""
     run, clock, scratch = out.run, out.clock, out.scratch

@@ -5,7 +5,7 @@ They are gathered by the compiled functions that `metrics.Metrics` calls block b
 
 from typing import Any, NamedTuple
 
-from crane_sim.numerics.jit import entry_point, generic, lean_kernel, routine_generic
+from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants
 from crane_sim.simulation.extremes import note_range
@@ -96,7 +96,8 @@ def run_cranes_with_metrics(cranes, clock, runs, scratch, first, last):
         run.audit[0], run.audit[1] = audit
 
 
-@routine_generic
+@generic
+@routine
 def watch_run(out, p, clock, run, scratch, states):
     """Gather the metrics of one run that have not been gathered as it went: all, from rows; copy its states."""
     k, nq, nu = run.counts[1], len(run.q), len(run.target)
@@ -122,7 +123,6 @@ def watch_run(out, p, clock, run, scratch, states):
         run.driven_end[j] = scratch.driven_q[k, j]
 
 
-@lean_kernel
 def count_limited(commands, efforts):
     """Return in how many periods a command was limited: `commands` (n, nu) and the efforts applied (n, nu) differ."""
     limited = 0

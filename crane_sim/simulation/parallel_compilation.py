@@ -14,13 +14,13 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 
-from crane_sim.numerics.jit import watch_compiling
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.rollout import RawRun, make_rollout, summarize
 from crane_sim.stepping.periods import begin
 from crane_sim.stepping.rows import row_width
+from crane_sim.tracing.compile_time import watch_compiling
 
 
 @contextmanager

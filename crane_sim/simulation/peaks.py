@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point, lean_kernel
+from crane_sim.numerics.jit import entry_point
 
 Array = npt.NDArray[np.float64]
 
@@ -52,14 +52,12 @@ def no_peaks(nu: int, *runs: int) -> Peaks:
     return Peaks(swing, np.zeros((*runs, nu)), tension, np.zeros((*runs, 1), np.int64))
 
 
-@lean_kernel
 def swings_further(x, y, z, largest):
     """Return whether a rope (x, y, z) is further from the vertical than `largest` (3,): the sine of the difference."""
     h, greatest = np.sqrt(x * x + y * y), np.sqrt(largest[0] * largest[0] + largest[1] * largest[1])
     return greatest * z - h * largest[2] > 0.0
 
 
-@lean_kernel
 def watch_swing(peaks, t, late, rope):
     """Take the rope (3,) [m], from tip to payload, at time t [s] into the peaks; the last part begins at `late`."""
     x, y, z = rope
@@ -68,14 +66,12 @@ def watch_swing(peaks, t, late, rope):
             peaks.swing[part, 0], peaks.swing[part, 1], peaks.swing[part, 2] = x, y, z
 
 
-@lean_kernel
 def watch_efforts(peaks, u):
     """Take the efforts applied (nu,) at an instant into the peaks."""
     for j in range(len(u)):
         peaks.effort[j] = max(peaks.effort[j], abs(u[j]))
 
 
-@lean_kernel
 def watch_tension(peaks, least, greatest):
     """Take the least and the greatest tension [N] of the links at an instant into the peaks."""
     peaks.tension[0], peaks.tension[1] = min(peaks.tension[0], least), max(peaks.tension[1], greatest)

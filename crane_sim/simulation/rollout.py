@@ -16,7 +16,6 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.laws import evaluate_law, with_initial_state
-from crane_sim.numerics.compile_time import compile_time
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.metrics import Derived, Metrics, derive
@@ -25,6 +24,7 @@ from crane_sim.simulation.status import SimulationError, check_status, events_of
 from crane_sim.stepping.hardware_periods import hardware_rollout
 from crane_sim.stepping.periods import Output, Replay, begin, continuous_rollout, zero_order_hold_rollout
 from crane_sim.stepping.rows import row_width, split
+from crane_sim.tracing.compile_time import compile_time
 from crane_sim.trajectories.breakpoints import unwrap
 
 Array = npt.NDArray[np.float64]

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point, lean_kernel
+from crane_sim.numerics.jit import entry_point
 
 Array = npt.NDArray[np.float64]
 SETTLED = 0.02
@@ -19,7 +19,6 @@ def nearness(target: Array, initial: Array) -> Array:
     return np.maximum(SETTLED * np.abs(target - initial), RESOLUTION)
 
 
-@lean_kernel
 def is_outside(target, near, q):
     """Return whether a joint at q is not near its target."""
     return not abs(target - q) <= near

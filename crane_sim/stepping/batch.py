@@ -19,7 +19,7 @@ from crane_sim.integrators import (
     step,
 )
 from crane_sim.integrators.integration import equal_step, periods_per_step, status_of
-from crane_sim.numerics.jit import entry_point, generic, kernel, routine, routine_returning
+from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.numerics.lanes import LANES, lane, put_lane, take_entry, use_wide_vectors
 from crane_sim.numerics.states import dimension, replace_field
 from crane_sim.stepping.periods import Output, finish, integrate_period, write
@@ -68,7 +68,6 @@ def simulate_range(cranes, grid, arrays, first, last):
         store_result(p, grid, arrays, i, integration, periods_done)
 
 
-@kernel
 def state_at_start(p, arrays, i):
     """Return the initial state of crane i."""
     return system.project(p, system.state(p, 0.0, arrays.q[i], arrays.v[i]))
@@ -85,7 +84,7 @@ def _(source, method, p, integration, grid, rows):
     return integrate_sampled_run(source, method, p, integration, grid, rows)
 
 
-@routine_returning("integration")
+@routine
 def integrate_continuous_run(source, method, p, integration, grid, rows):
     """Return the result of `integrate_run` under a source that the equations evaluate."""
     i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
@@ -103,7 +102,7 @@ def integrate_continuous_run(source, method, p, integration, grid, rows):
     return integration, grid.steps
 
 
-@routine_returning("integration")
+@routine
 def integrate_sampled_run(source, method, p, integration, grid, rows):
     """Return the result of `integrate_run` under a sampled law."""
     i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
@@ -186,7 +185,6 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
             end_lane(method, crane, x, u, grid, arrays, block + j, taken, i)
 
 
-@kernel
 def first_lane(cranes, arrays, block):
     """Return (state, held efforts, source) of the first crane of a block: what the lanes look like."""
     crane = take_entry(cranes, block)

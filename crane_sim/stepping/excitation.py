@@ -7,7 +7,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.hardware.drives import Drives, accept_command, effort_at, latch_efforts, next_breakpoint
 from crane_sim.integrators import OK, apply_pending_events, integrate_to, make_event_log, start
-from crane_sim.numerics.jit import entry_point, kernel, routine
+from crane_sim.numerics.jit import entry_point, routine
 
 MEAN_STEPS = 1000  # from instant to instant, above which an integration is given up: it is near a singularity
 
@@ -30,7 +30,6 @@ def start_at(p, excitation, q, v):
     return start(p, t, system.project(p, system.state(p, t, q, v)), make_event_log(system.switching(p)))
 
 
-@kernel
 def write_positions(excitation, p, integration, out, i):
     """Write the joint positions (nq,) into out[i]; return whether the integration came there and may go on."""
     if integration.t < excitation.times[i] or integration.steps > MEAN_STEPS * (i - excitation.first + 1):

@@ -34,7 +34,7 @@ from crane_sim.integrators import (
     restart,
 )
 from crane_sim.numerics.arrays import copy_into, store
-from crane_sim.numerics.jit import entry_point, generic, kernel, routine
+from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.numerics.states import replace_entry
 from crane_sim.stepping.periods import finish, integrate_period, integrate_source_to, integrate_to_breakpoints, write
 from crane_sim.trajectories.breakpoints import PiecewiseSource
@@ -110,7 +110,6 @@ def sample_sensors(p, hardware, x, k, period):
     hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q, v)
 
 
-@kernel
 def read_measurements(p, hardware, x):
     """Return the measured (q, v), tuples or arrays as `system.joints` returns for the state x."""
     q, v = system.joints(p, x)
@@ -136,7 +135,6 @@ def measure_states(hardware, period, q, v, out):
             out[k, j] = hardware.sensors[j].reading
 
 
-@kernel
 def relative_energy(p, x):
     """Return the sum of kinetic and potential energy [J] relative to the base."""
     return system.kinetic(p, x) + system.potential(p, x)
@@ -203,13 +201,11 @@ def begin_period(method, p, hardware, u, integration, k, period, command):
     return integration, integration.x
 
 
-@kernel
 def laden(p, hardware):
     """Return the crane with its present payload."""
     return apply_payload_fault(hardware.payload_fault, p, hardware.totals[0].payload_mass)
 
 
-@kernel
 def latest_end(method, u, k, steps, period):
     """Return the instant [s] that no step in period k of `steps` may pass."""
     return (k + 1) * period if change_with_period(u.inputs, u.records) else latest_step_end(method, k, steps, period)

@@ -20,7 +20,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry_point, generic, kernel, lean_generic, routine, routine_returning
+from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.numerics.states import replace_field
 from crane_sim.trajectories.breakpoints import PiecewiseSource, last_instant_before, next_breakpoint
 
@@ -71,7 +71,7 @@ def write(rows, i, p, t, x, u):
     system.tensions(p, t, x, tau, rows, i, after + 1)
 
 
-@lean_generic
+@generic
 def write_instant(out, i, p, t, x, u):
     """Write instant i of an output, the start of a period or the end: state x at t under the source u."""
     write(out.rows, i, p, t, x, u)
@@ -88,7 +88,6 @@ def _(u, method, p, integration, t, latest):
     return integrate_to_breakpoints(u, u, method, p, integration, t, latest)
 
 
-@kernel
 def integrate_to_breakpoints(inputs, u, method, p, integration, t, latest):
     """Return the result of `integrate_source_to` under a source u that has the breakpoints of `inputs`."""
     while integration.t < t and integration.status == OK:
@@ -103,7 +102,7 @@ def integrate_to_breakpoints(inputs, u, method, p, integration, t, latest):
     return integration
 
 
-@routine_returning("integration")
+@routine
 def integrate_period(method, p, u, integration, end, latest, times, samples, i):
     """Return (integration covering `end`, index of the next sample); write the samples of this period.
 
@@ -179,7 +178,7 @@ def zero_order_hold_rollout(method, p, law, integration, period, out):
     return hold_each_period(method, p, law, integration, period, out)
 
 
-@routine_returning("integration")
+@routine
 def hold_each_period(method, p, law, integration, period, out):
     """Return the result of `zero_order_hold_rollout`."""
     steps = len(out.rows) - 1
@@ -207,7 +206,7 @@ def continuous_rollout(method, p, source, integration, period, out):
     return pass_each_period(method, p, source, integration, period, out)
 
 
-@routine_returning("integration")
+@routine
 def pass_each_period(method, p, source, integration, period, out):
     """Return the result of `continuous_rollout`."""
     steps = len(out.rows) - 1

@@ -123,7 +123,11 @@ def locate(array: ArraySymbol, index: Any) -> ArraySymbol:
     rest = len(indices)
     address, offset = _move(array, total)
     return replace(
-        array, address=address, offset=offset, shape=(*shape, *array.shape[rest:]), strides=(*strides, *array.strides[rest:])
+        array,
+        address=address,
+        offset=offset,
+        shape=(*shape, *array.shape[rest:]),
+        strides=(*strides, *array.strides[rest:]),
     )
 
 

@@ -1,7 +1,5 @@
 """Calls while tracing: a function is traced once for each structure of its arguments, and called from then on."""
 
-import ast
-import builtins
 import math
 import types
 from collections.abc import Callable
@@ -34,6 +32,7 @@ class Calls:
         """Begin without functions."""
         self._traced: dict[Any, Traced] = {}
         self._names = 0
+        self.files: set[str] = set()  # that the functions are in
 
     def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
         """Return the result of a call of any function or class with symbols, arrays and other objects."""
@@ -74,6 +73,7 @@ class Calls:
         inlined: bool,
     ) -> Traced:  # fmt: skip
         result_kinds: list[Kind] = []
+        self.files.add(function.__code__.co_filename)
         while True:
             graph = Graph()
             rebuilds: list[Rebuild] = []
@@ -116,11 +116,11 @@ class Calls:
 
 def resolve(function: Any, arguments: list[Any]) -> tuple[Any, bool]:
     """Return (the Python function that a call runs, whether it is inlined into its callers)."""
+    inlined = getattr(function, "inlined", True)
     if hasattr(function, "dispatch"):
-        return function.dispatch(type_of(arguments[0])), function.inlined
-    if hasattr(function, "py_func"):
-        return function.py_func, function.targetoptions.get("forceinline", False)
-    return function, True
+        implementation = function.dispatch(type_of(arguments[0]))
+        return implementation, inlined and getattr(implementation, "inlined", True)
+    return getattr(function, "py_func", function), inlined
 
 
 def type_of(x: Any) -> type:

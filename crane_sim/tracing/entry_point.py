@@ -1,204 +1,123 @@
-"""Functions that Python calls and that run as machine code, traced once for each structure of their arguments."""
+"""Functions that Python calls and that run as machine code, traced once for each structure of their arguments.
+
+The code of a structure is kept in a folder of the user's (`code_cache`). It is the source's own, so Python can run a
+function as it stands instead: with CRANE_SIM_INTERPRETED=1 it does.
+"""
 
 import ctypes
+import os
 import struct
 import types
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, contiguous_strides
+from crane_sim.tracing.arguments import describe, kinds_of, rebuild_symbols
 from crane_sim.tracing.calls import Calls
+from crane_sim.tracing.code_cache import read_entry, write_entry
+from crane_sim.tracing.compile_time import COMPILE_TIMER
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Kind, Value
 from crane_sim.tracing.llvm import module_text
-from crane_sim.tracing.machine_code import Library
-from crane_sim.tracing.merging import rebuilt
+from crane_sim.tracing.machine_code import LoadedCode, compile_text
+from crane_sim.tracing.results import rebuild_result, take_result
 
 _FORMATS = {Kind.REAL: "d", Kind.INTEGER: "q", Kind.WORD: "Q", Kind.BOOLEAN: "?7x", Kind.ARRAY: "Q"}
-_CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
+CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
+"""Types in memory of what a call passes, eight bytes each."""
 
 
-def describe(tree: Any, leaves: list[Any]) -> Any:
-    """Return a tree's structure, hashable, and append its numbers, addresses and sizes to `leaves`."""
-    if isinstance(tree, float):
-        leaves.append(tree)
-        return Kind.REAL
-    if isinstance(tree, tuple):
-        return type(tree), *[describe(part, leaves) for part in tree]
-    if tree is None:
-        return None
-    if isinstance(tree, bool | np.bool_):
-        leaves.append(tree)
-        return Kind.BOOLEAN
-    if isinstance(tree, np.uint64):
-        leaves.append(int(tree))
-        return Kind.WORD
-    if isinstance(tree, int | np.integer):
-        leaves.append(int(tree))
-        return Kind.INTEGER
-    if isinstance(tree, np.record):
-        leaves.append(tree.__array_interface__["data"][0])
-        return np.record, tree.dtype
-    if isinstance(tree, np.ndarray):
-        leaves.append(tree.__array_interface__["data"][0])
-        leaves += tree.shape
-        if not tree.flags.c_contiguous:
-            leaves += tree.strides
-        return np.ndarray, tree.dtype, tree.ndim, tree.flags.c_contiguous
-    return type(tree), tree
-
-
-def rebuild_symbols(key: Any, leaves: Any) -> Any:
-    """Return the tree of symbols of a structure."""
-    if isinstance(key, Kind):
-        return next(leaves)
-    if key is None:
-        return None
-    kind, *parts = key
-    if kind is np.ndarray:
-        dtype, ndim, contiguous = parts
-        address = next(leaves)
-        shape = tuple(next(leaves) for _ in range(ndim))
-        strides = contiguous_strides(shape, dtype.itemsize) if contiguous else tuple(next(leaves) for _ in range(ndim))
-        return ArraySymbol(address, 0, dtype, shape, strides)
-    if kind is np.record:
-        return RecordSymbol(next(leaves), 0, parts[0])
-    if issubclass(kind, tuple):
-        values = [rebuild_symbols(part, leaves) for part in parts]
-        return kind(*values) if hasattr(kind, "_fields") else tuple(values)
-    return parts[0]
-
-
-def kinds_of(key: Any) -> list[Kind]:
-    """Return the kinds of the leaves of a structure."""
-    if isinstance(key, Kind):
-        return [key]
-    if key is None:
-        return []
-    kind, *parts = key
-    if kind is np.ndarray:
-        return [Kind.ARRAY] + [Kind.INTEGER] * (parts[1] if parts[2] else 2 * parts[1])
-    if kind is np.record:
-        return [Kind.ARRAY]
-    if issubclass(kind, tuple):
-        return [leaf for part in parts for leaf in kinds_of(part)]
-    return []
-
-
-class Compiled:
+class Code(NamedTuple):
     """Machine code of an entry point for one structure of arguments."""
 
-    def __init__(self, function: types.FunctionType, key: Any, folder: Path | None) -> None:
-        """Trace and compile."""
-        self.kinds = kinds_of(key)
-        self.calls = Calls()
-        self.results: list[Kind] = []
-        self.traced = self._trace(function, key)
-        self.library = Library(self.traced, folder=folder)
-        self._pack = struct.Struct("=" + "".join(_FORMATS[kind] for kind in self.kinds))
-        self._unpack = struct.Struct("=" + "".join(_FORMATS[kind] for kind in self.results))
-        self._input = ctypes.create_string_buffer(max(self._pack.size, 8))
-        self._output = ctypes.create_string_buffer(max(self._unpack.size, 8))
-        self._memory = ctypes.c_void_p(None)
-        self._run = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(
-            self.library.address(self.traced)
-        )
-        self._addresses = (
-            ctypes.addressof(self._input), ctypes.addressof(self._output), ctypes.addressof(self._memory),
-        )  # fmt: skip
-        release = self.library._engine.get_function_address("release")
-        self._release = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(release)
+    object_file: bytes
+    results: tuple[Kind, ...]  # of the numbers and addresses that it returns
+    structure: Any  # of what it returns
+    files: tuple[str, ...]  # that its functions are in
 
-    def _trace(self, function: types.FunctionType, key: Any) -> Function:
-        graph = Graph()
 
-        def values(source: Value, target: Value) -> tuple[Value, ...]:
-            leaves = [
-                graph.append("read", (source.number,), (kind,), (8 * i, _CODES[kind]))[0]
-                for i, kind in enumerate(self.kinds)
-            ]
-            arguments = rebuild_symbols(key, iter(leaves))
-            result = self.calls.call_traced(graph, function, list(arguments), {}, True)
-            stored: list[Value] = []
-            self.structure = _describe_result(result, stored, graph)
-            for i, leaf in enumerate(stored):
-                self.results.append(leaf.kind)
-                graph.append("write", (leaf.number, target.number), (), (8 * i, _CODES[leaf.kind]))
-            return ()
+def compile_entry(function: types.FunctionType, key: Any) -> Code:
+    """Trace and compile a function for arguments of a structure.
 
-        block = graph.trace_block(values, (Kind.ARRAY, Kind.ARRAY))
-        graph.has_allocations = True
-        return Function("entry", function, graph, block, None, False, False)
+    Raises:
+        TraceError: it does what is not traced.
+    """
+    graph, calls, kinds, results = Graph(), Calls(), kinds_of(key), list[Kind]()
+    structure: list[Any] = []
+
+    def run(source: Value, target: Value) -> tuple[Value, ...]:
+        reads = [(source.number,), *kinds]
+        leaves = [
+            graph.append("read", reads[0], (kind,), (8 * i, CODES[kind]))[0] for i, kind in enumerate(kinds)
+        ]  # fmt: skip
+        result = calls.call_traced(graph, function, list(rebuild_symbols(key, iter(leaves))), {}, True)
+        stored: list[Value] = []
+        structure.append(take_result(result, stored, graph))
+        for i, leaf in enumerate(stored):
+            results.append(leaf.kind)
+            graph.append("write", (leaf.number, target.number), (), (8 * i, CODES[leaf.kind]))
+        return ()
+
+    block = graph.trace_block(run, (Kind.ARRAY, Kind.ARRAY))
+    graph.has_allocations = True
+    entry = Function("entry", function, graph, block, None, False, False)
+    return Code(compile_text(module_text(entry)), tuple(results), structure[0], tuple(sorted(calls.files)))
+
+
+class _Runner:
+    """Calls machine code."""
+
+    def __init__(self, code: Code, kinds: list[Kind]) -> None:
+        self._structure = code.structure
+        self._input = struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
+        self._output = struct.Struct("=" + "".join(_FORMATS[kind] for kind in code.results))
+        self._library = LoadedCode(code.object_file)
+        prototype = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)
+        self._run: Any = prototype(self._library.address("entry"))
+        self._release: Any = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self._library.address("release"))
+        self._buffers: list[Any] = []  # for results; several threads may call
 
     def __call__(self, leaves: list[Any]) -> Any:
-        """Return the result of a call."""
-        self._pack.pack_into(self._input, 0, *leaves)
-        self._run(*self._addresses)
-        result = _rebuild_result(self.structure, iter(self._unpack.unpack_from(self._output)))
-        if self._memory.value:
-            self._release(self._addresses[2])
+        buffer = self._buffers.pop() if self._buffers else ctypes.create_string_buffer(self._output.size + 8)
+        target = ctypes.addressof(buffer)
+        memory = target + self._output.size
+        self._run(self._input.pack(*leaves), target, memory)
+        result = rebuild_result(self._structure, iter(self._output.unpack_from(buffer)))
+        self._release(memory)
+        self._buffers.append(buffer)
         return result
 
 
-def _describe_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
-    from crane_sim.tracing.merging import base_address
-
-    if isinstance(tree, tuple):
-        return rebuilt(tree, [_describe_result(part, leaves, graph) for part in tree])
-    if isinstance(tree, ArraySymbol):
-        leaves.append(base_address(graph, tree))
-        for size in tree.shape:
-            leaves.append(size if isinstance(size, Value) else graph.constant(size, Kind.INTEGER))
-        return _ArrayResult(tree.dtype, len(tree.shape))
-    if isinstance(tree, Value):
-        leaves.append(tree)
-        return _NUMBER
-    return tree
-
-
-class _ArrayResult:
-    def __init__(self, dtype: np.dtype, ndim: int) -> None:
-        self.dtype, self.ndim = dtype, ndim
-
-
-_NUMBER = object()
-
-
-def _rebuild_result(tree: Any, leaves: Any) -> Any:
-    if tree is _NUMBER:
-        return next(leaves)
-    if isinstance(tree, tuple):
-        parts = [_rebuild_result(part, leaves) for part in tree]
-        return type(tree)(*parts) if hasattr(tree, "_fields") else tuple(parts)
-    if isinstance(tree, _ArrayResult):
-        address, shape = next(leaves), tuple(next(leaves) for _ in range(tree.ndim))
-        array = np.empty(shape, tree.dtype)
-        ctypes.memmove(array.ctypes.data, address, array.nbytes)
-        return array
-    return tree
-
-
 class EntryPoint:
-    """A function of Python that runs as machine code."""
+    """A function that runs as machine code."""
 
-    def __init__(self, function: types.FunctionType, folder: Path | None = None) -> None:
+    def __init__(self, function: types.FunctionType) -> None:
         """Compile nothing yet."""
-        self.py_func, self.__name__, self.__doc__ = function, function.__name__, function.__doc__
-        self.targetoptions: dict[str, Any] = {}
-        self._folder = folder
-        self._compiled: dict[Any, Compiled] = {}
+        self.py_func, self.__wrapped__ = function, function
+        self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
+        self.__qualname__ = function.__qualname__
+        self._interpreted = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
+        self._runners: dict[Any, _Runner] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         """Run."""
+        if self._interpreted:
+            return self.py_func(*arguments)
         leaves: list[Any] = []
         key = describe(arguments, leaves)
-        if key not in self._compiled:
-            self._compiled[key] = Compiled(self.py_func, key, self._folder)
-        return self._compiled[key](leaves)
+        runner = self._runners.get(key)
+        if runner is None:
+            runner = self._runners[key] = _Runner(self._find_code(key), kinds_of(key))
+        return runner(leaves)
 
-    def text(self, *arguments: Any) -> str:
-        """Return the code in LLVM's language."""
-        key = describe(arguments, [])
-        return module_text(Compiled(self.py_func, key, None).traced)
+    def _find_code(self, key: Any) -> Code:
+        code = read_entry(self.py_func, key)
+        if isinstance(code, Code):
+            return code
+        with COMPILE_TIMER:
+            code = compile_entry(self.py_func, key)
+        write_entry(self.py_func, key, code)
+        return code
+
+    @property
+    def signatures(self) -> list[Any]:
+        """The structures of arguments that code has been made or loaded for."""
+        return list(self._runners)

@@ -137,7 +137,11 @@ class Frame:
         if self.result is None:
             leaves, rebuild = split(value, graph, True)
             kinds = [leaf.kind for leaf in leaves]
-            kinds = [max(a, b, key=_rank) for a, b in zip(kinds, self.result_kinds, strict=True)] if self.result_kinds else kinds
+            kinds = (
+                [max(a, b, key=_rank) for a, b in zip(kinds, self.result_kinds, strict=True)]
+                if self.result_kinds
+                else kinds
+            )
             self.result_kinds = kinds
             self.result = rebuild, kinds, graph.new_slot(len(leaves)), value
         _, kinds, slot, like = self.result
@@ -297,14 +301,25 @@ class Frame:
     ) -> Any:
         graph, before, exits = self.graph, self.variables, has_exit(loop)
         first = steps.first if steps else None
-        state = (tuple(before[name] if name in before else extra[name] for name in names), first, RUNS if exits else None)
+        state = (
+            tuple(before[name] if name in before else extra[name] for name in names),
+            first,
+            RUNS if exits else None,
+        )
         leaves, rebuild = split(state, graph, True)
         kinds = [promoted.get(i, leaf.kind) for i, leaf in enumerate(leaves)]
-        leaves = [leaf if kind is Kind.ARRAY else arithmetic.convert(graph, leaf, kind) for leaf, kind in zip(leaves, kinds, strict=True)]
+        leaves = [
+            leaf if kind is Kind.ARRAY else arithmetic.convert(graph, leaf, kind)
+            for leaf, kind in zip(leaves, kinds, strict=True)
+        ]
         self.depth += 1
         try:
-            proceed = self._record_turn(rebuild, kinds, names, lambda index, code: self._proceeds(loop, steps, index, code))
-            body = self._record_turn(rebuild, kinds, names, lambda index, code: self._turn(loop, steps, index, exits, names, state, kinds))
+            proceed = self._record_turn(
+                rebuild, kinds, names, lambda index, code: self._proceeds(loop, steps, index, code)
+            )
+            body = self._record_turn(
+                rebuild, kinds, names, lambda index, code: self._turn(loop, steps, index, exits, names, state, kinds)
+            )
         finally:
             self.depth -= 1
             self.variables = before
@@ -316,7 +331,9 @@ class Frame:
                 self.variables[name] = UNDEFINED
         return code
 
-    def _record_turn(self, rebuild: Rebuild, kinds: list[Kind], names: list[str], function: Callable[..., list[Value]]) -> Block:
+    def _record_turn(
+        self, rebuild: Rebuild, kinds: list[Kind], names: list[str], function: Callable[..., list[Value]]
+    ) -> Block:
         graph, before = self.graph, self.variables
         block = graph.new_block()
         with graph.recording(block):
@@ -337,7 +354,9 @@ class Frame:
             condition = arithmetic.combine("both", condition, arithmetic.combine("equal", code, RUNS))
         return [arithmetic.convert(self.graph, condition, Kind.BOOLEAN)]
 
-    def _turn(self, loop: Any, steps: Any, index: Any, exits: bool, names: list[str], state: Any, kinds: list[Kind]) -> list[Value]:
+    def _turn(
+        self, loop: Any, steps: Any, index: Any, exits: bool, names: list[str], state: Any, kinds: list[Kind]
+    ) -> list[Value]:
         if steps:
             self.assign(loop.target, steps.value(index))
         code = self.run(loop.body)
@@ -422,7 +441,11 @@ class Frame:
         x = self.evaluate(node.operand)
         match node.op:
             case ast.USub():
-                return array_symbols.elementwise(arithmetic.negate, x) if isinstance(x, ArraySymbol) else arithmetic.negate(x)
+                return (
+                    array_symbols.elementwise(arithmetic.negate, x)
+                    if isinstance(x, ArraySymbol)
+                    else arithmetic.negate(x)
+                )
             case ast.Not():
                 return arithmetic.invert(x)
             case ast.UAdd():

@@ -359,7 +359,9 @@ class _FunctionText:
     def _write_table(self, instruction: Instruction) -> None:
         name = f"@{self._function.name}.table{instruction.results[0]}"
         words = struct.unpack(f"<{len(instruction.literal) // 8}q", instruction.literal)
-        self.tables.append(f"{name} = internal constant [{len(words)} x i64] [{', '.join(f'i64 {w}' for w in words)}], align 16")
+        self.tables.append(
+            f"{name} = internal constant [{len(words)} x i64] [{', '.join(f'i64 {w}' for w in words)}], align 16"
+        )
         self._names[instruction.results[0]] = name
 
     def _write_slot(self, instruction: Instruction) -> None:
@@ -367,7 +369,9 @@ class _FunctionText:
         self._slots.append(f" {name} = alloca [{max(instruction.literal, 1)} x i64], align 16")
 
     def _write_allocate(self, instruction: Instruction) -> None:
-        self._define(instruction.results[0], f"call ptr @allocate(ptr %memory, {self._typed(instruction.arguments[0])})")
+        self._define(
+            instruction.results[0], f"call ptr @allocate(ptr %memory, {self._typed(instruction.arguments[0])})"
+        )
 
     def _write_list_start(self, instruction: Instruction) -> None:
         self._define(instruction.results[0], "getelementptr inbounds i8, ptr %memory, i64 0")

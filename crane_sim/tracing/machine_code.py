@@ -30,6 +30,25 @@ _C_TYPES: dict[Kind, Any] = {
 _DIGEST = hashlib.sha256().digest_size
 
 
+class LoadedCode:
+    """An object file in memory, alive as long as this object."""
+
+    def __init__(self, object_file: bytes) -> None:
+        """Load it."""
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(object_file))
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        """Return the address of a function that is called from outside."""
+        return self._engine.get_function_address(name)
+
+
+def compiler_name() -> tuple[str, str, str]:
+    """Return the compiler and the processor that code is for."""
+    return LLVMLITE, *_processor()
+
+
 class Library:
     """Compiled functions, alive as long as this object."""
 
@@ -47,13 +66,11 @@ class Library:
             code = compile_text(text)
             if folder:
                 write_code(folder, text, code)
-        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
-        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-        self._engine.finalize_object()
+        self._loaded = LoadedCode(code)
 
     def address(self, function: Function) -> int:
         """Return the address of a compiled function."""
-        return self._engine.get_function_address(function.name)
+        return self._loaded.address(function.name)
 
     def function(self, function: Function) -> Any:
         """Return a compiled function as one that Python calls; arrays are given by their addresses."""

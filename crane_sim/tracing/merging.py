@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.arithmetic import common_kind, convert, is_number, number_kind
+from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 
 Rebuild = Callable[[Iterator[Value]], Any]

@@ -65,9 +65,7 @@ def source_of(function: types.FunctionType) -> Source:
 @cache
 def assigned_names(node: ast.AST) -> tuple[str, ...]:
     """Return the variables that a statement assigns, in the order of their first assignment."""
-    names = [
-        part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
-    ]
+    names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)]
     return tuple(dict.fromkeys(names))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import entry_point, lean_generic, lean_routine
+from crane_sim.numerics.jit import entry_point, generic, routine
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -46,7 +46,7 @@ AnyBase = Base | SplineBase | MountedBase
 """The motions that a base can have."""
 
 
-@lean_generic
+@generic
 def axis_at(base, t, i):
     """Return (position, velocity, acceleration) of axis i at time t [s], in m or rad."""
     raise NotImplementedError
@@ -72,7 +72,7 @@ def _(base, t, i):
     return x, v, a
 
 
-@lean_routine
+@routine
 def base_motion_at(base, t):
     """Return (positions, velocities, accelerations) of the six axes at time t [s], each a tuple (6,) in m and rad."""
     x0, v0, a0 = axis_at(base, t, 0)

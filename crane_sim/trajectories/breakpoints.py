@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.base_motion import SplineBase
 from crane_sim.trajectories.inputs import Delayed, Table
 from crane_sim.trajectories.piecewise import find_piece
@@ -39,7 +39,7 @@ def _(u, p, t, x):
     return system.demand(u.source, p, t, x)
 
 
-@lean_generic
+@generic
 def next_breakpoint(u, t):
     """Return the first breakpoint [s] of a source after time t, infinite where there is none."""
     return inf
@@ -54,7 +54,6 @@ def _(u, t):
     return u.breakpoints[i] if i < count else inf
 
 
-@lean_kernel
 def last_instant_before(instant, t):
     """Return the end [s] of a step from t up to a breakpoint: stages at its end must not see what begins there."""
     end = instant - _ULPS * instant

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from crane_sim import system
 from crane_sim.files.types import Angle, Real
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.piecewise import find_piece, find_table_error
 
 
@@ -68,7 +68,7 @@ def delay_inputs(inputs: Inputs | None, delays: Sequence[float], before: Sequenc
     return Inputs(first, delay_inputs(inputs.tail, delays[1:], before[1:]))
 
 
-@lean_generic
+@generic
 def value_at(channel, t):
     """Return the input's value at time t [s]."""
     raise NotImplementedError
@@ -110,7 +110,7 @@ def _(channel, t):
     return value_at(channel.channel, t - channel.delay) if t >= channel.delay else channel.before
 
 
-@lean_generic
+@generic
 def values_at(inputs, t):
     """Return the values of all inputs (nu,) at time t."""
     return ()

@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 
 from crane_sim.files.errors import shorten
-from crane_sim.numerics.jit import lean_kernel
 
 STEP = 1e-6  # s, between the times of a table at which it has the values before and behind a step
 
 
-@lean_kernel
 def find_piece(starts, count, t):
     """Return the last of the first `count` pieces that has begun at time t [s]; the first one holds before as well."""
     low, high = 0, count
@@ -21,7 +19,6 @@ def find_piece(starts, count, t):
     return low
 
 
-@lean_kernel
 def polynomial_at(coefficients, piece, s):
     """Return (value, its first four derivatives) at s of the polynomial in row `piece`, from the constant on."""
     value, first, second, third, fourth = 0.0, 0.0, 0.0, 0.0, 0.0  # all but the first over k!

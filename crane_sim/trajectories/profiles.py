@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from crane_sim.files.types import Angle, Positive, Real
-from crane_sim.numerics.jit import lean_routine
+from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.piecewise import find_piece, find_table_error, polynomial_at
 
 MIN_INTERVAL = 1e-6  # s, between two values of a motion: its powers stay in the range of doubles
@@ -89,7 +89,7 @@ class SplineMotion(NamedTuple):
 Shape = SmoothMotion | SineMotion | PolynomialMotion | SplineMotion
 
 
-@lean_routine
+@routine
 def evaluate_motion(motion, t):
     """Return (position, velocity, acceleration) at time t [s]."""
     piece = find_piece(motion.starts, len(motion.starts), t)
@@ -99,7 +99,7 @@ def evaluate_motion(motion, t):
     return value, rate + motion.amplitude * w * cos(angle), second - motion.amplitude * w * w * sin(angle)
 
 
-@lean_routine
+@routine
 def motion_acceleration(motion, t):
     """Return the acceleration of `evaluate_motion`, for equations: without a sine it takes no library function."""
     piece = find_piece(motion.starts, len(motion.starts), t)

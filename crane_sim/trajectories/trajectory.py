@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import entry_point, lean_generic, lean_kernel
+from crane_sim.numerics.jit import entry_point, generic
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
@@ -38,7 +38,7 @@ def compile_trajectory(polynomials: PiecewisePolynomial, of_joints: bool = False
     return Trajectory(np.ascontiguousarray(polynomials.starts, dtype=np.float64), coordinates, of_joints)
 
 
-@lean_generic
+@generic
 def low_derivatives(coordinates, piece, s):
     """Return (positions, velocities, accelerations) of a list of coordinates, each a tuple."""
     return (), (), ()
@@ -51,7 +51,7 @@ def _(coordinates, piece, s):
     return (x, *xs), (v, *vs), (a, *accelerations)
 
 
-@lean_generic
+@generic
 def high_derivatives(coordinates, piece, s):
     """Return (jerks, snaps) of a list of coordinates, each a tuple."""
     return (), ()
@@ -64,14 +64,12 @@ def _(coordinates, piece, s):
     return (jerk, *jerks), (snap, *snaps)
 
 
-@lean_kernel
 def reference_at(trajectory, t):
     """Return (position, velocity, acceleration) of a trajectory at time t [s], each a tuple (n,)."""
     piece = find_piece(trajectory.starts, len(trajectory.starts), t)
     return low_derivatives(trajectory.coordinates, piece, t - trajectory.starts[piece])
 
 
-@lean_kernel
 def higher_derivatives_at(trajectory, t):
     """Return (jerk, snap), the third and fourth derivative of a trajectory at time t [s], each a tuple (n,)."""
     piece = find_piece(trajectory.starts, len(trajectory.starts), t)

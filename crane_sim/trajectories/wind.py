@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 
 Height = Annotated[Positive, Field(ge=1e-6, le=1e4)]
 
@@ -60,7 +60,7 @@ class Wind(NamedTuple):
     kink: Kink | None = None  # that of the profile
 
 
-@lean_generic
+@generic
 def speed_ratio(profile, z, reference):
     """Return the mean at height z [m] over that at the reference height [m]."""
     return 1.0
@@ -76,7 +76,7 @@ def _(profile, z, reference):
     return log(max(z, profile.lowest) / profile.roughness) / log(reference / profile.roughness)
 
 
-@lean_generic
+@generic
 def ratio_gradient(profile, z, reference):
     """Return the derivative of `speed_ratio` by z [1/m]; arguments of `speed_ratio`."""
     return 0.0
@@ -92,7 +92,7 @@ def _(profile, z, reference):
     return 1.0 / (z * log(reference / profile.roughness)) if z > profile.lowest else 0.0
 
 
-@lean_generic
+@generic
 def gust_at(gust, t):
     """Return the gust's velocity [m/s] at time t [s]; none where it is absent."""
     return 0.0

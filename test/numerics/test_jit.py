@@ -15,7 +15,7 @@ import crane_sim
 from crane_sim.models.effects import PayloadDrag, add_drag
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.numerics import jit
-from crane_sim.numerics.compile_time import compile_time
+from crane_sim.tracing.compile_time import compile_time
 from crane_sim.numerics.linked_library import LinkedLibrary, linked_sources
 from crane_sim.numerics.states import add, add_scaled, dimension, leaves, scale, squared_error_norm, weighted_sum
 from crane_sim.simulation.rollout import simulate

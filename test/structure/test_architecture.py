@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from process_helpers import run_to_completion
 
-from crane_sim.numerics.cache import UNDIGESTED
+from crane_sim.tracing.cache import UNDIGESTED
 
 ROOT = Path(__file__).parents[2]
 SOURCES = {

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scipy.linalg import solve_continuous_are
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point, kernel, routine
+from crane_sim.numerics.jit import entry_point, routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import state_matrices
 from crane_sim.stepping.batch import sampled_source
@@ -67,7 +67,6 @@ class CampaignLaw(NamedTuple):
         return self._replace(begun=np.zeros(1), last=np.zeros(2))
 
 
-@kernel
 def transfer_at(transfer, t):
     """Return (position [m], velocity [m/s]) of the reference at t [s]."""
     x, v = 0.0, 0.0
@@ -78,7 +77,6 @@ def transfer_at(transfer, t):
     return transfer.distance * x, transfer.distance / transfer.duration * v
 
 
-@kernel
 def limited_demand(law, i, e):
     """Return command i [N] for the deviation e (6,), and note it."""
     fed_back, s = 0.0, 0.0

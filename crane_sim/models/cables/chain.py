@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import lean_generic, lean_kernel, routine
-from crane_sim.numerics.rows import elementwise, sincos_in_lanes
+from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.rows import elementwise
 
 
 class Chain(NamedTuple):
@@ -53,7 +54,6 @@ def work_array(masses, lengths):
     return w
 
 
-@lean_kernel
 def add_node_acceleration(w, node, x, z):
     """Add an acceleration (x, z) [m/s²] of a node, from 1, to what it means for the links that end there."""
     k = node - 1
@@ -64,13 +64,12 @@ def add_node_acceleration(w, node, x, z):
         w[RHS_ACROSS, node] -= w[COS, node] * x + w[SIN, node] * z
 
 
-@lean_generic
+@generic
 def rod_pull(rods, w):
     """Return the horizontal force [N] on the trolley that the first link carries across."""
     return 0.0
 
 
-@lean_kernel
 def assemble_rhs(w, bias_acc, gravity):
     """Fill what the links' own motion, gravity and the trolley's `bias_acc` [m/s²] ask of them."""
     for k in range(w.shape[1] - 1):
@@ -79,7 +78,7 @@ def assemble_rhs(w, bias_acc, gravity):
     w[RHS_ACROSS, 0] = -(w[COS, 0] * bias_acc + w[SIN, 0] * gravity)
 
 
-@lean_generic
+@generic
 def solve_links(rods, w, top):
     """Solve for tensions [N] and angular accelerations [rad/s²] of the links in the work array w.
 
@@ -96,7 +95,7 @@ def solve_links(rods, w, top):
 @elementwise
 def fill_sines(angle):
     """Fill sines and cosines of angles."""
-    return sincos_in_lanes(angle)
+    return sincos(angle)
 
 
 @elementwise
@@ -105,13 +104,11 @@ def fill_bends(s, c, s_below, c_below, inv_mass):
     return (s * s_below + c * c_below) * inv_mass, (c * s_below - s * c_below) * inv_mass
 
 
-@lean_kernel
 def link_angles(w):
     """Fill the rows of the bends."""
     fill_bends(w.shape[1] - 2, (w[BEND_COS], w[BEND_SIN]), (w[SIN], w[COS], w[SIN, 1:], w[COS, 1:], w[INV_MASS]))
 
 
-@lean_kernel
 def assemble_diagonal(w, top):
     """Fill the diagonal, and add the hoist to the right-hand side of the first link."""
     axis_inv_mass, hoist_inv_mass, hoist_bias_acc, _ = top
@@ -124,7 +121,6 @@ def assemble_diagonal(w, top):
         w[RHS_ALONG, 1] += w[BEND_COS, 0] * hoist_bias_acc
 
 
-@lean_kernel
 def eliminate_row(w, k, off_diagonal, less, more):
     """Eliminate row k of the system; return the changes of the next row's pivot (to subtract) and right-hand side.
 
@@ -140,7 +136,6 @@ def eliminate_row(w, k, off_diagonal, less, more):
     return off_diagonal * off_diagonal / pivot, w[FACTOR, k] * right
 
 
-@lean_kernel
 def solve_tensions(w, top):
     """Eliminate from both ends to the middle and substitute back; arguments of `solve_links`.
 
@@ -169,7 +164,6 @@ def solve_tensions(w, top):
             w[TENSION, middle + k] = below
 
 
-@lean_kernel
 def angular_accelerations(w, top):
     """Fill the angular accelerations; no difference of large numbers, so that a heavy payload does no harm."""
     n, (axis_inv_mass, _, _, rate) = w.shape[1] - 1, top
@@ -180,14 +174,13 @@ def angular_accelerations(w, top):
         w[TURNING, k] = (w[RHS_ACROSS, k] + pulled) / w[LENGTH, k]
 
 
-@lean_kernel
 def massless_hoist_acceleration(w, axis_inv_mass, rhs_along):
     """Return the acceleration of the first length behind a massless winch; `rhs_along` was the first link's."""
     inv_mass = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass
     return rhs_along - inv_mass * w[TENSION, 0] + w[BEND_COS, 0] * w[TENSION, 1]
 
 
-@lean_generic
+@generic
 def rod_energy(rods, rates):
     """Return the kinetic energy [J] of turning links."""
     return 0.0
@@ -211,7 +204,6 @@ def _(rods, w, top):
     solve_pairs(rods.inertia, w, top)
 
 
-@lean_kernel
 def coupling(w, inertia, k, j):
     """Return the 2 x 2 block, by rows, by which (tension, turning) of link j act on link k across the node between."""
     node = min(k, j)
@@ -220,7 +212,6 @@ def coupling(w, inertia, k, j):
     return -along, across * arm, -across, -along * arm
 
 
-@lean_kernel
 def diagonal_block(w, inertia, top, k):
     """Return the 2 x 2 block, by rows, of link k's own (tension, turning)."""
     arm, length = inertia[k] / w[LENGTH, k], w[LENGTH, k]
@@ -232,7 +223,6 @@ def diagonal_block(w, inertia, top, k):
     return own + s * s * axis + hoist, s * c * axis * arm, s * c * axis, (own + c * c * axis) * arm + length
 
 
-@lean_kernel
 def block_rhs(w, top, k):
     """Return the right-hand sides of link k: along it and across it."""
     along, across = w[RHS_ALONG, k], w[RHS_ACROSS, k]
@@ -276,7 +266,7 @@ class Joints(NamedTuple):
     damping: Any  # N m s/rad
 
 
-@lean_generic
+@generic
 def add_joints(joints, w, x, first):
     """Add the moments of joints to the links' right-hand sides, angles from x[first] on; return the trolley's force."""
     return 0.0
@@ -303,7 +293,7 @@ def _(joints, w, x, first):
     return pull
 
 
-@lean_generic
+@generic
 def joint_energy(joints, angles):
     """Return the energy [J] stored in the joints."""
     return 0.0
@@ -317,7 +307,7 @@ def _(joints, angles):
     return energy
 
 
-@lean_generic
+@generic
 def joint_power(joints, rates):
     """Return the power [W] that the joints' damping takes, negative."""
     return 0.0

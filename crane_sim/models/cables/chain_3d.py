@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import lean_generic, lean_kernel, routine
+from crane_sim.numerics.jit import generic, routine
 
 
 class Directions(NamedTuple):
@@ -40,7 +40,6 @@ class SupportEnd(NamedTuple):
     rate: float  # m/s, of the length
 
 
-@lean_kernel
 def align(x, unit, rate):
     """Return (unit vector, rate perpendicular to it) nearest to the ones that begin at x[unit] and x[rate]."""
     a, b, c = x[unit], x[unit + 1], x[unit + 2]
@@ -50,13 +49,12 @@ def align(x, unit, rate):
     return (a, b, c), (x[rate] - along * a, x[rate + 1] - along * b, x[rate + 2] - along * c)
 
 
-@lean_kernel
 def dot(units, k, j):
     """Return the scalar product of two rows of an array (N, 3)."""
     return units[k, 0] * units[j, 0] + units[k, 1] * units[j, 1] + units[k, 2] * units[j, 2]
 
 
-@lean_generic
+@generic
 def first_inv_mass(top, links):
     """Return the inverse mass [1/kg] of the first link along its direction, without that of the hoist."""
     return links.inv_masses[0] + top.mobility
@@ -68,13 +66,11 @@ def _(top, links):
     return links.inv_masses[0] + top.axes_inv_mass[0] * x * x + top.axes_inv_mass[1] * y * y
 
 
-@lean_kernel
 def relative_end_acceleration(acc, k):
     """Return the relative acceleration (3 floats) of link k's ends."""
     return acc[k + 1, 0] - acc[k, 0], acc[k + 1, 1] - acc[k, 1], acc[k + 1, 2] - acc[k, 2]
 
 
-@lean_kernel
 def constraint_acceleration(links, acc, k):
     """Return the relative acceleration [m/s²] of link k's ends, along it, that its tension has to balance."""
     x, y, z = relative_end_acceleration(acc, k)
@@ -82,7 +78,6 @@ def constraint_acceleration(links, acc, k):
     return links.lengths[k] * links.squared_rates[k] + along
 
 
-@lean_kernel
 def solve_tensions(links, top, acc, tension, ratio):
     """Fill the tensions (N,) [N]: eliminate downwards, substitute upwards.
 
@@ -108,7 +103,6 @@ def solve_tensions(links, top, acc, tension, ratio):
         tension[k] -= ratio[k] * tension[k + 1]
 
 
-@lean_kernel
 def hoisted_length_acceleration(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
     if top.hoist_inv_mass >= 0.0:
@@ -117,7 +111,7 @@ def hoisted_length_acceleration(links, top, acc, tension):
     return free + dot(links.units, 0, 1) * links.inv_masses[0] * tension[1] if len(tension) > 1 else free
 
 
-@lean_generic
+@generic
 def first_end_acceleration(top, links, acc, tension):
     """Return the relative acceleration (3 floats) of the first link's ends, its own pull on the upper one included.
 
@@ -134,14 +128,12 @@ def _(top, links, acc, tension):
     return x, y, z
 
 
-@lean_kernel
 def project_across(units, k, x, y, z):
     """Return the part of a vector across link k."""
     along = units[k, 0] * x + units[k, 1] * y + units[k, 2] * z
     return x - along * units[k, 0], y - along * units[k, 1], z - along * units[k, 2]
 
 
-@lean_kernel
 def add_pull_across(units, k, j, pull, total):
     """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
     x, y, z = units[j, 0] - units[k, 0], units[j, 1] - units[k, 1], units[j, 2] - units[k, 2]
@@ -149,7 +141,6 @@ def add_pull_across(units, k, j, pull, total):
     return total[0] + pull * x, total[1] + pull * y, total[2] + pull * z
 
 
-@lean_kernel
 def direction_accelerations(links, top, acc, tension, out, at):
     """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments of `solve_tensions`.
 

@@ -16,7 +16,7 @@ from crane_sim.models.effects import RopeSpring, add_spring, add_spring_energy
 from crane_sim.models.rotating_frame import inertial_acceleration
 from crane_sim.models.supports import support_acceleration, tip_acceleration, tip_mobility
 from crane_sim.models.supports.hoist import winch_acceleration
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 Vector = tuple[float, float, float]
 
@@ -48,7 +48,6 @@ class RopeKinematics(NamedTuple):
     velocity: Vector  # m/s, of the payload's coordinates relative to the tip's
 
 
-@lean_kernel
 def rope_kinematics(pose, xc):
     """Return the RopeKinematics of payload state xc below a support in posture pose."""
     ex, ey, ez = xc[0] - pose.tip[0], xc[1] - pose.tip[1], xc[2] - pose.tip[2]
@@ -59,7 +58,6 @@ def rope_kinematics(pose, xc):
     return RopeKinematics(n, length, n[0] * vx + n[1] * vy + n[2] * vz, (vx, vy, vz))
 
 
-@lean_kernel
 def swing_angles(rope_state):
     """Return (sin θ1, cos θ1, cos θ2, cos θ2 θ1', θ2') of RopeKinematics; θ1 = 0 where θ2 = ±90 deg."""
     nx, ny, nz = rope_state.n
@@ -69,7 +67,7 @@ def swing_angles(rope_state):
     return s1, c1, c2, (c1 * vy + s1 * vz) / rope_state.length, (c2 * vx + nx * (c1 * vz - s1 * vy)) / rope_state.length
 
 
-@lean_generic
+@generic
 def rope_tension(rope, p, pose, rope_state, tau, force, reaction):
     """Return the tension [N].
 
@@ -89,13 +87,13 @@ def _(rope, p, pose, rope_state, tau, force, reaction):
     return winch_tension(p.friction, p, pose, rope_state, tau, force, reaction)
 
 
-@lean_generic
+@generic
 def winch_tension(friction, p, pose, rope_state, tau, force, reaction):
     """Return the tension [N] of a force-driven winch with the joints' friction; other arguments of `rope_tension`."""
     return winch_pull(p.cable, tau, rope_state)
 
 
-@lean_generic
+@generic
 def winch_pull(rope, tau, rope_state):
     """Return the tension [N] at which the efforts on a winch without inertia balance; 0 of one without an effort."""
     return 0.0
@@ -118,7 +116,6 @@ def _(rope, p, pose, rope_state, tau, force, reaction):
     return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
 
 
-@lean_kernel
 def imposed_tension(p, pose, rope_state, tau, force, reaction, length_acceleration):
     """Return the tension that gives the rope this second derivative of its length."""
     qdd = support_acceleration(p.support, pose, p.gravity, tau, reaction)
@@ -132,7 +129,6 @@ def imposed_tension(p, pose, rope_state, tau, force, reaction, length_accelerati
     )
 
 
-@lean_kernel
 def centripetal(pose, rope_state):
     """Return length times |n'|², n' in inertial axes."""
     ex, ey = rope_state.n[0] * rope_state.length, rope_state.n[1] * rope_state.length
@@ -141,7 +137,7 @@ def centripetal(pose, rope_state):
     return (vx * vx + vy * vy + vz * vz - rope_state.rate * rope_state.rate) / rope_state.length
 
 
-@lean_generic
+@generic
 def winch_power(rope, u, rope_state, tension):
     """Return the power [W] that the winch supplies."""
     return -tension * rope_state.rate
@@ -157,7 +153,7 @@ def _(rope, u, rope_state, tension):
     return 0.0
 
 
-@lean_generic
+@generic
 def add_rope_energy(rope, energy, length):
     """Return energy plus what the rope stores at this length."""
     return energy
@@ -168,7 +164,7 @@ def _(rope, energy, length):
     return add_spring_energy(rope.spring, energy, length)
 
 
-@lean_generic
+@generic
 def limit_winch(rope, friction, u):
     """Return u with the winch's command replaced by what a rope can transmit: tension."""
     return u
@@ -179,13 +175,12 @@ def _(rope, friction, u):
     return limit_to_pull(friction, u)
 
 
-@lean_generic
+@generic
 def limit_to_pull(friction, u):
     """Return the result of `limit_winch` for a winch without inertia and with the joints' friction."""
     return (u[0], u[1], u[2], min(u[3], 0.0))
 
 
-@lean_kernel
 def without_rate(rope_state, xc):
     """Return the payload state whose rope neither runs out nor in."""
     nx, ny, nz = rope_state.n
@@ -193,7 +188,7 @@ def without_rate(rope_state, xc):
     return (xc[0], xc[1], xc[2], xc[3] - rate * nx, xc[4] - rate * ny, xc[5] - rate * nz)
 
 
-@lean_generic
+@generic
 def project_to_rope(rope, pose, xc):
     """Return the payload state put back on the rope: what the drive holds exactly, rounding must not undo."""
     return xc

@@ -28,7 +28,7 @@ from crane_sim.models.contact.surface import (
 )
 from crane_sim.models.moving_base import rotate_to_base
 from crane_sim.models.suspended.load_dynamics import add, multiply
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 OPEN = NormalForces(0, (0.0, 0.0, 0.0), NONE)
 
@@ -41,7 +41,7 @@ class ContactResult(NamedTuple):
     normal_forces: Any  # `NormalForces`, None where contact is not modelled
 
 
-@lean_generic
+@generic
 def count_contact_modes(contact):
     """Return the number of floats of the contact's modes."""
     return 0
@@ -57,7 +57,7 @@ def _(contact):
     return len(contact.points)  # 1 for a point that presses
 
 
-@lean_generic
+@generic
 def add_contact(contact, load, t, x, first, state, free):
     """Return the load's accelerations with contact.
 
@@ -83,7 +83,6 @@ def _(contact, load, t, x, first, state, free):
     return compute_contact_result(load, state, free, normal_forces)
 
 
-@lean_kernel
 def slipping_forces(contact, load, x, first, surface_and_body, free):
     """Return the NormalForces on a load that slips; arguments of `rigid.holding_forces`."""
     turn = multiply(surface_and_body[1].rows, free[1])
@@ -91,7 +90,6 @@ def slipping_forces(contact, load, x, first, surface_and_body, free):
     return closing_forces(contact, load, x, first, surface_and_body, lift, 1.0)
 
 
-@lean_kernel
 def compute_contact_result(load, state, free, normal_forces):
     """Return the ContactResult of a load under normal forces; other arguments of `add_contact`."""
     force, moment = normal_forces.wrench
@@ -110,7 +108,6 @@ def _(contact, load, t, x, first, state, free):
     return compute_contact_result(load, state, free, NormalForces(count, (0.0, 0.0, 0.0), wrench))
 
 
-@lean_kernel
 def compliant_normal_force(contact, point):
     """Return the normal force [N] on a compliant point, also where it is free."""
     return -contact.stiffness * point.gap * (1.0 - contact.damping * point.velocity[2])

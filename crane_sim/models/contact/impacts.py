@@ -24,7 +24,7 @@ from crane_sim.models.contact.surface import (
 )
 from crane_sim.models.moving_base import cross, dot, rotate_to_base
 from crane_sim.models.suspended.load_dynamics import add, multiply
-from crane_sim.numerics.jit import kernel, lean_kernel, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.numerics.states import replace_field
 
 NEAR = 1e-9  # m: a point takes part in an impact of another one below this gap
@@ -33,7 +33,6 @@ CONVERGED = 1e-15  # change of a point's velocity in a sweep, relative to the la
 PARTS = 1e-3  # of the rest velocity: a point that leaves more slowly is closed
 
 
-@lean_kernel
 def after_impulse(load, state, wrench):
     """Return the BodyState of the load after a wrench of impulses."""
     omega = add(state.omega, rotate_to_base(state.rows, turn_of(load, state, wrench.moment)))
@@ -41,14 +40,12 @@ def after_impulse(load, state, wrench):
     return replace_field(replace_field(state, "velocity", velocity), "omega", omega)
 
 
-@lean_kernel
 def mobility(load, state, lever, direction):
     """Return the mobility [1/kg] of a point of the load along a unit vector, both in the axes of the base."""
     arm = cross(lever, direction)
     return 1.0 / load.mass + dot(arm, turn_of(load, state, arm))
 
 
-@kernel
 def relax_point(contact, load, point, state, impulses, i, least):
     """Correct the impulses (n, 3) of one point for its velocity; return (their change (3,), change of velocity)."""
     normal = mobility(load, state, point.lever, (0.0, 0.0, 1.0))
@@ -92,13 +89,11 @@ def relax(contact, load, moved, state, impulses, least, touching):
     return now, total
 
 
-@lean_kernel
 def sum_wrenches(a, b):
     """Return the sum of two wrenches."""
     return Wrench(add(a.force, b.force), add(a.moment, b.moment))
 
 
-@lean_kernel
 def impulse_work(wrench, before, after, velocity):
     """Return the work [J] of impulses on a load, relative to axes with a velocity (3,)."""
     work = 0.5 * (wrench_power(wrench, before) + wrench_power(wrench, after))

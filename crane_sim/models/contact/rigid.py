@@ -29,7 +29,7 @@ from crane_sim.models.contact.surface import (
 )
 from crane_sim.models.moving_base import cross, dot, rotate_to_base
 from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
-from crane_sim.numerics.jit import lean_kernel, lean_routine
+from crane_sim.numerics.jit import routine
 
 NONE = Wrench(ZERO, ZERO)
 RATE = 10.0  # 1/s, γ: slow beside falls and slip, so that it costs no steps
@@ -43,13 +43,11 @@ class NormalForces(NamedTuple):
     wrench: Wrench  # of all forces
 
 
-@lean_kernel
 def is_closed(x, first, i):
     """Return whether mode number i of those that begin at x[first] is set."""
     return x[first + i] > 0.5
 
 
-@lean_kernel
 def closed_count(contact, x, first):
     """Return the number of closed points in state x, whose contact modes begin at index `first`."""
     count = 0
@@ -58,7 +56,6 @@ def closed_count(contact, x, first):
     return count
 
 
-@lean_kernel
 def shares(count, place, lever):
     """Return the factors (3,) of the unknowns in the normal force of a closed point, the one with number `place`."""
     if count > 2:
@@ -66,7 +63,6 @@ def shares(count, place, lever):
     return (1.0, 0.0, 0.0) if place == 0 else (0.0, 1.0, 0.0)
 
 
-@lean_kernel
 def unit_wrenches(contact, x, first, scene, count, rough):
     """Return the wrenches (3) of the unknowns, each 1; arguments of `slipping_forces`, rough: 1 with friction."""
     (moved, state), place = scene, 0
@@ -83,20 +79,17 @@ def unit_wrenches(contact, x, first, scene, count, rough):
     return a, b, c
 
 
-@lean_kernel
 def lift_of(load, state, wrench):
     """Return (z'', α_x, α_y) of the load under a wrench."""
     x, y, _ = turn_of(load, state, wrench.moment)
     return wrench.force[2] / load.mass, x, y
 
 
-@lean_kernel
 def turn_of(load, state, moment):
     """Return the angular acceleration (3,) under a moment (3,), both in the axes of the base."""
     return multiply(state.rows, multiply(load.inverse_inertia, rotate_to_base(state.rows, moment)))
 
 
-@lean_kernel
 def required_changes(contact, x, first, scene, count, lift, smooth):
     """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)); arguments of `closing_forces`."""
     (moved, state), place = scene, 0
@@ -119,7 +112,6 @@ def required_changes(contact, x, first, scene, count, lift, smooth):
     return (row, other, ZERO), (missing, more, 0.0)
 
 
-@lean_kernel
 def correction(contact, x, first, scene):
     """Return 2 γ g' + γ² g (3,) of the gap's plane g₀ + g₁ r_y - g₂ r_x through three or more closed points."""
     sums, (moved, state) = ZERO, scene
@@ -131,7 +123,6 @@ def correction(contact, x, first, scene):
     return plane_through(contact, x, first, scene, sums)
 
 
-@lean_kernel
 def plane_through(contact, x, first, scene, sums):
     """Return y (3,) of the plane y₀ + y₁ r_y - y₂ r_x whose sums over closed points with (1, r_y, -r_x) are given."""
     a, b, c = ZERO, ZERO, ZERO
@@ -143,14 +134,12 @@ def plane_through(contact, x, first, scene, sums):
     return solve_three(a, b, c, sums)
 
 
-@lean_kernel
 def solve_three(a, b, c, right):
     """Return the solution (3,) of a 3 × 3 system with the columns a, b, c."""
     scale = 1.0 / dot(a, cross(b, c))
     return scale * dot(right, cross(b, c)), scale * dot(a, cross(right, c)), scale * dot(a, cross(b, right))
 
 
-@lean_kernel
 def solve_unknowns(count, rows, columns, b):
     """Return y (3,) with rows · columns y = b, of which `count` (3 where there are more) are unknown."""
     p, q, r = (
@@ -166,7 +155,6 @@ def solve_unknowns(count, rows, columns, b):
     return solve_three(p, q, r, b)
 
 
-@lean_kernel
 def combine(wrenches, y):
     """Return the sum of three wrenches times y (3,)."""
     a, b, c = wrenches
@@ -174,7 +162,7 @@ def combine(wrenches, y):
     return Wrench(force, add(add(multiple(y[0], a.moment), multiple(y[1], b.moment)), multiple(y[2], c.moment)))
 
 
-@lean_routine
+@routine
 def closing_forces(contact, load, x, first, scene, lift, smooth):
     """Return the NormalForces that keep closed points on the surface.
 
@@ -194,7 +182,7 @@ def closing_forces(contact, load, x, first, scene, lift, smooth):
     return NormalForces(count, y, combine(wrenches, y))
 
 
-@lean_routine
+@routine
 def holding_accelerations(contact, x, first, scene):
     """Return the accelerations of a load that moves as the surface: (centre (3,), α (3,)), in the axes of the base."""
     moved, state = scene
@@ -204,14 +192,13 @@ def holding_accelerations(contact, x, first, scene):
     return (ax - damping * vx, ay - damping * vy, az - back[0]), (-back[1], -back[2], -damping * omega[2])
 
 
-@lean_kernel
 def surface_level(contact, scene):
     """Return r_z [m] of the surface from the load's centre of mass."""
     point = contact_point(contact, 0, scene[0], scene[1])
     return point.lever[2] - point.gap
 
 
-@lean_routine
+@routine
 def holding_forces(contact, load, x, first, scene, free):
     """Return the NormalForces that hold the load; three or more points are closed, free: as in `add_contact`."""
     state, (centre, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
@@ -224,13 +211,11 @@ def holding_forces(contact, load, x, first, scene, free):
     return NormalForces(closed_count(contact, x, first), y, wrench)
 
 
-@lean_kernel
 def normal_force_on(normal_forces, place, lever):
     """Return the normal force [N] on a closed point, the one with number `place`."""
     return dot(shares(normal_forces.closed, place, lever), normal_forces.unknowns)
 
 
-@lean_kernel
 def least_normal_force(contact, x, first, scene, normal_forces):
     """Return the smallest normal force [N] on a closed point."""
     least, place = 1e300, 0
@@ -241,7 +226,6 @@ def least_normal_force(contact, x, first, scene, normal_forces):
     return least
 
 
-@lean_kernel
 def normal_force_moments(contact, x, first, scene, normal_forces):
     """Return Σ λ, Σ λ r_x, Σ λ r_y and Σ λ (r_x² + r_y²)."""
     place, total, sx, sy, polar = 0, 0.0, 0.0, 0.0, 0.0
@@ -254,7 +238,7 @@ def normal_force_moments(contact, x, first, scene, normal_forces):
     return total, sx, sy, polar
 
 
-@lean_routine
+@routine
 def required_friction(contact, x, first, scene, normal_forces):
     """Return the coefficient of friction that is needed to hold the load by these NormalForces, 1e300 if they pull."""
     total, sx, sy, polar = normal_force_moments(contact, x, first, scene, normal_forces)

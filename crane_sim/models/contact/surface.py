@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from crane_sim.models.moving_base import cross, dot
 from crane_sim.models.suspended.load_dynamics import add, from_centre, multiply, subtract
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.base_motion import Base, axis_at
 
 Vector = tuple[float, float, float]
@@ -80,7 +80,7 @@ class Wrench(NamedTuple):
     moment: Vector  # N m
 
 
-@lean_generic
+@generic
 def displacement_at(motion, t):
     """Return the Displacement of a surface at time t [s]."""
     return Displacement(ZERO, ZERO, ZERO)
@@ -92,7 +92,7 @@ def _(motion, t):
     return Displacement((x, y, z), (vx, vy, vz), (ax, ay, az))
 
 
-@lean_generic
+@generic
 def place_of(changes, contact, i, state):
     """Return (point number i of a load from its centre of mass (3,), in its axes; height of the surface)."""
     return (contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]), contact.surface.height
@@ -104,7 +104,6 @@ def _(changes, contact, i, state):
     return from_centre(state, (points[k, i, 0], points[k, i, 1], points[k, i, 2])), changes.heights[k]
 
 
-@lean_kernel
 def contact_point(contact, i, moved, state):
     """Return point number i of a load; moved: Displacement of the surface, state: BodyState of the load."""
     own, height = place_of(contact.changes, contact, i, state)
@@ -114,14 +113,12 @@ def contact_point(contact, i, moved, state):
     return ContactPoint(lever, gap, subtract(velocity, moved.velocity))
 
 
-@lean_kernel
 def slip_speed(point):
     """Return the speed [m/s] of a point along the surface."""
     vx, vy, _ = point.velocity
     return sqrt(vx * vx + vy * vy)
 
 
-@lean_kernel
 def unit_normal_force(surface, point):
     """Return the force (3,) on a slipping point for each newton of its normal force."""
     vx, vy, _ = point.velocity
@@ -129,20 +126,17 @@ def unit_normal_force(surface, point):
     return drag * vx, drag * vy, 1.0
 
 
-@lean_kernel
 def multiple(factor, a):
     """Return a vector (3,) times a factor."""
     return factor * a[0], factor * a[1], factor * a[2]
 
 
-@lean_kernel
 def add_force(wrench, factor, lever, force):
     """Return the sum of a wrench and of `factor` times a force [N] that acts at `lever` [m]."""
     applied = multiple(factor, force)
     return Wrench(add(wrench.force, applied), add(wrench.moment, cross(lever, applied)))
 
 
-@lean_kernel
 def wrench_power(wrench, state):
     """Return the power [W] of a wrench on a load (BodyState), relative to the base."""
     return dot(wrench.force, state.velocity) + dot(wrench.moment, multiply(state.rows, state.omega))

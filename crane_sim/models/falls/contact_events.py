@@ -44,7 +44,7 @@ from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.suspended.crane import load_force
 from crane_sim.models.suspended.load_dynamics import coordinate_velocity, multiply, subtract
 from crane_sim.models.wind_load import airflow_at
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.states import replace_field
 
 DEPTH, APPROACH = 1e-10, 1e-8  # m, m/s: beyond both of them a point touches
@@ -52,7 +52,7 @@ AT_REST = 1e-6  # m/s: a load that is given no deeper than NEAR and no faster is
 GRIP = 0.99  # part of the friction that may hold a load which comes to stick, so that it does not slip at once
 
 
-@lean_routine
+@routine
 def load_alone(p, t, x):
     """Return the load's accelerations without contact, see `load_acceleration`."""
     pose, turn, tip, load, _ = kinematics_of(p, x)
@@ -97,7 +97,7 @@ def _(contact, p, t, x):
     return 0.0
 
 
-@lean_generic
+@generic
 def contact_guard(contact, p, t, x, best):
     """Return (value, number, evaluations) of the smaller guard: `best` (value, number), or that of contact."""
     return best[0], best[1], 0
@@ -119,7 +119,7 @@ def _(contact, p, t, x, best):
     return rigid_guard(contact, p, t, x, best)
 
 
-@lean_routine
+@routine
 def rigid_guard(contact, p, t, x, best):
     """Return the result of `contact_guard` for a rigid contact."""
     first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
@@ -147,7 +147,6 @@ def rigid_guard(contact, p, t, x, best):
     return best[0], best[1], 1
 
 
-@lean_kernel
 def slip_guard(contact, p, t, x, scene, free):
     """Return the guard of a load that slips: negative where it is slow and friction can hold it."""
     first, fastest, surface = contact_index(p), 0.0, contact.surface

@@ -67,7 +67,7 @@ from crane_sim.models.suspended.load_dynamics import (
 )
 from crane_sim.models.wind_load import airflow_at, turned_flow
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.wind import Wind
 
@@ -141,7 +141,6 @@ class FallsSolution(NamedTuple):
     normal_forces: Any  # of contact, None without
 
 
-@lean_kernel
 def falls_layout(p):
     """Return (number nq of coordinates, index of the load's first one, index of the first mode)."""
     first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
@@ -149,19 +148,17 @@ def falls_layout(p):
     return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
-@lean_kernel
 def winch_index(p):
     """Return the index of the winch's mode, where it has friction."""
     return falls_layout(p)[2] + len(p.falls.offset)
 
 
-@lean_kernel
 def exchange_index(p):
     """Return the index of the number of exchanges, where the model has it."""
     return winch_index(p) + hoist_modes(p.hoist)
 
 
-@lean_generic
+@generic
 def common_length(hoist, p, x, nq):
     """Return (unstretched length [m] of the falls, its rate [m/s])."""
     i = coordinate_count(p.support)
@@ -173,7 +170,6 @@ def _(hoist, p, x, nq):
     return p.falls.length, 0.0
 
 
-@lean_kernel
 def body_state(p, x):
     """Return the load's kinematics in state x."""
     nq, first, _ = falls_layout(p)
@@ -185,13 +181,11 @@ def body_state(p, x):
     return body_of_coordinates(p.exchange, p.load, x, exchange_index(p), state)
 
 
-@lean_kernel
 def body_of(p, x):
     """Return the parameters of the load in state x."""
     return current_load(p.exchange, p.load, x, exchange_index(p))
 
 
-@lean_kernel
 def fall_state(falls, i, pose, turn, tip, load, length):
     """Return Fall number i.
 
@@ -217,7 +211,7 @@ def fall_state(falls, i, pose, turn, tip, load, length):
     return Fall(n, lever, top, spring, spring + damping, damping * rate, rate)
 
 
-@lean_generic
+@generic
 def taut_fall(contact, fall):
     """Return a taut fall as it pulls."""
     return fall
@@ -229,7 +223,6 @@ def _(contact, fall):
     return without_push(fall)
 
 
-@lean_kernel
 def without_push(fall):
     """Return the fall, a slack one where it would push: less than a step's guards see, beside a load that is held."""
     if fall.tension >= 0.0:
@@ -237,7 +230,6 @@ def without_push(fall):
     return Fall(fall.n, fall.lever, fall.top, fall.spring, 0.0, -fall.spring * fall.rate, fall.rate)
 
 
-@lean_kernel
 def sum_falls(p, x, pose, turn, tip, load):
     """Return the Pull of all falls; arguments of `fall_state`."""
     nq, _, modes = falls_layout(p)
@@ -257,7 +249,6 @@ def sum_falls(p, x, pose, turn, tip, load):
     return Pull(force, moment, couple, paid, damping)
 
 
-@lean_kernel
 def kinematics_of(p, x):
     """Return what `fall_state` takes besides the falls and a number, in state x."""
     nq, _, _ = falls_layout(p)
@@ -266,7 +257,7 @@ def kinematics_of(p, x):
     return pose, (s, c), tip_motion(pose, s, c), body_state(p, x), common_length(p.hoist, p, x, nq)
 
 
-@lean_routine
+@routine
 def solve_dynamics(p, t, x, tau):
     """Return motion and forces at time t in state x under joint efforts tau."""
     nq, _, _ = falls_layout(p)
@@ -291,7 +282,6 @@ def solve_dynamics(p, t, x, tau):
     )
 
 
-@lean_kernel
 def load_acceleration(p, body, base, load, pull, given):
     """Return the load's accelerations without contact: (centre (3,) in the base's axes, α (3,) in its own).
 
@@ -305,7 +295,6 @@ def load_acceleration(p, body, base, load, pull, given):
     return centre, alpha
 
 
-@lean_kernel
 def contact_index(p):
     """Return the index of the first mode of contact."""
     return exchange_index(p) + exchange_modes(p.exchange)
@@ -316,7 +305,7 @@ def _(p, t, x, u, out, work):
     write_falls_derivative(p, t, x, u, out)
 
 
-@lean_routine
+@routine
 def write_falls_derivative(p, t, x, u, out):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = falls_layout(p)
@@ -340,7 +329,6 @@ def write_falls_derivative(p, t, x, u, out):
         out[2 * nq] = falls_power(p, t, x, solved)
 
 
-@lean_kernel
 def falls_power(p, t, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     (nq, _, _), body = falls_layout(p), body_of(p, x)
@@ -356,7 +344,7 @@ def falls_power(p, t, x, solved):
     return add_contact_power(solved.normal_forces, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
 
 
-@lean_generic
+@generic
 def add_contact_power(normal_forces, load, power):
     """Return the sum of `power` [W] and the power of contact."""
     return power

@@ -75,7 +75,7 @@ from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_e
 from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
@@ -90,7 +90,7 @@ def _(p, x):
     normalise(p, x)
 
 
-@lean_routine
+@routine
 def normalise(p, x):
     """Give the quaternion its length 1, and take from its rates what is not across it."""
     nq, first, _ = falls_layout(p)
@@ -274,7 +274,7 @@ def _(p, t, x, u, work):
     return value, number, n + more
 
 
-@lean_routine
+@routine
 def sticking_joints_guard(p, t, x, u, best):
     """Return (guard, evaluations): the smallest one of `best` and of the guards of joints that friction holds."""
     if not any_joint_sticks(p.support, support_state(p.support, x, falls_layout(p)[0])):
@@ -283,7 +283,7 @@ def sticking_joints_guard(p, t, x, u, best):
     return sticking_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force), 1
 
 
-@lean_routine
+@routine
 def falls_guard(p, x):
     """Return the smallest guard and its number: taut and slack falls, and the stops of a run."""
     nq, _, modes = falls_layout(p)
@@ -296,7 +296,7 @@ def falls_guard(p, x):
     return best
 
 
-@lean_generic
+@generic
 def stops_guard(stops, p, x, nq):
     """Return the smallest guard of what ends a run: the limits of the support and of the falls' length."""
     return 1e300, encode(Guard.LENGTH, LOWER)

@@ -21,10 +21,10 @@ from crane_sim.models.supports.friction_modes import friction_state_offset, mode
 from crane_sim.models.supports.hoist import hoist_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, mode_of_stopped_winch, winch_guard, winch_mode
 from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
-from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 
 
-@lean_generic
+@generic
 def falls_winch_guard(hoist, best, p, t, x, u):
     """Return the smaller one of `best` and the guard of the winch's stick and slip."""
     return best
@@ -35,7 +35,7 @@ def _(hoist, best, p, t, x, u):
     return reeved_guard(hoist, best, p, t, x, u)
 
 
-@lean_routine
+@routine
 def reeved_guard(hoist, best, p, t, x, u):
     """Return the result of `falls_winch_guard` for a rope over sheaves."""
     if hoist_modes(hoist) == 0:

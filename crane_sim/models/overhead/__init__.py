@@ -6,22 +6,24 @@ A state is positions, their rates, the energy supplied where there is a meter, a
 tuple. What `shared_implementations` needs of a model beside its fields is here.
 """
 
-from crane_sim.numerics.jit import generic, lean_generic, lean_routine_generic, routine_generic
+from crane_sim.numerics.jit import generic, routine
 
 
-@lean_generic
+@generic
 def layout_of(p):
     """Return (number nq of coordinates, index of the first link's or node's, index of the first mode)."""
     raise NotImplementedError
 
 
-@routine_generic
+@generic
+@routine
 def energies(p, x):
     """Return (kinetic, potential) energy [J], as `system.kinetic` and `system.potential` do."""
     raise NotImplementedError
 
 
-@lean_routine_generic
+@generic
+@routine
 def smallest_guard(p, t, x, tau, work):
     """Return the result of `system.guard` at joint efforts tau."""
     raise NotImplementedError
@@ -33,7 +35,8 @@ def mode_of_stopped_axis(p, t, x, tau, axis, mode):
     raise NotImplementedError
 
 
-@routine_generic
+@generic
+@routine
 def switch(p, t, x, tau, number):
     """Return the result of `system.apply_reset_map` at joint efforts tau."""
     raise NotImplementedError

@@ -15,7 +15,7 @@ from crane_sim.models.overhead.modes import get_payload_mass
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.spatial import SpatialCrane, write_positions
 from crane_sim.models.supports.rails import axis_mass
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, routine
 
 
 @system.base_energy.register(PlanarCrane)
@@ -71,14 +71,12 @@ def _(base, p, x):
     return kinetic + more[0], potential + more[1]
 
 
-@kernel
 def allocate_bodies(p):
     """Return room for masses (N + 1,), positions and velocities (N + 1, 3) of trolley and nodes, zeros."""
     n = 1 + system.link_count(p)
     return np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
 
 
-@kernel
 def node_mass(p, x, k):
     """Return the mass [kg] of the node below link k, from 0, of a chain of rigid links."""
     mass = p.cable.masses[k]

@@ -18,7 +18,7 @@ from crane_sim.models.cables.chain import (
 )
 from crane_sim.models.moving_base import BaseKinematics, imposed_acceleration, pose_at, to_world
 from crane_sim.models.supports.rails import axis_mass
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.base_motion import AnyBase
 
 Moving = AnyBase
@@ -34,7 +34,7 @@ class Load(NamedTuple):
     power: float  # W
 
 
-@lean_generic
+@generic
 def axes_load(base, trolley, bridge, share, position, velocity):
     """Return the Load of trolley and bridge alone.
 
@@ -55,14 +55,13 @@ def _(base, trolley, bridge, share, position, velocity):
     return Load(along, across, along * vx + across * vy)
 
 
-@lean_kernel
 def imposed_gradient(base, r, v):
     """Return the change (3,) [m/s²] of the imposed acceleration for a change of position by r [m], of velocity by v."""
     turning = BaseKinematics(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
     return imposed_acceleration(turning, r, v)
 
 
-@lean_generic
+@generic
 def add_links_load(base, trolley, rods, w, x, v, rate):
     """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
 
@@ -99,7 +98,7 @@ def _(base, trolley, rods, w, x, v, rate):
     return Load(load + couples.x, NO_LOAD, power)
 
 
-@lean_generic
+@generic
 def add_rods_load(rods, base, w):
     """Add the effect of the base's rotation on links with a moment of inertia; return their Load."""
     return Load(NO_LOAD, NO_LOAD, NO_LOAD)
@@ -122,7 +121,7 @@ def _(rods, base, w):
     return Load(pull, NO_LOAD, power)
 
 
-@lean_generic
+@generic
 def add_nodes_load(base, links, position, velocity, rate, acc):
     """Add the accelerations imposed on the nodes of a chain in space to acc; return their power [W].
 

@@ -13,7 +13,6 @@ from crane_sim.models.overhead import layout_of
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import kernel
 
 
 class TwoLinks(NamedTuple):
@@ -34,7 +33,6 @@ class DoubleCrane(NamedTuple):
     energy_meter: Meter | None = None
 
 
-@kernel
 def double_dynamics(p, t, x, tau):
     """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
     (s1, c1), (s2, c2) = sincos(x[1]), sincos(x[2])

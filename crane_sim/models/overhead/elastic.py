@@ -21,7 +21,7 @@ from crane_sim.models.overhead.payload_wind import add_elastic_wind
 from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response, input_count
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
@@ -53,7 +53,7 @@ class ElasticCrane(NamedTuple):
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
 
-@lean_generic
+@generic
 def dimensions(bridge):
     """Return in how many dimensions the nodes move."""
     return 3
@@ -64,7 +64,6 @@ def _(bridge):
     return 2
 
 
-@lean_kernel
 def elastic_layout(p):
     """Return (number of coordinates, index of the first node's, dimensions, index of the first mode)."""
     d = dimensions(p.bridge)
@@ -73,7 +72,7 @@ def elastic_layout(p):
     return nq, first, d, 2 * nq + meter_size(p.energy_meter)
 
 
-@lean_generic
+@generic
 def rest_of_first(hoist, cable, x, top, nq):
     """Return (rest length, its rate) of the first link; its coordinate is number `top`."""
     return x[top], x[nq + top]
@@ -84,7 +83,6 @@ def _(hoist, cable, x, top, nq):
     return cable.lengths[0], 0.0
 
 
-@lean_kernel
 def node_vector(p, x, k, order):
     """Return the position (order 0) or velocity (order 1) of node k on the base, (3,); node 0 is the trolley."""
     nq, first, d, _ = elastic_layout(p)
@@ -95,7 +93,6 @@ def node_vector(p, x, k, order):
     return x[i], x[i + 1] if d == 3 else 0.0, x[i + d - 1]
 
 
-@lean_kernel
 def link(p, x, k):
     """Return (unit vector (3,) from node k to node k + 1, length, elongation, its rate) of link k, from 0."""
     nq, first, _, _ = elastic_layout(p)
@@ -110,7 +107,7 @@ def link(p, x, k):
     return (nx, ny, nz), length, length - rest, nx * (vx - ux) + ny * (vy - uy) + nz * (vz - uz) - paid
 
 
-@lean_generic
+@generic
 def tautness(limits, x, first):
     """Return the mode, 1 taut or 0 slack, of the link whose mode is number `first`."""
     return 1.0
@@ -121,7 +118,6 @@ def _(limits, x, first):
     return x[first]
 
 
-@lean_kernel
 def link_pull(p, x, k):
     """Return (unit vector (3,), tension [N], power that the damper takes [W]) of link k, from 0."""
     _, _, d, modes = elastic_layout(p)
@@ -131,7 +127,6 @@ def link_pull(p, x, k):
     return n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate
 
 
-@lean_kernel
 def mass_of(p, x, k):
     """Return the mass [kg] of node k, from 1."""
     mass = p.cable.masses[k - 1]
@@ -141,7 +136,6 @@ def mass_of(p, x, k):
 ZERO_VECTOR = (0.0, 0.0, 0.0)
 
 
-@lean_kernel
 def axes_motion(p, x):
     """Return (position [m], velocity [m/s]) of the trolley along x and y."""
     nq, _, d, _ = elastic_layout(p)
@@ -150,14 +144,13 @@ def axes_motion(p, x):
     return (x[0], 0.0), (x[nq], 0.0)
 
 
-@lean_kernel
 def base_load(base, p, x):
     """Return the Load of trolley and bridge, as `axes_load` does."""
     position, velocity = axes_motion(p, x)
     return axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
 
 
-@lean_generic
+@generic
 def add_base_accelerations(base, p, x, out):
     """Add the nodes' accelerations to the state's derivative `out`; return the power [W] that they take."""
     return NO_LOAD
@@ -179,19 +172,17 @@ def _(base, p, x, out):
     return power
 
 
-@lean_kernel
 def unit_vector(d, b):
     """Return the unit vector (3,) of coordinate b of d; in the plane the second one is z."""
     return 1.0 if b == 0 else 0.0, 1.0 if b == 1 and d == 3 else 0.0, 1.0 if b == d - 1 else 0.0
 
 
-@lean_kernel
 def entry_of(d, a, vector3):
     """Return entry a of d of a vector (3,)."""
     return vector3[0] if a == 0 else vector3[1] if a == 1 and d == 3 else vector3[2]
 
 
-@lean_generic
+@generic
 def base_jacobian(base, p, inv_masses, bands):
     """Add the derivatives of the imposed accelerations by positions and velocities to the bands.
 
@@ -240,7 +231,6 @@ def _(base, p, x, power):
     axes_base_jacobian(base, p, x, power)
 
 
-@lean_kernel
 def axes_base_jacobian(base, p, x, power):
     """Add the terms of trolley and bridge to `base_power_jacobian`."""
     nq, _, d, _ = elastic_layout(p)
@@ -254,7 +244,7 @@ def axes_base_jacobian(base, p, x, power):
         power[nq + b] += trolley * velocity[0] + bridge * fraction * velocity[1] + (load.x if b == 0 else load.y)
 
 
-@lean_generic
+@generic
 def add_node_forces(forces, p, t, x, out):
     """Add the forces' accelerations at time t to the state's derivative `out`; return their power [W]."""
     return 0.0
@@ -274,7 +264,7 @@ def _(p, t, x, u, out, work):
     write_elastic_derivative(p, t, x, system.effort(u, p, t, x), out)
 
 
-@lean_routine
+@routine
 def write_elastic_derivative(p, t, x, tau, out):
     """Write the time derivative of the state under efforts tau into `out`; return the power [W] supplied.
 
@@ -296,7 +286,6 @@ def write_elastic_derivative(p, t, x, tau, out):
     return supplied
 
 
-@lean_kernel
 def assemble_rhs(p, x, force, out):
     """Write the nodes' accelerations, given the first link's force (3,); return the power [W] of the other dampers."""
     nq, first, d, _ = elastic_layout(p)
@@ -312,14 +301,12 @@ def assemble_rhs(p, x, force, out):
     return lost
 
 
-@lean_kernel
 def write_vector(out, i, d, ax, ay, az):
     """Write a vector to out[i] and on; in the plane its last component is the second one."""
     out[i], out[i + 1] = ax, ay
     out[i + d - 1] = az
 
 
-@lean_kernel
 def drive_upper_end(p, t, x, tau, base, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)

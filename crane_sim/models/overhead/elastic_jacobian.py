@@ -29,7 +29,7 @@ from crane_sim.models.overhead.node_forces import NodeForces
 from crane_sim.models.overhead.payload_wind import elastic_wind_jacobian, elastic_wind_power_jacobian
 from crane_sim.models.supports.hoist import hoist_power, hoist_response
 from crane_sim.models.supports.rails import axis_linear_span, axis_power, axis_response, input_count
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
 from crane_sim.trajectories.inputs import value_at
 
@@ -55,7 +55,6 @@ class Link(NamedTuple):
     rate: float  # m/s, of its elongation
 
 
-@kernel
 def allocate_slopes(d):
     """Return slopes to fill, in d dimensions."""
     return Slopes(np.empty(d), np.empty((d + 1, d)), np.empty((d + 1, d)))
@@ -91,7 +90,6 @@ def fill_slopes(p, x, k, slopes):
     return Link(spring, damping, tension, rate)
 
 
-@kernel
 def put_vector(out, d, x, y, z):
     """Write a vector into out (d,); in the plane its last component is the second one."""
     out[0], out[1] = x, y
@@ -158,7 +156,6 @@ def add_upper_end_power(p, t, x, tau, info, slopes, factors, power):
         power[nq + first - 1] -= total * info.damping
 
 
-@kernel
 def pull_power_jacobian(p, axis, x, tau, i, own, pull, power):
     """Return how the power of axis i, linear in the pull, changes with it; add how it changes with its velocity."""
     nq, _, _, _ = elastic_layout(p)
@@ -224,7 +221,6 @@ def bands_at(p, t, x, tau):
     return bands
 
 
-@kernel
 def add_entry(bands, d, row, column, weight, position, velocity):
     """Add the derivatives of one acceleration by one position and its velocity."""
     j = 2 * d - 1 + column - row
@@ -232,7 +228,6 @@ def add_entry(bands, d, row, column, weight, position, velocity):
     bands.velocities[row, j] += weight * velocity
 
 
-@kernel
 def add_link(slopes, upper_inv_masses, lower_inv_mass, size, starts, bands):
     """Add a link between coordinates from starts[0] and from starts[1] on, size[0] and size[1] of them.
 
@@ -272,7 +267,6 @@ def add_axes_jacobian(p, t, x, tau, slopes, inv_masses, bands):
                 add_entry(bands, d, top, a, -hoist_inv_mass, slopes.positions[d, a], slopes.velocities[d, a])
 
 
-@kernel
 def axis_jacobian(p, axis, t, x, tau, i, own, bands):
     """Return the inverse mass of axis i; add what its velocity does to its acceleration."""
     nq, _, d, modes = elastic_layout(p)

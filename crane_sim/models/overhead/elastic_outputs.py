@@ -30,7 +30,7 @@ from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
 from crane_sim.models.wind_kink import with_kink_switching
-from crane_sim.numerics.jit import lean_kernel, routine
+from crane_sim.numerics.jit import routine
 
 
 @layout_of.register(ElasticCrane)
@@ -116,7 +116,6 @@ def _(p):
     return with_kink_switching(p.wind, make_switching(p.event_limits, forces, elastic_layout(p)[0], step_control))
 
 
-@lean_kernel
 def has_damper(damping):
     """Return whether a link has a damper: then whether it pulls depends on its rate too."""
     damped = False
@@ -144,7 +143,6 @@ def _(p, t, x, tau, work):
     return value, number, 0
 
 
-@lean_kernel
 def link_guard(p, x, k, taut):
     """Return the guard [N] of a link that only pulls: a slack one pulls where both its e and its k e + c e' are > 0."""
     _, _, stretch, rate = link(p, x, k)

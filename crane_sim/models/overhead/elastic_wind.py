@@ -9,7 +9,6 @@ from crane_sim.models.overhead.payload_wind import (
     payload_force,
 )
 from crane_sim.models.wind_load import airflow_at, drag_gradient, flow_gradient, relative_flow
-from crane_sim.numerics.jit import lean_kernel
 from crane_sim.trajectories.wind import Wind
 
 
@@ -26,7 +25,6 @@ def _(wind, p, base, t, x, out):
     return dot(force, v)
 
 
-@lean_kernel
 def force_gradients(wind, p, base, t, x, b):
     """Return the derivatives (3,) of the force by coordinate b of the payload's position [N/m] and velocity [N s/m]."""
     n, axis = len(p.cable.masses), unit_vector(elastic_layout(p)[2], b)

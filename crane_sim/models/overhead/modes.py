@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
 from crane_sim.models.stops import describe_length_event
 from crane_sim.models.supports.rails import mode_rate
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
@@ -56,7 +56,7 @@ def _(limits, forces, nq, step_control):
     return Switching(EVENT_LOG_CAPACITY, 0 if forces or limits.taut > 0.0 else nq, step_control)
 
 
-@lean_generic
+@generic
 def get_mode(limits, x, first, i):
     """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without modes."""
     return 0.0
@@ -67,7 +67,7 @@ def _(limits, x, first, i):
     return x[first + i]
 
 
-@lean_generic
+@generic
 def write_mode_rate(limits, axis, v, x, i, out):
     """Write the derivative of the mode x[i] of an axis at velocity v into `out`, if the crane has modes."""
 
@@ -77,7 +77,7 @@ def _(limits, axis, v, x, i, out):
     out[i] = mode_rate(axis, v, x[i])
 
 
-@lean_generic
+@generic
 def count_modes(limits, axes):
     """Return the number of modes of a crane with this number of axes, counting a hoist with friction."""
     return 0
@@ -88,7 +88,7 @@ def _(limits, axes):
     return axes + 1
 
 
-@lean_generic
+@generic
 def get_payload_mass(limits, x, last, mass):
     """Return the payload's mass [kg] in state x, whose last index is `last`; `mass` for a crane without events."""
     return mass
@@ -99,7 +99,7 @@ def _(limits, x, last, mass):
     return limits.masses[int(x[last])]
 
 
-@lean_generic
+@generic
 def count_payload_changes(limits, t):
     """Return the number of changes of the payload before time t [s]."""
     return 0.0
@@ -114,21 +114,18 @@ def _(limits, t):
     return changes
 
 
-@lean_kernel
 def limits_guard(limits, best, axis, q):
     """Return the smaller one of `best` and the guard of the travel limits of an axis at q [m]."""
     margin = min(q - limits.lower[axis], limits.upper[axis] - q)
     return smaller_guard(best, margin, encode(Guard.TRAVEL, axis))
 
 
-@lean_kernel
 def hoist_guard(limits, best, length):
     """Return the smallest one of `best` and the guards of the first link's shortest and longest length [m]."""
     best = smaller_guard(best, length - limits.shortest, encode(Guard.LENGTH, LOWER))
     return smaller_guard(best, limits.longest - length, encode(Guard.LENGTH, UPPER))
 
 
-@lean_kernel
 def payload_guard(limits, best, t, changes):
     """Return the smaller one of `best` and the guard of the next change of the payload, after `changes` of them."""
     if changes < len(limits.times):
@@ -136,7 +133,6 @@ def payload_guard(limits, best, t, changes):
     return best
 
 
-@lean_kernel
 def slack_guard(limits, best, tensions, n):
     """Return the smallest one of `best` and the tensions [N] of n rigid links, where a slack one ends the run."""
     if limits.taut > 0.0:

@@ -7,11 +7,10 @@ from crane_sim.models.cables.chain import COS, INV_MASS, LENGTH, RATE, SIN, add_
 from crane_sim.models.moving_base import airspeed
 from crane_sim.models.overhead.base_load import NO_LOAD
 from crane_sim.models.wind_load import add_wind, airflow_at
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.wind import Wind
 
 
-@lean_kernel
 def payload_force(wind, p, base, t, r, v):
     """Return the force (3,) [N] of the wind at time t on the payload of crane p.
 
@@ -24,7 +23,7 @@ def payload_force(wind, p, base, t, r, v):
     return add_wind(airflow_at(wind, p.base, t, 0.0), p.windage, (0.0, 0.0, 0.0), r, airspeed(base, r, v))
 
 
-@lean_generic
+@generic
 def add_links_wind(wind, p, base, t, w, top):
     """Add the payload's acceleration by the wind to the work array w of a chain in the plane; return its power [W].
 
@@ -50,7 +49,7 @@ def _(wind, p, base, t, w, top):
     return fx * vx + fz * vz
 
 
-@lean_generic
+@generic
 def add_nodes_wind(wind, p, base, t, links, top, acc):
     """Add the payload's acceleration by the wind to acc (N + 1, 3) [m/s²] of a chain in space; return its power [W].
 
@@ -81,7 +80,7 @@ def _(wind, p, base, t, links, top, acc):
     return fx * vx + fy * vy + fz * vz
 
 
-@lean_generic
+@generic
 def add_elastic_wind(wind, p, base, t, x, out):
     """Add the payload's acceleration to the derivative `out` of an elastic cable's state; return the wind's power [W].
 

@@ -77,7 +77,7 @@ from crane_sim.models.supports.rails import (
     mode_after_stop,
 )
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.lanes import use_wide_vectors
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
@@ -116,7 +116,7 @@ def _(p):
     return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
-@lean_generic
+@generic
 def hoisted_link(hoist, chain, x, nq):
     """Return (length, rate) of the first link."""
     return x[1], x[nq + 1]
@@ -132,7 +132,6 @@ def _(p):
     return work_array(p.cable.masses, p.cable.lengths)
 
 
-@lean_kernel
 def fill_links(p, x, w):
     """Fill the work array with the links' kinematics."""
     nq, first, _ = layout_of(p)
@@ -144,7 +143,7 @@ def fill_links(p, x, w):
     w[INV_MASS, n - 1] = 1.0 / get_payload_mass(p.event_limits, x, len(x) - 1, p.cable.masses[n - 1])
 
 
-@lean_generic
+@generic
 def add_node_forces(forces, t, w):
     """Add the accelerations by forces on nodes to the links' right-hand sides."""
 
@@ -156,7 +155,7 @@ def _(forces, t, w):
     add_node_forces(forces.tail, t, w)
 
 
-@lean_routine
+@routine
 def forward_dynamics(p, t, x, tau, w):
     """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
     use_wide_vectors()
@@ -188,7 +187,7 @@ def _(p, t, x, u, out, work):
     write_derivative(p, t, x, u, out, work)
 
 
-@lean_routine
+@routine
 def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout_of(p)
@@ -208,7 +207,6 @@ def write_derivative(p, t, x, u, out, work):
     write_mode_rate(p.event_limits, p.trolley, x[nq], x, modes, out)
 
 
-@lean_kernel
 def chain_power(p, t, x, tau, solved, w):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, first, modes = layout_of(p)

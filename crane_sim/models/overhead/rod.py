@@ -55,7 +55,7 @@ from crane_sim.models.supports.rails import (
     mode_rate,
 )
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry
 
 MASS, DISTANCE = 0, 1
@@ -114,7 +114,6 @@ def _(hoist, cable, x):
     return cable.length, 0.0
 
 
-@kernel
 def mass_moments(p, x, length):
     """Return (M [kg], S [kg m], I [kg m²], M I - S²) of the nodes, about the trolley."""
     cable = p.cable
@@ -157,7 +156,6 @@ def _(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
     return a, tension, (rest - tension) / total - s * a
 
 
-@kernel
 def solve_swing(p, t, x, tau):
     """Return accelerations and forces at time t in state x under joint efforts tau."""
     nq, _, modes = layout_of(p)
@@ -222,7 +220,6 @@ def _(p, t, x, u):
     return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.event_limits, p, x))
 
 
-@kernel
 def supplied_power(p, x, tau, swing):
     """Return the power [W] that drives, imposed motions and losses supply."""
     nq, _, modes = layout_of(p)
@@ -347,20 +344,17 @@ def _(p, t, x, u, work):
     return value, number, int(forces)
 
 
-@kernel
 def forces_of(p, t, x, tau):
     """Return (tension, pull on the trolley) [N]."""
     swing = solve_swing(p, t, x, tau)
     return swing.tension, swing.pull
 
 
-@kernel
 def total_energy(p, x):
     """Return the total energy [J]."""
     return system.kinetic(p, x) + system.potential(p, x)
 
 
-@kernel
 def mode_of_stopped_joint(p, joint, mode, tau, swing):
     """Return the new mode of trolley or hoist, at rest at this Swing, after its guard has failed in `mode`."""
     if joint == HOIST:

@@ -66,7 +66,7 @@ from crane_sim.models.supports.rails import (
 )
 from crane_sim.models.wind_kink import with_kink_switching
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.wind import Wind
 
 
@@ -112,7 +112,7 @@ def _(p):
     return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
-@lean_generic
+@generic
 def hoisted_link(hoist, chain, x, nq):
     """Return (length, rate) of the first link."""
     return x[2], x[nq + 2]
@@ -134,7 +134,7 @@ def _(p, x):
     straighten(p, x)
 
 
-@lean_routine
+@routine
 def straighten(p, x):
     """Give unit vectors their length 1, and take from their rates what is not across them."""
     nq, first, _ = layout_of(p)
@@ -155,7 +155,6 @@ def work_arrays(masses, lengths):
     return Work(links, free, np.empty(n), np.empty(n))
 
 
-@lean_kernel
 def fill_links(p, x, links):
     """Fill the links with those of state x, put back on what they hold."""
     nq, first, _ = layout_of(p)
@@ -169,7 +168,7 @@ def fill_links(p, x, links):
     links.inv_masses[n - 1] = 1.0 / get_payload_mass(p.event_limits, x, len(x) - 1, p.cable.masses[n - 1])
 
 
-@lean_routine
+@routine
 def forward_dynamics(p, t, x, tau, work):
     """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in work."""
     nq, first, modes = layout_of(p)
@@ -201,7 +200,7 @@ def _(p, t, x, u, out, work):
     write_derivative(p, t, x, u, out, work)
 
 
-@lean_routine
+@routine
 def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout_of(p)
@@ -224,7 +223,6 @@ def write_derivative(p, t, x, u, out, work):
     write_mode_rate(p.event_limits, p.bridge, x[nq + 1], x, modes + 1, out)
 
 
-@lean_kernel
 def chain_power(p, t, x, tau, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, modes = layout_of(p)

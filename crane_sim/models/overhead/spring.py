@@ -11,7 +11,6 @@ from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
 from crane_sim.models.overhead import layout_of
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
-from crane_sim.numerics.jit import lean_kernel
 
 
 class Spring(NamedTuple):
@@ -32,7 +31,6 @@ class SpringCrane(NamedTuple):
     energy_meter: Meter | None = None
 
 
-@lean_kernel
 def spring_pull(p, x):
     """Return (unit vector down the link (2,), tension [N], elongation [m], power [W] that the damper takes)."""
     dx, dz = x[1] - x[0], x[2]
@@ -44,7 +42,6 @@ def spring_pull(p, x):
     return (nx, nz), p.cable.stiffness * stretch + damping, stretch, damping * rate
 
 
-@lean_kernel
 def accelerations(p, t, x, tau):
     """Return the accelerations of trolley and payload (3,) [m/s²]."""
     (nx, nz), tension, _, _ = spring_pull(p, x)
@@ -53,7 +50,6 @@ def accelerations(p, t, x, tau):
     return bias_acc + inv_mass * tension * nx, -drawn * nx, -drawn * nz - p.gravity
 
 
-@lean_kernel
 def net_power(p, x, tau):
     """Return the power [W] that drive and imposed motion supply, less what the damper takes."""
     (nx, _), tension, _, lost = spring_pull(p, x)

@@ -80,7 +80,7 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
@@ -120,7 +120,7 @@ class CraneMotion(NamedTuple):
     driven: Any  # N m, N, efforts (nu,) of drives, base and wind alone
 
 
-@lean_generic
+@generic
 def add_swing_friction(friction, rope_state, force, reaction, tau, support):
     """Return (force on the payload, reaction on the tip, joint efforts) with the swing joints' friction added.
 
@@ -143,7 +143,7 @@ def _(friction, rope_state, force, reaction, tau, support):
     return force, reaction, tau
 
 
-@lean_generic
+@generic
 def friction_power(friction, rope_state):
     """Return the power [W] that the swing joints' friction takes out, negative."""
     _, _, _, w1, w2 = swing_angles(rope_state)
@@ -156,7 +156,7 @@ def _(friction, rope_state):
     return 0.0
 
 
-@lean_generic
+@generic
 def add_payload_force(payload_force, force, p, t, xs):
     """Return the force (3,) [N] plus that on the payload at time t, in the axes of the support's frame."""
     return force
@@ -170,13 +170,11 @@ def _(payload_force, force, p, t, xs):
     return force[0] + x, force[1] + y, force[2] + z
 
 
-@lean_kernel
 def base_of(p, t, xs):
     """Return the base at time t in the axes of the support's frame, None where it rests."""
     return turned_about_z(base_kinematics_at(p.base, p.gravity, t), yaw(p.support, xs))
 
 
-@lean_kernel
 def solve_motion(p, t, x, tau):
     """Return the Motion of crane p at time t in state x under joint efforts tau."""
     xs, xc = x[0], x[1]
@@ -217,7 +215,7 @@ def _(p, t, x, u):
     return append_friction_rates(p.friction, derivative, x, motion.rope_state.rate)
 
 
-@lean_generic
+@generic
 def append_power(meter, derivative, p, t, x, tau, motion):
     """Return the derivative of a state of two parts, with the supplied power appended where the crane is metered."""
     return derivative
@@ -234,7 +232,6 @@ def _(p, t, x, u):
     return supplied_power(p, t, x, tau, solve_motion(p, t, x, tau))
 
 
-@lean_kernel
 def supplied_power(p, t, x, tau, motion):
     """Return the power [W] that drives, imposed motions, forces and losses supply; motion: by `solve_motion`."""
     position, moving = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], motion.pose.yaw_rate)
@@ -248,7 +245,7 @@ def supplied_power(p, t, x, tau, motion):
     return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, motion.rope_state)
 
 
-@lean_generic
+@generic
 def driven_efforts(friction, p, x, tau, motion):
     """Return the joint efforts (nu,) of drives, friction of the joints, base and wind."""
     tau = add_joint_friction(friction, tau, motion.rope_state, x)
@@ -322,7 +319,7 @@ def _(p, t, x):
     return base_energy_of(base_state(p.base, t, yaw(p.support, x[0])), p, x)
 
 
-@lean_generic
+@generic
 def base_energy_of(base, p, x):
     """Return (kinetic, potential) energy [J] in the world less those relative to the base; `base`: `base_state`."""
     return 0.0, 0.0

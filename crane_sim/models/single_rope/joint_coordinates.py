@@ -18,7 +18,7 @@ from crane_sim.models.supports import (
 from crane_sim.models.supports.driven_point import Point
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 POLE = 1e-9
 """cos θ2 below which the rate of θ1, infinite at the pole, is reported as if at this distance from it."""
@@ -34,7 +34,7 @@ def _(support, p, x):
     return (*xs[:3], rope_state.length, theta1, theta2), (*xs[3:], rope_state.rate, w1 / max(c2, POLE), w2)
 
 
-@lean_generic
+@generic
 def winch_joint(rope, rope_state):
     """Return the actuated rope coordinate and its rate, each a tuple, empty for a braked winch."""
     return (rope_state.length,), (rope_state.rate,)
@@ -52,7 +52,7 @@ def _(support, p, x):
     return (*x[0][:3], *q), (*x[0][3:], *v)
 
 
-@lean_generic
+@generic
 def winch_effort(rope, row):
     """Return the winch's effort in the array `row` as a tuple, empty for a braked winch."""
     return (row[3],)
@@ -114,7 +114,6 @@ def _(support, p, x):
     return (*x[0][:3], *rope_state.n), (*x[0][3:], *_direction_rates(rope_state))
 
 
-@lean_kernel
 def _direction_rates(rope_state):
     """Return the derivative (3,) [1/s] of the rope's unit vector."""
     (nx, ny, nz), (vx, vy, vz), rate = rope_state.n, rope_state.velocity, rope_state.rate

@@ -21,7 +21,7 @@ from crane_sim.models.supports.friction import (
     joint_sticks,
 )
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry, replace_field
 
 STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
@@ -36,7 +36,7 @@ class JointFriction(NamedTuple):
     rope: Friction | LuGre | None  # N, of a winch driven by force, in terms of the rope
 
 
-@lean_generic
+@generic
 def hold_joints(friction, pose, x):
     """Return the posture of state x with the joints that friction holds."""
     return pose
@@ -53,7 +53,7 @@ def _(friction, pose, x):
     return replace_field(pose, "free", (*free, not joint_sticks(friction.rope, rope)))
 
 
-@lean_generic
+@generic
 def add_joint_friction(friction, tau, rope_state, x):
     """Return the joint efforts tau plus those of friction, which a joint that sticks has none of."""
     return tau
@@ -70,7 +70,7 @@ def _(friction, tau, rope_state, x):
     )
 
 
-@lean_generic
+@generic
 def winch_effort(friction, tau, rate, friction_state):
     """Return the winch's effort with friction as a tuple, empty for a winch without one."""
     return tau[3:]
@@ -100,7 +100,6 @@ def _(friction, u):
     return u  # the winch overcomes its friction to pay out, while the rope pulls
 
 
-@lean_kernel
 def constraint_efforts(p, motion):
     """Return the constraint efforts (slew, boom, jib, winch) at a Motion of p: what friction bears where it holds."""
     gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
@@ -110,7 +109,7 @@ def constraint_efforts(p, motion):
     return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
 
 
-@lean_generic
+@generic
 def any_joint_sticks(friction, x):
     """Return whether friction holds a joint in state x."""
     return False
@@ -123,7 +122,7 @@ def _(friction, x):
     return turning or joint_sticks(friction.rope, rope)
 
 
-@lean_generic
+@generic
 def friction_guards(friction, best, x, rate, efforts):
     """Return the smallest one of `best` and of the guards of the joints' friction.
 
@@ -147,7 +146,6 @@ def _(friction, best, x, rate, efforts):
     return smaller_guard(best, winch, encode(Guard.FRICTION, WINCH))
 
 
-@lean_kernel
 def stop_joint(x, joint, rope_state):
     """Return state x with a joint at rest whose friction has ended its motion, and held."""
     xs, xc = x[0], x[1]
@@ -158,7 +156,6 @@ def stop_joint(x, joint, rope_state):
     return (xs, xc, *x[2:-1], replace_entry(x[-1], joint, 0.0))
 
 
-@lean_kernel
 def after_guard(friction, joint, friction_state, efforts):
     """Return the new mode of a joint whose guard has failed in mode `friction_state`, at rest under `efforts`."""
     if joint == 0:
@@ -172,13 +169,12 @@ def after_guard(friction, joint, friction_state, efforts):
     return mode
 
 
-@lean_kernel
 def with_friction_state(x, joint, friction_state):
     """Return state x with the friction state of a joint replaced, and the number of that event."""
     return (*x[:-1], replace_entry(x[-1], joint, friction_state)), friction_event(joint, friction_state)
 
 
-@lean_generic
+@generic
 def append_friction_states(friction, x, v):
     """Return the initial state x with the friction states of joints at velocities v (nq,) appended."""
     return x
@@ -195,7 +191,7 @@ def _(friction, x, v):
     return (*x, (*turning, initial_friction_state(friction.rope, rate)))
 
 
-@lean_generic
+@generic
 def append_friction_rates(friction, derivative, x, rate):
     """Return the derivative of state x with those of the friction states appended; `rate` is the rope's [m/s]."""
     return derivative
@@ -209,7 +205,7 @@ def _(friction, derivative, x, rate):
     return (*derivative, rates)
 
 
-@lean_generic
+@generic
 def keep_friction_states(friction, x, projected, rope_state):
     """Return the projected state with the friction states of x, the rope at rest where friction holds its winch."""
     return projected

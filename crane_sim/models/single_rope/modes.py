@@ -19,7 +19,7 @@ from crane_sim.models.supports import forward_kinematics, support_guard, yaw
 from crane_sim.models.supports.friction import first_not_none, step_control_of
 from crane_sim.models.wind_kink import pressed_point, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 POSITIONS = 6  # of support and payload
@@ -42,7 +42,7 @@ def _(p, x):
     return to_turned_axes((x[1][0], x[1][1], x[1][2]), -s, c)
 
 
-@lean_generic
+@generic
 def friction_switching(friction, stops):
     """Return the result of `system.switching` for a crane with this friction of its joints."""
     return make_switching(stops, POSITIONS)
@@ -61,7 +61,7 @@ def _(p, t, x, u, work):
     return smallest_guard(p, t, x, u)
 
 
-@lean_routine
+@routine
 def smallest_guard(p, t, x, u):
     """Return (the smallest guard, its number, evaluations)."""
     stops, taut = p.stops, p.stops.taut > 0.0
@@ -75,7 +75,7 @@ def smallest_guard(p, t, x, u):
     return value, number, int(forces)
 
 
-@lean_generic
+@generic
 def tension_and_constraint_efforts(friction, p, t, x, u):
     """Return (tension [N], result of `constraint_efforts`, zeros of a crane without friction of its joints)."""
     return solve_motion(p, t, x, system.effort(u, p, t, x)).tension, NO_EFFORTS
@@ -92,7 +92,7 @@ def _(p, t, x, u, number):
     return switch_joint(p.friction, p, t, x, u, number)
 
 
-@lean_generic
+@generic
 def switch_joint(friction, p, t, x, u, number):
     """Return the result of `system.apply_reset_map` for a crane with this friction of its joints."""
     return x, number, False

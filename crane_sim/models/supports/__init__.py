@@ -10,24 +10,24 @@ change of the tip's coordinates in it.
 """
 
 from crane_sim.models.moving_base import BaseKinematics
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 _COORDINATES = 3  # of most supports
 
 
-@lean_generic
+@generic
 def forward_kinematics(support, xs):
     """Return a NamedTuple of what state xs fixes: at least tip (3,), tip_velocity (3,), yaw_rate."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def support_acceleration(support, pose, gravity, tau, force):
     """Return the joint accelerations under joint efforts tau and a force (3,) [N] on the tip."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def joint_constraint_efforts(support, pose, gravity, tau, force, qdd):
     """Return the constraint efforts of joints that stick: what friction bears; arguments of `support_acceleration`.
 
@@ -36,19 +36,19 @@ def joint_constraint_efforts(support, pose, gravity, tau, force, qdd):
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def tip_acceleration(support, pose, qdd):
     """Return (second rate of change of the tip's coordinates (3,), yaw acceleration) at joint accelerations qdd."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def tip_mobility(support, pose, n):
     """Return nᵀ J Mc⁻¹ Jᵀ n [1/kg]: the tip's acceleration along the unit vector n for a unit force along n."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def joint_mobilities(support, pose):
     """Return the acceleration of each joint [1/kg or 1/(kg m²)] for a unit effort on it, a tuple: no other one moves.
 
@@ -57,31 +57,30 @@ def joint_mobilities(support, pose):
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def tip_levers(support, pose, n):
     """Return the tip's velocity along the unit vector n for a unit rate of each joint, a tuple: Jᵀ n."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def joint_motion(support, xs, i):
     """Return (position, rate) of coordinate i in the support's state xs."""
     return xs[i], xs[coordinate_count(support) + i]
 
 
-@lean_generic
+@generic
 def friction_state_count(support):
     """Return the number of the joints' friction states, which end the crane's state; 0 by default."""
     return 0
 
 
-@lean_generic
+@generic
 def add_yaw_moment(support, tau, couple):
     """Return the joint efforts tau plus those of a couple [N m] about the vertical, applied to the support."""
     raise NotImplementedError
 
 
-@lean_kernel
 def with_base(support, tau, base, pose):
     """Return the joint efforts tau plus those that a moving base imposes on the support's own masses.
 
@@ -91,7 +90,7 @@ def with_base(support, tau, base, pose):
     return add_base_efforts(base, support, tau, pose)
 
 
-@lean_generic
+@generic
 def add_base_efforts(base, support, tau, pose):
     """Return the result of `with_base`: tau itself for a base at rest."""
     return tau
@@ -102,13 +101,13 @@ def _(base, support, tau, pose):
     return add_imposed_efforts(support, base, tau, pose)
 
 
-@lean_generic
+@generic
 def add_imposed_efforts(support, base, tau, pose):
     """Return the joint efforts tau plus those of the inertial forces of a moving base on the support's masses."""
     return tau
 
 
-@lean_generic
+@generic
 def with_wind(support, tau, flow, base, pose):
     """Return the joint efforts tau plus those of the wind on the support's own bodies.
 
@@ -118,37 +117,37 @@ def with_wind(support, tau, flow, base, pose):
     return tau
 
 
-@lean_generic
+@generic
 def drive_power(support, tau, pose, force):
     """Return the power [W] of joint efforts tau with a force (3,) [N] on the tip."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def yaw(support, xs):
     """Return the angle [rad] of the support's frame about z."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def support_polyline(support, xs):
     """Return the support's polyline, base to tip, in its own frame: a tuple of (x, y, z)."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def support_kinetic(support, pose):
     """Return the support's kinetic energy [J], without rope and payload."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def support_potential(support, pose, gravity):
     """Return the support's potential energy [J] of gravity and joint springs, without rope and payload."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def support_base_energy(support, base, pose, gravity):
     """Return (kinetic, potential) energy [J] of the support's masses in the world less those relative to the base.
 
@@ -158,55 +157,55 @@ def support_base_energy(support, base, pose, gravity):
     return 0.0, 0.0
 
 
-@lean_generic
+@generic
 def coordinate_count(support):
     """Return the number of the support's coordinates, 3 by default."""
     return _COORDINATES
 
 
-@lean_generic
+@generic
 def trailing_count(support):
     """Return the number of trailing coordinates: the support's last ones, which the order of joints puts behind all."""
     return 0
 
 
-@lean_generic
+@generic
 def support_guard(support, best, xs):
     """Return the smallest one of `best`, see `crane_sim.models.guards`, and of the support's travel limits."""
     return best
 
 
-@lean_generic
+@generic
 def support_polyline_size(support):
     """Return the number of points of the support's polyline."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def joint_coordinates(support, p, x):
     """Return (q, v), the joint coordinates of the crane p on this support in state x."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def state_from_joints(support, p, q, v):
     """Return (support state, payload state) of the crane p on this support at joint coordinates q, v."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def joint_accelerations(support, p, motion):
     """Return the joint accelerations of the crane p on this support, at this Motion."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def actuated_joints(support, p, x):
     """Return (q, v) of the actuated joints only."""
     raise NotImplementedError
 
 
-@lean_generic
+@generic
 def efforts_from_row(support, p, row):
     """Return the efforts in the array `row` as a tuple."""
     raise NotImplementedError

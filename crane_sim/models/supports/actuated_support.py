@@ -59,7 +59,7 @@ from crane_sim.models.supports.friction_list import (
 )
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.swaying_tower import SwayingTower, with_sticking_joints
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry, replace_field
 
 
@@ -106,7 +106,6 @@ def takes_energy(support: Any) -> bool:
     return isinstance(support, GearedSupport | FlexibleSupport | SwayingTower)
 
 
-@lean_kernel
 def with_friction_states(support, inner, x):
     """Return the ActuatedState of a crane's state x; inner: the support's own."""
     return ActuatedState(inner, read_friction_states(support.frictions, x, len(x) - list_length(support.frictions)))
@@ -142,7 +141,7 @@ def _(support, xs, i):
     return joint_motion(support.support, xs.inner, i)
 
 
-@lean_generic
+@generic
 def motor_ratios(motors, mobilities):
     """Return M_i / (M_i + m_i) of joints with these mobilities 1 / M_i, a tuple."""
     for i in range(len(mobilities)):
@@ -157,7 +156,7 @@ def _(motors, mobilities):
     return mobilities
 
 
-@lean_generic
+@generic
 def free_ratios(support, motors, pose):
     """Return the ratios (n,) of accelerations with motors to those without, a tuple, where no joint is held."""
     return motor_ratios(motors, joint_mobilities(support, pose))
@@ -189,7 +188,7 @@ def _(support, pose, ratio):
     return with_sticking_joints(support, pose, (ratio[0] > 0.0, ratio[1] > 0.0))
 
 
-@lean_generic
+@generic
 def joint_rates(support, xs, like):
     """Return the rates (n,) of the joints of a support in its state xs; `like`: any tuple of n floats."""
     rates = like
@@ -210,7 +209,7 @@ def _(support, xs, like):
     return joint_motion(support, xs, 0)[1], joint_motion(support, xs, 1)[1], xs.rates[0], xs.rates[1]
 
 
-@lean_generic
+@generic
 def scaled_accelerations(support, qdd, ratio):
     """Return accelerations of a support's joints, scaled by the ratios that motors and friction leave of them."""
     for i in range(len(qdd)):
@@ -272,7 +271,7 @@ def _(support, pose, n):
     return tip_mobility(support, pose.inner, n)
 
 
-@lean_generic
+@generic
 def motor_energy(motors, rates):
     """Return the kinetic energy [J] of motors whose joints have these rates."""
     return 0.0

@@ -5,16 +5,14 @@ A crane without a bridge, or without a hoist, gives None for it.
 
 from crane_sim.models.supports.hoist import PrescribedHoist
 from crane_sim.models.supports.rails import ForceAxis, input_count
-from crane_sim.numerics.jit import generic, kernel
+from crane_sim.numerics.jit import generic
 
 
-@kernel
 def actuated_entries(trolley, bridge, hoist, x, i, axes):
     """Return those of the coordinates from x[i] on, of so many axes and the hoist, that are actuated, as a tuple."""
     return (*axis_entry(trolley, x, i), *axis_entry(bridge, x, i + 1), *hoist_entry(hoist, x, i + axes))
 
 
-@kernel
 def effort_tuple(trolley, bridge, hoist, row):
     """Return the efforts in the array `row` as a tuple: trolley, bridge, hoist, those that take one."""
     first, last = input_count(trolley), input_count(trolley) + input_count(bridge)

@@ -44,7 +44,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.numerics.jit import generic, kernel, lean_generic, lean_kernel, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.states import replace_entry
 from crane_sim.system import EVENT_LOG_CAPACITY, EventStepControl, Switching
 
@@ -102,7 +102,7 @@ class Shaft(NamedTuple):
     rates: tuple[float, float]  # m/s or rad/s, of drive and joint
 
 
-@lean_generic
+@generic
 def drive_count(support):
     """Return the number of drives that have coordinates of their own."""
     return 0
@@ -161,7 +161,6 @@ def permute_to_coordinate_order(support, row):
     return out
 
 
-@lean_kernel
 def shaft_state(support, xs, i):
     """Return the Shaft of drive i in state xs."""
     drives, joint = support.drives, support.drives.joint[i]
@@ -172,13 +171,11 @@ def shaft_state(support, xs, i):
     return Shaft(side, p, moves, drives.stiffness[i] * p + drives.damping[i] * moves, (rate, joint_rate))
 
 
-@lean_kernel
 def first_drive_mode(support, x):
     """Return the index of the first drive's mode in a crane's state x; friction of joints stands behind them."""
     return len(x) - len(support.drives.inertia) - friction_state_count(support.support)
 
 
-@lean_kernel
 def with_drive_states(support, inner, x, nq):
     """Return the GearedState of a crane's state x with nq coordinates; inner: the support's own."""
     drives, own = support.drives, coordinate_count(support.support)
@@ -190,14 +187,13 @@ def with_drive_states(support, inner, x, nq):
     return GearedState(inner, position, rate, mode)
 
 
-@lean_kernel
 def joint_push(support, xs, i):
     """Return the effort of drive i on its joint, with the sign of the joint, in the mode of state xs."""
     mode = xs.mode[i]
     return mode * shaft_state(support, xs, i).push if abs(mode) == 1.0 else 0.0
 
 
-@lean_generic
+@generic
 def joint_efforts(support, tau, pose):
     """Return the efforts on the support's coordinates at commands tau: of drives with play, springs, friction."""
     return tau
@@ -218,7 +214,7 @@ def _(support, tau, pose):
     return joint_efforts(support.support, tau, pose.inner)
 
 
-@lean_generic
+@generic
 def write_drive_accelerations(support, pose, command, out, at):
     """Write the accelerations of drives under commanded efforts into out[at ...]."""
 
@@ -231,7 +227,7 @@ def _(support, pose, command, out, at):
         out[at + i] = (effort - joint_push(support, pose.xs, i)) / drives.inertia[i]
 
 
-@lean_generic
+@generic
 def play_power(support, pose, command):
     """Return the power [W] of commanded efforts on drives and of losses, less what the drives push into joints."""
     return 0.0
@@ -247,7 +243,6 @@ def _(support, pose, command):
     return power
 
 
-@lean_kernel
 def mode_of(shaft):
     """Return the mode that a shaft's state asks for."""
     if shaft.compression <= 0.0:
@@ -267,7 +262,6 @@ def _(support, x, xs):
     initialize_support_modes(support.support, x, xs.inner)
 
 
-@lean_kernel
 def drive_guard(support, xs, i):
     """Return the guard of drive i: negative where its mode ends."""
     mode, shaft = xs.mode[i], shaft_state(support, xs, i)
@@ -409,7 +403,6 @@ def _(support, base, pose, gravity):
     return support_base_energy(support.support, base, pose.inner, gravity)
 
 
-@kernel
 def mean_of_drives(support, row, i, entries):
     """Return the support's entries of a row of coordinates or rates from row[i] on, as its drives have them.
 

@@ -6,7 +6,7 @@ from crane_sim.models.supports.knuckle_boom import Knuckle, point_motion
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom, centre_motion
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.wind_load import Airflow, BoomWindage, JibWindage, RodWindage, rod_drag
-from crane_sim.numerics.jit import generic, lean_generic, lean_routine
+from crane_sim.numerics.jit import generic, routine
 
 
 @with_wind.register(Knuckle)
@@ -26,7 +26,7 @@ def _(flow, support, tau, base, pose):
     return (tau[0] + slew, tau[1] + boom, tau[2] + jib, *tau[3:])
 
 
-@lean_routine
+@routine
 def rods_wind(flow, support, base, pose):
     """Return the efforts (3,) [N m] of the wind on slew, boom and jib; arguments of `with_wind`."""
     length, rate, zero = support.boom.length, support.boom.length * pose.beta_rate, (0.0, 0.0)
@@ -38,7 +38,7 @@ def rods_wind(flow, support, base, pose):
     return of_boom[0] + of_jib[0], of_boom[1] + carried, of_jib[1]
 
 
-@lean_generic
+@generic
 def rod_wind(windage, rod, flow, base, pose, root, root_rate, c, s, rate):
     """Return the wind's (moment about the vertical, about the rod's root [N m], radial, vertical force [N]) on a rod.
 
@@ -73,7 +73,7 @@ def _(flow, slew, tau, base, pose):
     return (tau[0] + slew_moment(slew, flow, base, pose), *tau[1:])
 
 
-@lean_generic
+@generic
 def slew_moment(slew, flow, base, pose):
     """Return the wind's moment [N m] about the tower's axis; none on a locked slew."""
     return 0.0
@@ -84,7 +84,7 @@ def _(slew, flow, base, pose):
     return jib_moment(slew.jib_windage, flow, base, pose) + jib_moment(slew.counter_jib_windage, flow, base, pose)
 
 
-@lean_generic
+@generic
 def jib_moment(windage, flow, base, pose):
     """Return the moment [N m] about the tower's axis of the wind on a jib; none without a windage."""
     return 0.0
@@ -113,7 +113,7 @@ def _(flow, support, tau, base, pose):
     return (tau[0] + slew, tau[1] + luff, *tau[2:])
 
 
-@lean_generic
+@generic
 def telescoped_wind(windage, support, flow, base, pose):
     """Return the wind's moments (2,) [N m] about the vertical and the foot pin, of pressure halfway up the boom.
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry
 
 
@@ -14,7 +14,7 @@ class Compliance(NamedTuple):
     damping: float  # N m s/rad, c
 
 
-@lean_generic
+@generic
 def compliance_count(compliance):
     """Return the number of coordinates of a compliance: none of a rigid axis."""
     return 0
@@ -25,7 +25,7 @@ def _(compliance):
     return 1
 
 
-@lean_generic
+@generic
 def compliance_entry(compliance, row, i):
     """Return entry i of a row of coordinates, 0 of a rigid axis."""
     return 0.0
@@ -36,7 +36,7 @@ def _(compliance, row, i):
     return row[i]
 
 
-@lean_generic
+@generic
 def as_entries(compliance, value):
     """Return the value as a tuple, an empty one of a rigid axis."""
     return ()
@@ -47,7 +47,7 @@ def _(compliance, value):
     return (value,)
 
 
-@lean_generic
+@generic
 def compliance_effort(compliance, angle, rate):
     """Return the moment [N m] of spring and damper on the outer body."""
     return 0.0
@@ -58,7 +58,7 @@ def _(compliance, angle, rate):
     return -compliance.stiffness * (angle - compliance.rest) - compliance.damping * rate
 
 
-@lean_generic
+@generic
 def compliance_energy(compliance, angle):
     """Return (energy [J], its derivative [N m]) of the spring."""
     return 0.0, 0.0
@@ -70,7 +70,7 @@ def _(compliance, angle):
     return 0.5 * moment * (angle - compliance.rest), moment
 
 
-@lean_generic
+@generic
 def add_elastic(compliance, tau, i, effort):
     """Return efforts tau with this one added to entry i; tau itself of a rigid axis."""
     return tau
@@ -81,7 +81,7 @@ def _(compliance, tau, i, effort):
     return replace_entry(tau, i, tau[i] + effort)
 
 
-@lean_generic
+@generic
 def outer_inertia(compliance, inner, outer):
     """Return the inertia that turns with the outer body: that of both about a rigid axis."""
     return inner + outer
@@ -92,7 +92,7 @@ def _(compliance, inner, outer):
     return outer
 
 
-@lean_generic
+@generic
 def drive_inertia(compliance, inner, outer):
     """Return the inertia that turns with the drive: that of both about a rigid axis."""
     return inner + outer
@@ -103,7 +103,7 @@ def _(compliance, inner, outer):
     return inner
 
 
-@lean_generic
+@generic
 def drive_lever(compliance, lever):
     """Return the lever of the drive's body on the tip, given that of the outer one: the same on a rigid axis."""
     return lever
@@ -114,7 +114,7 @@ def _(compliance, lever):
     return 0.0
 
 
-@lean_generic
+@generic
 def axis_accelerations(compliance, effort, elastic, inertia):
     """Return the accelerations (2,) of an axis' drive and of its spring's angle, the latter 0 without a spring.
 

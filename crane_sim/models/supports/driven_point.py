@@ -26,7 +26,7 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 
 Vector = tuple[float, float, float]
 
@@ -70,7 +70,7 @@ class PointPosture(NamedTuple):
     yaw_rate: float
 
 
-@lean_generic
+@generic
 def servo_acceleration(servo, u, q, v):
     """Return the acceleration [m/s²] of an axis at position q and velocity v: the input u itself without a servo."""
     return u
@@ -81,7 +81,7 @@ def _(servo, u, q, v):
     return -servo.kd * v - servo.kp * (q - u)
 
 
-@lean_generic
+@generic
 def vertical_acceleration(lift, servo, tau, pose):
     """Return the vertical acceleration [m/s²]: none without a lift."""
     return 0.0
@@ -130,7 +130,7 @@ def _(support, best, xs):
     return box_guard(support.limits, best, xs)
 
 
-@lean_generic
+@generic
 def box_guard(limits, best, xs):
     """Return the result of `support_guard` for a point with these limits."""
     return best
@@ -178,7 +178,7 @@ def _(support, p, row):
     return driven_components(support.lift, row)
 
 
-@lean_generic
+@generic
 def driven_components(lift, vector):
     """Return the components of a vector (3,) that are driven as a tuple: (x, y) without a lift."""
     return vector[0], vector[1]

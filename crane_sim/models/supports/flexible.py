@@ -67,7 +67,7 @@ from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom, net_efforts
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.wind_load import turned_flow
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry
 
 Vector = tuple[float, float, float]
@@ -112,7 +112,6 @@ def rigid_support(support: Any) -> Any:
     return support.support if isinstance(support, FlexibleSupport | SwayingTower) else support
 
 
-@lean_kernel
 def elastic_entries(support, row, i):
     """Return the entries (ε, δ) of a row whose entries of the support begin at i; 0 of a rigid axis."""
     at = i + coordinate_count(support.support)
@@ -120,7 +119,7 @@ def elastic_entries(support, row, i):
     return lateral, compliance_entry(support.vertical, row, at + compliance_count(support.lateral))
 
 
-@lean_generic
+@generic
 def boom_coordinates(support, inner):
     """Return (elevation, its rate, length, its rate) of the booms at a rigid support's state."""
     return inner[1], inner[4], inner[2], inner[5]
@@ -131,7 +130,7 @@ def _(support, inner):
     return 0.0, 0.0, inner[1], inner[3]
 
 
-@lean_generic
+@generic
 def split_efforts(support, tau):
     """Return (efforts of slew, elevation, length, the further ones) of a rigid support; those of no joint are 0."""
     return tau[0], tau[1], tau[2], tau[3:]
@@ -142,7 +141,7 @@ def _(support, tau):
     return tau[0], 0.0, tau[1], tau[2:]
 
 
-@lean_generic
+@generic
 def as_coordinates(support, slew, elevation, length):
     """Return what belongs to slew, elevation and length as a tuple in the order of a rigid support's coordinates."""
     return slew, elevation, length
@@ -153,7 +152,7 @@ def _(support, slew, elevation, length):
     return slew, length
 
 
-@lean_generic
+@generic
 def slew_elevation_length(support, qdd):
     """Return a rigid support's coordinate accelerations as those of (slew, elevation, length)."""
     return qdd[0], qdd[1], qdd[2]
@@ -164,7 +163,7 @@ def _(support, qdd):
     return qdd[0], 0.0, qdd[1]
 
 
-@lean_generic
+@generic
 def inner_elevation_inertia(support, pose):
     """Return the inner body's inertia [kg m²] about the root's transverse axis: without end where no drive turns it."""
     return pose.inner.luff_inertia
@@ -175,14 +174,12 @@ def _(support, pose):
     return inf
 
 
-@lean_kernel
 def body_inertias(support, pose):
     """Return the inertias (inner, outer) [kg m²] about the vertical, and those about the root's transverse axis."""
     elevation = inner_elevation_inertia(support.support, pose), pose.outer.luff_inertia
     return (pose.inner.slew_inertia, pose.outer.slew_inertia), elevation
 
 
-@lean_kernel
 def add_body_efforts(support, tau, inner, outer):
     """Return efforts tau plus those (3,) on slew, elevation and length of either body."""
     own = as_coordinates(support.support, inner[0] + outer[0], inner[1] + outer[1], inner[2] + outer[2])
@@ -329,7 +326,7 @@ def _(support, xs):
     return yaw(support.support, xs.inner) + xs.angles[0]
 
 
-@lean_generic
+@generic
 def structure_polyline(support, tip):
     """Return the polyline of a bent support from its base to the tip (3,)."""
     a, h = support.superstructure.foot

@@ -15,7 +15,7 @@ from math import e, exp, sqrt
 from typing import Any, NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.numerics.jit import generic, lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.system import EventStepControl
 
 
@@ -29,7 +29,7 @@ class Friction(NamedTuple):
     # Coulomb, as exp(-(v/vs)²); left out: it falls at once
 
 
-@lean_generic
+@generic
 def dry_friction(stribeck, friction, v):
     """Return the friction [N or N m] at velocity v without its viscous part; `stribeck` is the one of `friction`."""
     return friction.coulomb
@@ -40,7 +40,7 @@ def _(stribeck, friction, v):
     return friction.coulomb + (friction.static - friction.coulomb) * exp(-(v / stribeck) * (v / stribeck))
 
 
-@lean_generic
+@generic
 def friction_response(friction, mass, force, v, mode):
     """Return (inverse mass, bias acceleration) of a mass on its rail under a force."""
     return 1.0 / mass, force / mass
@@ -53,7 +53,7 @@ def _(friction, mass, force, v, mode):
     return 1.0 / mass, (force - mode * dry_friction(friction.stribeck, friction, v) - friction.viscous * v) / mass
 
 
-@lean_generic
+@generic
 def has_friction(part):
     """Return whether a joint, or what rubs there, sticks and slips."""
     return False
@@ -64,7 +64,7 @@ def _(part):
     return True
 
 
-@lean_generic
+@generic
 def joint_sticks(friction, friction_state):
     """Return whether friction holds the joint, whose velocity is then 0; `friction_state`: its mode or bristles."""
     return False
@@ -75,7 +75,7 @@ def _(friction, friction_state):
     return friction_state == 0.0
 
 
-@lean_generic
+@generic
 def friction_effort(friction, v, friction_state):
     """Return the effort [N or N m] by which friction adds to the others' on a joint at velocity v."""
     return 0.0
@@ -86,13 +86,13 @@ def _(friction, v, friction_state):
     return -friction_state * dry_friction(friction.stribeck, friction, v) - abs(friction_state) * friction.viscous * v
 
 
-@lean_generic
+@generic
 def friction_state_rate(friction, v, friction_state):
     """Return the derivative of the joint's friction state: modes change by events alone."""
     return 0.0
 
 
-@lean_generic
+@generic
 def initial_friction_state(friction, v):
     """Return the friction state of a joint that begins at velocity v."""
     return 1.0
@@ -103,7 +103,7 @@ def _(friction, v):
     return 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
 
 
-@lean_generic
+@generic
 def friction_force(friction, v):
     """Return the friction force [N] against a velocity v other than 0."""
     return 0.0
@@ -115,7 +115,7 @@ def _(friction, v):
     return direction * dry_friction(friction.stribeck, friction, v) + friction.viscous * v
 
 
-@lean_generic
+@generic
 def friction_guard(friction, v, mode, force):
     """Return the guard of a joint's friction: negative when slipping has ended or sticking cannot hold.
 
@@ -129,7 +129,7 @@ def _(friction, v, mode, force):
     return friction.static - abs(force) if mode == 0.0 else mode * v
 
 
-@lean_generic
+@generic
 def breakaway_mode(friction, mode, force):
     """Return the mode of a joint at rest after its guard has failed in `mode`: 0 when friction holds it, else the way.
 
@@ -178,7 +178,7 @@ def _(first, second):
 SLOPE_STEP = 1e-5  # of differences, relative to the Stribeck velocity: their error and their rounding are both 1e-10
 
 
-@lean_generic
+@generic
 def linear_span(friction, v, otherwise):
     """Return (low, high, high - low) of velocities about v between which friction is as good as a line.
 
@@ -192,7 +192,7 @@ def _(friction, v, otherwise):
     return stribeck_span(friction.stribeck, v, otherwise)
 
 
-@lean_generic
+@generic
 def stribeck_span(stribeck, v, otherwise):
     """Return the result of `linear_span` for a Stribeck velocity, None without one."""
     return otherwise

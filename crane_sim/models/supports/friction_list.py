@@ -18,7 +18,7 @@ from crane_sim.models.supports.friction import (
     step_control_of,
 )
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry
 
 
@@ -30,7 +30,7 @@ class FrictionList(NamedTuple):
     rest: Any = None  # FrictionList, None at the end
 
 
-@lean_generic
+@generic
 def list_length(frictions):
     """Return the number of joints with friction."""
     return 0
@@ -41,7 +41,7 @@ def _(frictions):
     return 1 + list_length(frictions.rest)
 
 
-@lean_generic
+@generic
 def read_friction_states(frictions, x, i):
     """Return the friction states of the list, which stand in x from index i on, as a tuple."""
     return ()
@@ -52,7 +52,7 @@ def _(frictions, x, i):
     return (x[i], *read_friction_states(frictions.rest, x, i + 1))
 
 
-@lean_generic
+@generic
 def without_sticking(frictions, ratio, states, k):
     """Return the ratios (n,) with 0 for joints that friction holds; states: of friction, the list's from k on."""
     return ratio
@@ -65,7 +65,7 @@ def _(frictions, ratio, states, k):
     return without_sticking(frictions.rest, ratio, states, k + 1)
 
 
-@lean_generic
+@generic
 def add_friction_efforts(frictions, tau, rates, states, k):
     """Return the efforts tau plus those of friction; rates: of the joints (n,)."""
     return tau
@@ -78,7 +78,7 @@ def _(frictions, tau, rates, states, k):
     return add_friction_efforts(frictions.rest, tau, rates, states, k + 1)
 
 
-@lean_generic
+@generic
 def write_list_rates(frictions, rates, states, k, out):
     """Write the derivatives of the list's friction states into the end of `out`."""
 
@@ -89,7 +89,7 @@ def _(frictions, rates, states, k, out):
     write_list_rates(frictions.rest, rates, states, k + 1, out)
 
 
-@lean_generic
+@generic
 def initialize_friction_states(frictions, rates, x):
     """Write the initial friction states of joints at these rates into the end of state x."""
 
@@ -100,7 +100,7 @@ def _(frictions, rates, x):
     initialize_friction_states(frictions.rest, rates, x)
 
 
-@lean_generic
+@generic
 def mode_after_jump(friction, v, friction_state):
     """Return a joint's friction state after a jump of its rate to v: a mode anew, bristles stay as they are."""
     return friction_state
@@ -111,7 +111,7 @@ def _(friction, v, friction_state):
     return initial_friction_state(friction, v)
 
 
-@lean_generic
+@generic
 def reset_listed_modes(frictions, rates, x):
     """Write the modes after a velocity jump to these rates into the end of state x; bristles stay as they are."""
 
@@ -123,7 +123,7 @@ def _(frictions, rates, x):
     reset_listed_modes(frictions.rest, rates, x)
 
 
-@lean_generic
+@generic
 def any_in_list_sticks(frictions, states, k):
     """Return whether friction holds a joint."""
     return False
@@ -134,7 +134,7 @@ def _(frictions, states, k):
     return joint_sticks(frictions.friction, states[k]) or any_in_list_sticks(frictions.rest, states, k + 1)
 
 
-@lean_generic
+@generic
 def smallest_friction_guard(frictions, best, rates, efforts, states, sticking, k):
     """Return the smallest one of `best` and of the guards of joints that slip, or of those that stick.
 
@@ -158,7 +158,7 @@ def _(frictions, best, rates, efforts, states, sticking, k):
     return smallest_friction_guard(frictions.rest, best, rates, efforts, states, sticking, k + 1)
 
 
-@lean_generic
+@generic
 def place_in_list(frictions, joint):
     """Return the index in the list of a joint that has friction."""
     return 0
@@ -169,7 +169,7 @@ def _(frictions, joint):
     return 0 if frictions.joint == joint else 1 + place_in_list(frictions.rest, joint)
 
 
-@lean_generic
+@generic
 def mode_of_stopped_joint(frictions, joint, mode_before, effort):
     """Return the mode of a joint at rest under an effort after its guard has failed in mode `mode_before`."""
     return 0.0

@@ -27,12 +27,12 @@ from crane_sim.models.supports.friction_list import (
 )
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.swaying_tower import SwayingTower
-from crane_sim.numerics.jit import generic, kernel, lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
-@lean_generic
+@generic
 def write_friction_rates(support, pose, out):
     """Write the derivatives of the friction states into the end of `out`."""
 
@@ -86,7 +86,6 @@ def _(support, xs):
     return any_joint_sticks(support.support, xs.inner)
 
 
-@kernel
 def constraint_efforts(support, pose, gravity, tau, force):
     """Return the constraint efforts (n,): what friction bears where a joint sticks; see `support_acceleration`."""
     return support_constraint_efforts(support.support, pose.inner, gravity, tau, force)

@@ -14,7 +14,7 @@ from crane_sim.models.supports.friction import (
     step_control_of,
 )
 from crane_sim.models.supports.reeving import Reeving
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.profiles import Motion, motion_acceleration
 
 HOIST = 2  # index of the hoist among the joints that friction can hold, after trolley and bridge
@@ -49,7 +49,7 @@ class MotionHoist(NamedTuple):
 Hoist = PrescribedHoist | ForceHoist | MasslessHoist | MotionHoist
 
 
-@lean_generic
+@generic
 def hoist_coordinates(hoist):
     """Return the number of coordinates of the hoist."""
     return 1
@@ -60,7 +60,7 @@ def _(hoist):
     return 0
 
 
-@lean_generic
+@generic
 def hoist_response(hoist, t, tau, x, i):
     """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; of a massless winch (-1, tension [N]).
 
@@ -88,7 +88,7 @@ def _(hoist, t, tau, x, i):
     return 0.0, winch_acceleration(hoist.time_constant, x[i], tau[len(tau) - 1])
 
 
-@lean_generic
+@generic
 def winch_acceleration(time_constant, rate, u):
     """Return the acceleration [m/s²] of the length that a winch imposes at input u."""
     return u
@@ -99,7 +99,7 @@ def _(time_constant, rate, u):
     return (u - rate) / time_constant
 
 
-@lean_generic
+@generic
 def drum_response(friction, mass, force, x, i):
     """Return the result of `hoist_response` for a drum under a force."""
     return 1.0 / mass, force / mass
@@ -110,13 +110,12 @@ def _(friction, mass, force, x, i):
     return friction_response(friction, mass, force, x[i], hoist_mode(x))
 
 
-@lean_kernel
 def hoist_mode(x):
     """Return the mode of the hoist's friction in state x: it stands before the number of payload changes."""
     return x[len(x) - 2]
 
 
-@lean_generic
+@generic
 def hoist_modes(hoist):
     """Return the number of modes of the hoist: one where it has friction."""
     return 0
@@ -127,7 +126,7 @@ def _(hoist):
     return 1 if has_friction(hoist.friction) else 0
 
 
-@lean_generic
+@generic
 def hoist_sticks(hoist, x):
     """Return whether friction holds the hoist in state x."""
     return False
@@ -138,7 +137,7 @@ def _(hoist, x):
     return drum_sticks(hoist.friction, x)
 
 
-@lean_generic
+@generic
 def drum_sticks(friction, x):
     """Return the result of `hoist_sticks` for a drum with this friction."""
     return False
@@ -149,7 +148,7 @@ def _(friction, x):
     return hoist_mode(x) == 0.0
 
 
-@lean_generic
+@generic
 def hoist_friction_guard(hoist, best, x, i, tau, tension):
     """Return the smaller one of `best` and the guard of the hoist's friction at the tension [N] of the first link."""
     return best
@@ -160,7 +159,7 @@ def _(hoist, best, x, i, tau, tension):
     return drum_guard(hoist.friction, best, x, i, tau[len(tau) - 1] + tension)
 
 
-@lean_generic
+@generic
 def drum_guard(friction, best, x, i, force):
     """Return the result of `hoist_friction_guard` for a drum that `force` [N] would turn."""
     return best
@@ -171,7 +170,7 @@ def _(friction, best, x, i, force):
     return smaller_guard(best, friction_guard(friction, x[i], hoist_mode(x), force), encode(Guard.FRICTION, HOIST))
 
 
-@lean_generic
+@generic
 def mode_of_stopped_hoist(hoist, mode, tau, tension):
     """Return the mode of a hoist at rest after its guard has failed in `mode`, see `breakaway_mode`."""
     return 0.0
@@ -197,7 +196,7 @@ def _(hoist, t, tau, x, i):
     return -1.0, -tau[len(tau) - 1]
 
 
-@lean_generic
+@generic
 def hoist_reflected_mass(hoist):
     """Return the reflected mass [kg] of the winch: drum inertia over radius squared."""
     return 0.0
@@ -208,7 +207,7 @@ def _(hoist):
     return hoist.reflected_mass
 
 
-@lean_generic
+@generic
 def hoist_power(hoist, tau, rate, tension):
     """Return the power [W] that the winch supplies at this rate of length and tension."""
     return -tension * rate

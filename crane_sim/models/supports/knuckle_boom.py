@@ -62,7 +62,7 @@ from crane_sim.models.supports import (
 )
 from crane_sim.models.wind_load import RodWindage
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import generic, routine
 
 
 class Rod(NamedTuple):
@@ -123,7 +123,7 @@ class KnucklePosture(NamedTuple):
     free: Any = None  # (slew, boom, jib), which of them friction does not hold; None: all are free
 
 
-@lean_generic
+@generic
 def yaw_inertia(axial, inertia, c, s):
     """Return (inertia about the vertical, -½ its derivative by the elevation) of a rod; 0 without an axial inertia."""
     return 0.0, 0.0
@@ -134,7 +134,7 @@ def _(axial, inertia, c, s):
     return inertia * c * c + axial * s * s, (inertia - axial) * s * c
 
 
-@lean_generic
+@generic
 def add_motor_inertias(motors, inertias):
     """Return the inertias (slew, boom, jib) with those of the motors added."""
     return inertias
@@ -181,7 +181,7 @@ def _(support, xs):
     )
 
 
-@lean_generic
+@generic
 def free_moments(free, moments):
     """Return the moments (slew, boom, jib) with those on joints that friction holds left out."""
     return moments
@@ -193,7 +193,7 @@ def _(free, moments):
     return slew if free[0] else 0.0, boom if free[1] else 0.0, jib if free[2] else 0.0
 
 
-@lean_generic
+@generic
 def free_coupling(free, coupling):
     """Return the inertia coupling of boom and jib: none where friction holds one of them."""
     return coupling
@@ -204,7 +204,6 @@ def _(free, coupling):
     return coupling if free[1] and free[2] else 0.0
 
 
-@lean_kernel
 def _solve_luff(pose, b2, b3):
     """Return the accelerations of boom and jib for the right-hand sides [N m] of their equations."""
     c = free_coupling(pose.free, pose.c)
@@ -212,7 +211,6 @@ def _solve_luff(pose, b2, b3):
     return (pose.jib_inertia * b2 - c * b3) * inverse, (pose.boom_inertia * b3 - c * b2) * inverse
 
 
-@lean_kernel
 def _moments(support, pose, gravity, tau, force):
     """Return the right-hand sides [N m] of the equations of slew, boom and jib; arguments of `support_acceleration`."""
     boom, jib = support.boom, support.jib
@@ -310,7 +308,7 @@ def _(support, base, tau, pose):
     return (tau[0] + slew, tau[1] + boom, tau[2] + jib, *tau[3:])
 
 
-@lean_routine
+@routine
 def _imposed_efforts(base, support, pose):
     """Return the efforts (3,) [N m] of the inertial forces of a moving base on slew, boom and jib."""
     boom, jib = support.boom, support.jib
@@ -326,7 +324,6 @@ def _imposed_efforts(base, support, pose):
     return slew, boom_effort + boom_gyro, jib_effort + jib_gyro
 
 
-@lean_kernel
 def imposed_load(base, rod, pose, root, root_rate, c, s, rate):
     """Return (moment about the vertical [N m], radial, vertical force [N]) that the base imposes on a rod's mass.
 
@@ -340,20 +337,17 @@ def imposed_load(base, rod, pose, root, root_rate, c, s, rate):
     return rod.mass * y * position[0], rod.mass * x, rod.mass * z
 
 
-@lean_kernel
 def centre_motion(rod, pose, root, root_rate, c, s, rate):
     """Return (position [m], velocity [m/s]) of a rod's centre relative to the base; arguments of `imposed_load`."""
     return point_motion(0.5 * rod.length, pose, root, root_rate, c, s, rate)
 
 
-@lean_kernel
 def point_motion(reach, pose, root, root_rate, c, s, rate):
     """Return (position [m], velocity [m/s]) relative to the base (3,) of a rod's point `reach` [m] from its root."""
     position = (root[0] + reach * c, 0.0, root[1] + reach * s)
     return position, (root_rate[0] - reach * s * rate, pose.yaw_rate * position[0], root_rate[1] + reach * c * rate)
 
 
-@lean_kernel
 def gyroscopic_moments(base, rod, pose, c, s, rate):
     """Return the moments [N m] (about the vertical e_z, about the luffing axis l = -e_t) of the module's docstring."""
     a, b, d = inertia_tensor(rod.axial_inertia, rod.inertia, c, s)
@@ -369,7 +363,7 @@ def gyroscopic_moments(base, rod, pose, c, s, rate):
     return -bracket_z, bracket_y
 
 
-@lean_generic
+@generic
 def inertia_tensor(axial, inertia, c, s):
     """Return (a, b, d (3,)) of a rod's inertia tensor a 1 + b d dᵀ [kg m²]: without an axial inertia I l lᵀ."""
     return 0.0, inertia, (0.0, -1.0, 0.0)
@@ -391,7 +385,6 @@ def _(support, base, pose, gravity):
     return boom[0] + jib[0] + tower, boom[1] + jib[1]
 
 
-@lean_kernel
 def rod_energy(base, gravity, rod, pose, root, root_rate, c, s, rate):
     """Return (kinetic, potential) energy [J] of a rod in the world less those relative to the base.
 

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.models.supports.friction import friction_effort, friction_state_rate, initial_friction_state
-from crane_sim.numerics.jit import lean_kernel
 
 
 class LuGre(NamedTuple):
@@ -27,7 +26,6 @@ class LuGre(NamedTuple):
     viscous: NonNegative = 0.0  # effort's unit s/joint's unit, σ2
 
 
-@lean_kernel
 def steady_friction(friction, v):
     """Return g(v) [N or N m]."""
     ratio = v / friction.stribeck

@@ -23,7 +23,7 @@ from crane_sim.models.supports.friction import (
     step_control_of,
 )
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.numerics.jit import lean_generic
+from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.profiles import Motion, motion_acceleration
 
 
@@ -47,7 +47,7 @@ class FixedAxis(NamedTuple):
 Axis = ForceAxis | PrescribedAxis | FixedAxis
 
 
-@lean_generic
+@generic
 def input_count(axis):
     """Return the number of efforts of the axis."""
     return 0
@@ -58,7 +58,7 @@ def _(axis):
     return 1
 
 
-@lean_generic
+@generic
 def axis_response(axis, t, tau, i, v, mode):
     """Return (inverse mass [1/kg], bias acceleration [m/s²]) of an axis.
 
@@ -82,7 +82,7 @@ def _(axis, t, tau, i, v, mode):
     return 0.0, motion_acceleration(axis.motion, t)
 
 
-@lean_generic
+@generic
 def axis_mass(axis):
     """Return the mass [kg] that moves with the axis and is modelled: none when its motion is imposed."""
     return 0.0
@@ -93,7 +93,7 @@ def _(axis):
     return axis.mass
 
 
-@lean_generic
+@generic
 def axis_power(axis, tau, i, v, pull):
     """Return the power [W] that drive and friction supply at velocity v when the cable pulls with `pull` [N]."""
     return -pull * v
@@ -109,7 +109,7 @@ def _(friction, mass, force, v, mode):
     return 1.0 / mass, (force + friction_effort(friction, v, mode)) / mass
 
 
-@lean_generic
+@generic
 def add_bristle_power(axis, power, v, mode):
     """Return the power [W] less what the bristles of an axis take; the friction of events is in `axis_power`."""
     return power
@@ -125,7 +125,7 @@ def _(axis, power, v, mode):
     return power + friction_effort(axis, v, mode) * v
 
 
-@lean_generic
+@generic
 def mode_rate(axis, v, mode):
     """Return the derivative of an axis' friction state: 0 unless it has bristles."""
     return 0.0
@@ -136,7 +136,7 @@ def _(axis, v, mode):
     return friction_state_rate(axis.friction, v, mode)
 
 
-@lean_generic
+@generic
 def initial_mode(axis, v):
     """Return the friction state of an axis that begins at velocity v."""
     return np.sign(v)
@@ -162,7 +162,7 @@ def _(part):
     return step_control_of(part.friction)
 
 
-@lean_generic
+@generic
 def axis_guard(axis, v, mode, tau, i, pull):
     """Return the guard of the axis' friction: negative when slipping has ended or sticking cannot hold."""
     return 1.0
@@ -173,7 +173,7 @@ def _(axis, v, mode, tau, i, pull):
     return friction_guard(axis.friction, v, mode, tau[i] + pull)
 
 
-@lean_generic
+@generic
 def mode_after_stop(axis, mode, tau, i, pull):
     """Return the mode of an axis at rest after its guard has failed in `mode`: 0 when friction holds it, else the way.
 
@@ -187,7 +187,7 @@ def _(axis, mode, tau, i, pull):
     return breakaway_mode(axis.friction, mode, tau[i] + pull)
 
 
-@lean_generic
+@generic
 def axis_linear_span(axis, v, otherwise):
     """Return the result of `linear_span` for the friction of an axis."""
     return otherwise

@@ -24,7 +24,7 @@ from crane_sim.models.supports.reeving import (
     sheave_factor,
     winding_inertia,
 )
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 HALVINGS = 50  # of the part of the friction that is in use at rest
 
@@ -56,7 +56,7 @@ def _(part):
     return step_control_of(part.friction)
 
 
-@lean_generic
+@generic
 def radius_of_drum(drum, reeving, length):
     """Return the radius [m] of the rope's centre line where it leaves the drum, 0 without one."""
     return 0.0
@@ -67,7 +67,7 @@ def _(drum, reeving, length):
     return drum_radius(drum.layers, drum, reeving.length - reeving.falls * length)[0]
 
 
-@lean_generic
+@generic
 def lead_force(torque, reeving, effort, length):
     """Return the winch's force [N] on the lead line at an effort on the length, positive pays out."""
     return effort / reeving.falls
@@ -78,7 +78,7 @@ def _(torque, reeving, effort, length):
     return effort / radius_of_drum(reeving.drum, reeving, length)
 
 
-@lean_generic
+@generic
 def winch_response(hoist, t, tau, x, at, motion):
     """Return the result of `hoist_response` for any hoist below a support.
 
@@ -103,13 +103,12 @@ def _(hoist, t, tau, x, at, motion):
     return reeved_acceleration(hoist.reeving, sheave_factor(hoist.reeving.loss, mode), force, length, rate, gravity)
 
 
-@lean_kernel
 def winch_mode(hoist, x, i):
     """Return the mode of the hoist, x[i], 0 for one without friction."""
     return x[i] if hoist_modes(hoist) > 0 else 0.0
 
 
-@lean_generic
+@generic
 def winch_power(hoist, tau, mode, motion, pull, gravity):
     """Return the power [W] that any hoist below a support supplies, its losses taken off.
 
@@ -133,7 +132,7 @@ def _(hoist, tau, mode, motion, pull, gravity):
     return (effort + friction_effort(hoist.friction, motion[1], mode) - lost) * motion[1]
 
 
-@lean_generic
+@generic
 def winch_energy(hoist, length, rate, gravity):
     """Return (kinetic, potential) energy [J] of rope, sheaves and drum; potential: of the rope, from the falls' top."""
     return 0.0, 0.0
@@ -144,7 +143,7 @@ def _(hoist, length, rate, gravity):
     return reeving_energy(hoist.reeving, length, rate, gravity)
 
 
-@lean_generic
+@generic
 def static_friction(friction):
     """Return the friction [N] up to which a winch sticks, in terms of the length."""
     return 0.0
@@ -155,7 +154,6 @@ def _(friction):
     return friction.static
 
 
-@lean_kernel
 def slip_excess(hoist, tau, pull, length, gravity):
     """Return the forces [N] on the lead line that would (pay out, haul in) beyond what friction holds, at rest."""
     reeving = hoist.reeving
@@ -166,7 +164,7 @@ def slip_excess(hoist, tau, pull, length, gravity):
     return force + low - static, -force - high - static
 
 
-@lean_generic
+@generic
 def winch_guard(hoist, best, tau, mode, motion, pull):
     """Return the smaller one of `best` and the guard of the winch's stick and slip; motion: (length, rate, gravity)."""
     return best
@@ -182,7 +180,7 @@ def _(hoist, best, tau, mode, motion, pull):
     return smaller_guard(best, -max(out, in_), encode(Guard.FRICTION, WINCH))
 
 
-@lean_generic
+@generic
 def mode_of_stopped_winch(hoist, mode_before, tau, pull, length, gravity):
     """Return the mode of a winch at rest after its guard has failed in mode `mode_before`, see `breakaway_mode`."""
     return 0.0
@@ -196,7 +194,7 @@ def _(hoist, mode_before, tau, pull, length, gravity):
     return 1.0 if out > in_ else -1.0
 
 
-@lean_generic
+@generic
 def slip_direction(hoist, rate, mode):
     """Return the direction in which the rope of a hoist with a reeving moves: of a prescribed one that of the rate."""
     return 1.0 if rate > 0.0 else -1.0 if rate < 0.0 else 0.0
@@ -207,7 +205,7 @@ def _(hoist, rate, mode):
     return mode
 
 
-@lean_generic
+@generic
 def rope_direction(hoist, tau, mode, pull, motion, gravity):
     """Return the direction of `sheave_factor` by which the tensions of a hoist's falls follow from the pull on them.
 
@@ -228,7 +226,6 @@ def _(hoist, tau, mode, pull, motion, gravity):
     return 0.5 * (low + high)
 
 
-@lean_kernel
 def drum_torque(reeving, lead, motion):
     """Return the torque [N m] on a reeving's drum under this tension of the lead line, positive pays out; 0 without."""
     mass, q = winding_inertia(reeving, motion[0])

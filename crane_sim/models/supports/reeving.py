@@ -19,7 +19,7 @@ Tensions are those with which the rope lies on a sheave: ρ v² of a rope with t
 from math import inf
 from typing import Any, NamedTuple
 
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 
 class SheaveLoss(NamedTuple):
@@ -56,7 +56,7 @@ class Reeving(NamedTuple):
     length: float = inf  # m, of the rope on the drum and in the falls
 
 
-@lean_generic
+@generic
 def sheave_factor(loss, direction):
     """Return f, the tension on the drum's side of a sheave over the other one, without inertia.
 
@@ -73,7 +73,7 @@ def _(loss, direction):
     return loss.ratio if direction == -1.0 else loss.ratio**-direction
 
 
-@lean_generic
+@generic
 def fall_difference(mass, k, falls, motion, gravity):
     """Return the tension [N] at the upper end of fall k less that at its lower end; `mass` per length, None: 0.
 
@@ -89,21 +89,18 @@ def _(mass, k, falls, motion, gravity):
     return mass * (length * (gravity - down * acceleration) + (1 - 2 * down) * rate * rate)
 
 
-@lean_kernel
 def along_fall(reeving, k, tension, motion, gravity):
     """Return the tensions [N] at (lower, upper) end of fall k; `tension` is that at the end nearer to the dead end."""
     more = fall_difference(reeving.mass, k, reeving.falls, motion, gravity)
     return (tension - more, tension) if k % 2 == 0 else (tension, tension + more)
 
 
-@lean_kernel
 def over_sheave(reeving, factor, tension, speed, acceleration):
     """Return (tension on the drum's side of a sheave [N], its loss over l' [N]); speed: its rim speed over l'."""
     inertia = reeving.sheave_mass * speed * acceleration
     return factor * tension - 0.5 * (1.0 + factor) * inertia, (1.0 - factor) * (tension - 0.5 * inertia) * speed
 
 
-@lean_kernel
 def follow_rope(reeving, factor, dead_end, motion, gravity):
     """Return what follows from the tension at the dead end [N].
 
@@ -131,7 +128,6 @@ def follow_rope(reeving, factor, dead_end, motion, gravity):
     return pull, tension, min(smallest, tension), lost
 
 
-@lean_kernel
 def fall_tension(reeving, factor, dead_end, motion, gravity, fall):
     """Return the tension [N] of a fall at its upper end, where the rope is loaded most; arguments of `follow_rope`."""
     n, tension = reeving.falls, dead_end
@@ -141,7 +137,6 @@ def fall_tension(reeving, factor, dead_end, motion, gravity, fall):
     return along_fall(reeving, fall, tension, motion, gravity)[1]
 
 
-@lean_kernel
 def dead_end_of(reeving, factor, pull, motion, gravity):
     """Return the tension [N] of the dead end under which all falls pull the block with `pull` [N]."""
     alone, _, _, _ = follow_rope(reeving, factor, 1.0, (motion[0], 0.0, 0.0), 0.0)
@@ -149,14 +144,13 @@ def dead_end_of(reeving, factor, pull, motion, gravity):
     return (pull - moved) / alone
 
 
-@lean_kernel
 def lead_at_rest(reeving, factor, pull, length, gravity):
     """Return the tension [N] of the lead line that goes with a pull on the block [N] while nothing moves."""
     motion = length, 0.0, 0.0
     return follow_rope(reeving, factor, dead_end_of(reeving, factor, pull, motion, gravity), motion, gravity)[1]
 
 
-@lean_generic
+@generic
 def drum_radius(layers, drum, wound):
     """Return (radius of the rope's centre line [m], its derivative by the length wound) at this length wound [m]."""
     return drum.radius, 0.0
@@ -172,7 +166,7 @@ def _(layers, drum, wound):
     return radius, slope
 
 
-@lean_generic
+@generic
 def drum_inertia(drum, reeving, length):
     """Return (mass m [kg] at the rope, q [kg/m]) of drum and the rope on it: m n l'' - q l'² moves them."""
     return 0.0, 0.0
@@ -186,7 +180,7 @@ def _(drum, reeving, length):
     return mass, -mass * n * n * slope / radius
 
 
-@lean_generic
+@generic
 def wound_rope(mass, reeving, length):
     """Return (mass [kg], q [kg/m]) of the rope on the drum as `drum_inertia` does; `mass` per length, None: 0."""
     return 0.0, 0.0
@@ -197,14 +191,12 @@ def _(mass, reeving, length):
     return mass * (reeving.length - reeving.falls * length), mass * reeving.falls * reeving.falls
 
 
-@lean_kernel
 def winding_inertia(reeving, length):
     """Return (mass [kg], q [kg/m]) of all that the lead line's end moves, as of `drum_inertia`."""
     (mass, q), (wound, more) = drum_inertia(reeving.drum, reeving, length), wound_rope(reeving.mass, reeving, length)
     return mass + wound, q + more
 
 
-@lean_kernel
 def reeved_acceleration(reeving, factor, force, length, rate, gravity):
     """Return (inverse mass [1/kg], bias [m/s²]) of l, by the pull on the block; without inertia (-1, that pull [N]).
 
@@ -224,7 +216,6 @@ def reeved_acceleration(reeving, factor, force, length, rate, gravity):
     return (share / inertia, force / inertia) if inertia > 0.0 else (-1.0, -force / share)
 
 
-@lean_kernel
 def reeving_energy(reeving, length, rate, gravity):
     """Return (kinetic, potential) energy [J] of rope, sheaves and drum; potential: of the rope, from the falls' top."""
     n, (mass, _) = reeving.falls, winding_inertia(reeving, length)
@@ -233,7 +224,7 @@ def reeving_energy(reeving, length, rate, gravity):
     return 0.5 * (n * n * mass + reeving.sheave_mass * sheaves + moved) * rate * rate, potential
 
 
-@lean_generic
+@generic
 def falls_energy(mass, n, length, gravity):
     """Return (mass [kg] that the rope in the falls adds to l, its potential energy [J]); `mass` per length, None: 0."""
     return 0.0, 0.0

@@ -47,7 +47,7 @@ from crane_sim.models.supports.backlash import (
 )
 from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_field
 
 Vector = tuple[float, float, float]
@@ -96,25 +96,21 @@ class SwayPosture(NamedTuple):
     free: Any = None  # (slew, trolley), which of them friction does not hold; None: both are free
 
 
-@lean_kernel
 def combine(a, x, b, y, c, z):
     """Return x a + y b + z c (3,) of vectors a, b, c, each (3,), in the units of the products."""
     return x * a[0] + y * b[0] + z * c[0], x * a[1] + y * b[1] + z * c[1], x * a[2] + y * b[2] + z * c[2]
 
 
-@lean_kernel
 def to_frame(pose, a):
     """Return a vector (3,) of any unit in the axes of the support's frame, from the jib's."""
     return combine(pose.axes[0], a[0], pose.axes[1], a[1], pose.axes[2], a[2])
 
 
-@lean_kernel
 def to_jib(pose, a):
     """Return a vector (3,) of any unit in the axes of the jib, from the support's frame's."""
     return dot(pose.axes[0], a), dot(pose.axes[1], a), dot(pose.axes[2], a)
 
 
-@lean_kernel
 def jib_axes(s, c, a, b):
     """Return the jib's axes, unit vectors (3,) of the support's frame.
 
@@ -130,7 +126,6 @@ def jib_axes(s, c, a, b):
     return ahead, across, cross(ahead, across)
 
 
-@lean_kernel
 def tilted(x, y, sa, ca, sb, cb):
     """Return the horizontal vector (x, y), of any unit, of the upright mast turned with it, in the axes of the base.
 
@@ -141,7 +136,6 @@ def tilted(x, y, sa, ca, sb, cb):
     return cb * x, ca * y + sa * sb * x, sa * y - ca * sb * x
 
 
-@lean_kernel
 def moments_of(support, radius):
     """Return Σ m [kg], Σ m x [kg m] and Σ m x² [kg m²] with the trolley at a radius [m]."""
     mass = support.support.trolley.mass
@@ -152,13 +146,11 @@ def moments_of(support, radius):
     return zeroth, first, second
 
 
-@lean_kernel
 def column(w, x, h):
     """Return w × ρ (3,) [m] of a mass at x [m], h [m] above the joint; of rates w [rad/s] its velocity [m/s]."""
     return w[1] * h, w[2] * x - w[0] * h, -w[1] * x
 
 
-@lean_kernel
 def product(v, w, moments, h):
     """Return Σ m (v × ρ) · (w × ρ) [kg m²] of axes v and w, each (3,); moments: of `moments_of`, h: height [m]."""
     at, slope = column(v, 0.0, h), (0.0, v[2], -v[1])
@@ -167,7 +159,6 @@ def product(v, w, moments, h):
     return moments[0] * dot(at, other) + moments[1] * mixed + moments[2] * dot(slope, other_slope)
 
 
-@lean_kernel
 def matrix_of_turns(support, turns, moments, trolley):
     """Return the matrix [kg m²] of α, a and b, its entries as of `SwayPosture.inverse`.
 
@@ -184,7 +175,6 @@ def matrix_of_turns(support, turns, moments, trolley):
     return m00, m01, m02, m11, m12, m22
 
 
-@lean_kernel
 def inverse_of(matrix):
     """Return the inverse [1/(kg m²)] of the matrix of α, a and b."""
     m00, m01, m02, m11, m12, m22 = matrix
@@ -194,7 +184,6 @@ def inverse_of(matrix):
     return scale * c00, scale * c01, scale * c02, scale * c11, scale * c12, scale * c22
 
 
-@lean_kernel
 def inverse_without_slew(matrix):
     """Return the inverse [1/(kg m²)] of the matrix of a and b, zeros for α, which is held."""
     _, _, _, m11, m12, m22 = matrix
@@ -202,7 +191,6 @@ def inverse_without_slew(matrix):
     return 0.0, 0.0, 0.0, scale * m22, -scale * m12, scale * m11
 
 
-@lean_kernel
 def with_sticking_joints(support, pose, free):
     """Return the posture whose joints friction holds where `free` of (slew, trolley) is False."""
     trolley = support.support.trolley.mass if free[1] else 0.0
@@ -211,7 +199,7 @@ def with_sticking_joints(support, pose, free):
     return replace_field(replace_field(pose, "inverse", inverse), "free", free)
 
 
-@lean_generic
+@generic
 def trolley_share(free):
     """Return 1.0 where the trolley moves freely along the jib, 0.0 where friction holds it."""
     return 1.0
@@ -222,7 +210,6 @@ def _(free):
     return 1.0 if free[1] else 0.0
 
 
-@lean_kernel
 def multiply_inverse(inverse, a):
     """Return the product (3,) [rad/s²] of `SwayPosture.inverse` and a vector (3,) of moments [N m]."""
     i00, i01, i02, i11, i12, i22 = inverse
@@ -253,7 +240,6 @@ def _(support, xs):
     return SwayPosture(at, moves, w, axes, up, turns, omega, bias, moments, inverse, *rest)
 
 
-@lean_kernel
 def accelerated(pose, x, h):
     """Return the acceleration (3,) [m/s²] of a mass that stands at x [m] on the jib where no coordinate accelerates."""
     omega, place = pose.omega, (x, 0.0, h)
@@ -261,14 +247,12 @@ def accelerated(pose, x, h):
     return combine(cross(pose.bias, place), 1.0, omega, inward, place, -size)
 
 
-@lean_kernel
 def coriolis(pose):
     """Return the acceleration (3,) [m/s²] that the trolley has besides by its rate."""
     _, rate = pose.trolley
     return 0.0, 2.0 * rate * pose.omega[2], -2.0 * rate * pose.omega[1]
 
 
-@lean_kernel
 def efforts_of_field(support, pose, at, slope, further):
     """Return efforts on slew [N m], trolley [N], a and b [N m] of accelerations of all masses times these.
 
@@ -290,13 +274,11 @@ def efforts_of_field(support, pose, at, slope, further):
     return slew, mass * (at[0] + radius * slope[0] + further[0]), a, b
 
 
-@lean_kernel
 def add_efforts(tau, own):
     """Return efforts tau [N m, N, N m, N m, ...] plus those (4,) of the support's coordinates."""
     return (tau[0] + own[0], tau[1] + own[1], tau[2] + own[2], tau[3] + own[3], *tau[4:])
 
 
-@lean_kernel
 def efforts_at_rest(support, pose, gravity, tau, force):
     """Return the efforts (slew [N m], trolley [N], a, b [N m]) where no coordinate accelerates.
 
@@ -358,7 +340,6 @@ def _(support, pose, n):
     return share * (along[0] * along[0] / support.support.trolley.mass) + turning
 
 
-@lean_kernel
 def motion_at(support, pose, x, rate):
     """Return (position [m], velocity [m/s]) of a mass at x [m] on the jib, in the frame's axes; rate: x' [m/s]."""
     px, py, pz = to_frame(pose, (x, 0.0, support.height))

@@ -39,7 +39,7 @@ from crane_sim.models.supports import (
 )
 from crane_sim.models.wind_load import BoomWindage
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_kernel, lean_routine
+from crane_sim.numerics.jit import routine
 
 Vector = tuple[float, float, float]
 
@@ -125,7 +125,6 @@ def _(support, xs):
     )
 
 
-@lean_kernel
 def net_efforts(support, pose, gravity, tau, force):
     """Return the efforts (3,) [N m, N m, N] that accelerate α, β and ℓ, but for m₂ s₂ β'² of the last one."""
     first, second = support.base_section, support.telescope
@@ -215,7 +214,6 @@ def _(support, pose, gravity):
     return gravity * (moments * pose.sb + (first.mass + second.mass) * h)
 
 
-@lean_kernel
 def centre_motion(support, pose, distance, rate):
     """Return (position [m], velocity [m/s]) relative to the base (3,) of a point on the boom.
 
@@ -235,7 +233,7 @@ def _(support, base, tau, pose):
     return (tau[0] + slew, tau[1] + luff, tau[2] + along, *tau[3:])
 
 
-@lean_routine
+@routine
 def _base_efforts(base, support, pose):
     """Return the efforts (3,) of the base's inertial forces on superstructure and boom."""
     first, second = support.base_section, support.telescope
@@ -254,7 +252,6 @@ def _base_efforts(base, support, pose):
     )
 
 
-@lean_kernel
 def gyroscopic_moments(base, pose, inertia):
     """Return the moments [N m] about the vertical and the luffing axis by which thin sections resist the base's turns.
 

@@ -33,7 +33,7 @@ from crane_sim.models.supports import (
     yaw,
 )
 from crane_sim.models.wind_load import JibWindage
-from crane_sim.numerics.jit import generic, lean_generic
+from crane_sim.numerics.jit import generic
 
 Vector = tuple[float, float, float]
 
@@ -87,7 +87,7 @@ def _(support, xs):
     return TowerPosture((xs[1], 0.0, 0.0), (xs[3], 0.0, 0.0), xs[2])
 
 
-@lean_generic
+@generic
 def slew_mobility(slew, trolley, radius):
     """Return the inverse of the slew inertia [1/(kg m²)] with the trolley at a radius; 0 of a locked slew."""
     return 1.0 / (slew.inertia + trolley.mass * radius * radius)
@@ -171,7 +171,7 @@ def _(support):
     return 2
 
 
-@lean_generic
+@generic
 def slew_inertia(slew):
     """Return the inertia [kg m²] about the tower's axis without the trolley; 0 where nothing turns."""
     return slew.inertia

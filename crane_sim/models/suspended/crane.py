@@ -89,7 +89,7 @@ from crane_sim.models.suspended.torsion import (
 )
 from crane_sim.models.wind_load import airflow_at, turned_flow
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
@@ -139,7 +139,7 @@ class SuspendedSolution(NamedTuple):
     twist: Any  # `Twist` of the rope, None without torsion
 
 
-@lean_generic
+@generic
 def support_state(support, x, nq):
     """Return the support's state, a tuple, from the crane's."""
     return x[0], x[1], x[2], x[nq], x[nq + 1], x[nq + 2]
@@ -173,7 +173,6 @@ def _(support, x, nq):
     return with_friction_states(support, support_state(support.support, x, nq), x)
 
 
-@lean_kernel
 def suspended_layout(p):
     """Return (number nq of coordinates, index of the first link's, index of the first mode)."""
     first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
@@ -181,13 +180,12 @@ def suspended_layout(p):
     return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
-@lean_kernel
 def mode_count(p):
     """Return the number of floats of the state's modes: the winch's or those of exchanges, then those of drives."""
     return hoist_modes(p.hoist) + exchange_modes(p.exchange) + drive_count(p.support) + friction_state_count(p.support)
 
 
-@lean_generic
+@generic
 def first_length(hoist, p, x, nq):
     """Return (length [m], rate [m/s]) of the first link."""
     i = coordinate_count(p.support)
@@ -212,7 +210,6 @@ def work_arrays(masses, lengths):
     return Work(links, np.zeros((n + 1, 3)), np.empty(n), np.empty(n))
 
 
-@lean_kernel
 def fill_directions(p, x, links):
     """Fill the links with those of state x, put back on what they hold."""
     nq, first, _ = suspended_layout(p)
@@ -224,13 +221,11 @@ def fill_directions(p, x, links):
     links.lengths[0] = first_length(p.hoist, p, x, nq)[0]
 
 
-@lean_kernel
 def to_base_axes(a, s, c):
     """Return a vector (3,) of the support's frame, turned by an angle of this sine and cosine, in the base's axes."""
     return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
 
 
-@lean_kernel
 def tip_motion(pose, s, c):
     """Return (position [m], velocity [m/s]) of the tip relative to the base, each (3,)."""
     return to_base_axes(pose.tip, s, c), to_base_axes(
@@ -238,7 +233,6 @@ def tip_motion(pose, s, c):
     )
 
 
-@lean_kernel
 def tip_acceleration_in_base(support, pose, qdd, s, c):
     """Return the tip's acceleration (3,) [m/s²] relative to the base at joint accelerations qdd."""
     relative, yaw_acceleration = tip_acceleration(support, pose, qdd)
@@ -246,7 +240,6 @@ def tip_acceleration_in_base(support, pose, qdd, s, c):
     return to_base_axes(acc, s, c)
 
 
-@lean_kernel
 def next_node(links, k, rate, node):
     """Return (position, velocity) of the lower end of link k, whose upper end is `node`; rate: of its length."""
     (x, y, z), (vx, vy, vz) = node
@@ -259,7 +252,6 @@ def next_node(links, k, rate, node):
     return (x + length * a, y + length * b, z + length * c), velocity
 
 
-@lean_kernel
 def fill_node_accelerations(p, base, links, rate, node, acc):
     """Fill the accelerations of the nodes above the load, without tensions.
 
@@ -283,7 +275,6 @@ def fill_node_accelerations(p, base, links, rate, node, acc):
     return next_node(links, n - 1, rate, node), power
 
 
-@lean_kernel
 def load_force(p, body, t, flow, base, load):
     """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load.
 
@@ -310,7 +301,7 @@ def _(given, force, base, t):
     return force[0] + x, force[1] + y, force[2] + z
 
 
-@lean_routine
+@routine
 def solve_dynamics(p, t, x, tau, work):
     """Return support, load and base at time t in state x under joint efforts tau; tensions and links are in work.
 
@@ -362,7 +353,7 @@ def _(p, t, x, u, out, work):
     write_suspended_derivative(p, t, x, u, out, work)
 
 
-@lean_routine
+@routine
 def write_suspended_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, end = suspended_layout(p)
@@ -391,7 +382,6 @@ def write_suspended_derivative(p, t, x, u, out, work):
     write_friction_rates(p.support, solved.pose, out)
 
 
-@lean_kernel
 def suspended_power(p, t, x, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     nq, _, end = suspended_layout(p)

@@ -17,7 +17,7 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import cross, dot, rotate_to_base
 from crane_sim.models.suspended.load_dynamics import ChangedBody, add, multiply, subtract
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_field
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
@@ -48,7 +48,7 @@ class Joined(NamedTuple):
     energy: float  # J, kinetic, less that of the load before
 
 
-@lean_generic
+@generic
 def exchange_modes(exchange):
     """Return the number of floats that the exchange adds to the state: how many exchanges there were."""
     return 1
@@ -72,7 +72,7 @@ def _(exchange, t, x, mode):
             x[mode] += 1.0
 
 
-@lean_generic
+@generic
 def windage_of_row(windage, exchange, k):
     """Return the windage of load k: None where no load has any."""
     return windage
@@ -83,19 +83,17 @@ def _(windage, exchange, k):
     return Windage(exchange.windages[k, 0], exchange.windages[k, 1])
 
 
-@lean_kernel
 def vector_at(rows, k, i):
     """Return entries i to i + 2 of row k as a vector."""
     return rows[k, i], rows[k, i + 1], rows[k, i + 2]
 
 
-@lean_kernel
 def matrix_at(rows, k, i):
     """Return entries i to i + 8 of row k as the rows of a matrix."""
     return vector_at(rows, k, i), vector_at(rows, k, i + 3), vector_at(rows, k, i + 6)
 
 
-@lean_generic
+@generic
 def scheduled_load(load, exchange, k):
     """Return load k of the schedule; `load` is the first one."""
     load = replace_field(load, "mass", exchange.masses[k])
@@ -110,7 +108,7 @@ def _(load, exchange, k):
     return RigidLoad(exchange.masses[k], tensor, inverse, attachment, windage, centre)
 
 
-@lean_generic
+@generic
 def current_load(exchange, load, x, mode):
     """Return the load in state x, whose exchanges are counted at index `mode`; `load` is the first one."""
     return load
@@ -121,7 +119,7 @@ def _(exchange, load, x, mode):
     return scheduled_load(load, exchange, int(x[mode]))
 
 
-@lean_generic
+@generic
 def body_of_coordinates(exchange, load, x, mode, state):
     """Return the kinematics of the load in state x, its coordinates being those of the first load's centre of mass.
 
@@ -141,7 +139,7 @@ def _(exchange, load, x, mode, state):
     return ChangedBody(position, velocity, rows, omega, quaternion, c, k)
 
 
-@lean_generic
+@generic
 def exchange_guard(exchange, best, t, x, mode):
     """Return the smaller one of `best` and the guard of the next exchange of the load."""
     return best
@@ -165,7 +163,7 @@ def _(exchange, switching):
     return Switching(EVENT_LOG_CAPACITY, 0, None)
 
 
-@lean_generic
+@generic
 def join(load, after, state, velocity):
     """Return what the load and what it takes up become, `Joined`.
 
@@ -200,7 +198,7 @@ def _(load, after, state, velocity):
     return Joined(multiply(state.rows, jump), omega, energy)
 
 
-@lean_generic
+@generic
 def carry(load, after, state):
     """Return `Joined` of a part that moves with the load, or is let go: no velocity of what stays jumps."""
     v = state.velocity

@@ -54,7 +54,7 @@ from crane_sim.models.suspended.load_dynamics import (
     subtract,
 )
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.states import replace_entry
 
 ROUNDING = 1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
@@ -99,7 +99,6 @@ def apply_exchange(p, t, x, number):
     return y, encode(Guard.PAYLOAD, k, DONE), allowed
 
 
-@kernel
 def lower_end(p, x):
     """Return (position, velocity) of the cable's lower end in state x, relative to the base."""
     nq, _, _ = suspended_layout(p)
@@ -114,7 +113,6 @@ def lower_end(p, x):
     return node
 
 
-@kernel
 def posture_at_rest(support, x, nq):
     """Return the posture of the support in state x without velocities, and sine and cosine of its yaw.
 
@@ -127,7 +125,6 @@ def posture_at_rest(support, x, nq):
     return forward_kinematics(support, xs), sincos(yaw(support, xs))
 
 
-@kernel
 def jumps_of_joints(support, pose, nothing, pull):
     """Return the jumps of the joints' rates by an impulse (3,) [N s] on the tip; `nothing`: efforts that are all 0.
 
@@ -140,7 +137,6 @@ def jumps_of_joints(support, pose, nothing, pull):
     return jumps
 
 
-@kernel
 def imposed_work(support, pose, nothing, pull):
     """Return the energy [J] that imposed motions of a support take from an impulse (3,) [N s] on its tip.
 

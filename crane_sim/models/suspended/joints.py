@@ -33,7 +33,7 @@ from crane_sim.models.suspended.crane import (
 )
 from crane_sim.models.suspended.exchange import count_exchanges
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, kernel, routine
+from crane_sim.numerics.jit import generic, routine
 
 
 @generic
@@ -47,7 +47,6 @@ def _(support):
     return False
 
 
-@kernel
 def swing_count(p):
     """Return the number of joint coordinates that give the first link."""
     return 3 if has_swing_angles(p.support) else 3 + hoist_coordinates(p.hoist)
@@ -60,7 +59,6 @@ def joint_count(p):
     return coordinate_count(p.support) + swing_count(p) + nq - first - 3
 
 
-@kernel
 def angles_of(n, rates):
     """Return (θ1, θ2) and their rates of a unit vector (3,) and its rates, in the turning frame."""
     c2 = sqrt(n[1] * n[1] + n[2] * n[2])
@@ -70,7 +68,6 @@ def angles_of(n, rates):
     return (theta1, atan2(n[0], c2)), (first, c2 * rates[0] + n[0] * (c1 * rates[2] - s1 * rates[1]))
 
 
-@kernel
 def vector_of(angles, rates):
     """Return (unit vector, its rates), each (3,), of swing angles (θ1, θ2) and their rates."""
     s1, c1, s2, c2 = sin(angles[0]), cos(angles[0]), sin(angles[1]), cos(angles[1])
@@ -79,7 +76,6 @@ def vector_of(angles, rates):
     return n, (c2 * w2, c2 * c1 * w1 - s2 * s1 * w2, c2 * s1 * w1 + s2 * c1 * w2)
 
 
-@kernel
 def in_turning_frame(p, x, v, i, nq):
     """Return (unit vector, its rates) of the first link in the support's frame; v: rates begin there, i: the vector."""
     angle = yaw(p.support, support_state(p.support, x, nq))
@@ -195,7 +191,6 @@ def accelerations_of_joints(p, x, rates):
     return out
 
 
-@kernel
 def angle_accelerations(p, x, rates, first, nq):
     """Return the second derivatives of the swing angles (θ1, θ2)."""
     n, (dx, dy, dz) = in_turning_frame(p, x, nq, first, nq)

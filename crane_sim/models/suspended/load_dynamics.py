@@ -29,7 +29,7 @@ from crane_sim.models.moving_base import (
     rotate_to_base,
 )
 from crane_sim.models.wind_load import Airflow, add_wind
-from crane_sim.numerics.jit import lean_generic, lean_kernel
+from crane_sim.numerics.jit import generic
 
 Vector = tuple[float, float, float]
 
@@ -66,25 +66,22 @@ class ChangedBody(NamedTuple):
     number: int  # of the load
 
 
-@lean_kernel
 def multiply(rows, a):
     """Return the product (3,) of a matrix, given by its rows, and a vector."""
     return dot(rows[0], a), dot(rows[1], a), dot(rows[2], a)
 
 
-@lean_kernel
 def add(a, b):
     """Return the sum (3,) of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@lean_kernel
 def subtract(a, b):
     """Return the difference (3,) of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@lean_generic
+@generic
 def load_coordinates(load):
     """Return the number of coordinates that the load adds to those of the cable."""
     return 0
@@ -95,7 +92,7 @@ def _(load):
     return 4
 
 
-@lean_generic
+@generic
 def load_state(load, x, nq, end):
     """Return the load's kinematics.
 
@@ -115,7 +112,7 @@ def _(load, x, nq, end):
     return BodyState(subtract(end[0], lever), subtract(end[1], moves), rows, omega, quaternion)
 
 
-@lean_generic
+@generic
 def from_centre(state, point):
     """Return a point (3,) of the load, given from that of its coordinates, from its centre of mass, in its axes."""
     return point
@@ -126,7 +123,7 @@ def _(state, point):
     return subtract(point, state.centre)
 
 
-@lean_generic
+@generic
 def coordinate_velocity(state):
     """Return the velocity (3,) [m/s] of the load's coordinates, in the axes of the base."""
     return state.velocity
@@ -137,7 +134,7 @@ def _(state):
     return subtract(state.velocity, multiply(state.rows, cross(state.omega, state.centre)))
 
 
-@lean_generic
+@generic
 def coordinate_acceleration(state, centre, alpha):
     """Return that of the load's coordinates, from its centre's (3,) [m/s²] and α (3,) in its own axes."""
     return centre
@@ -149,7 +146,7 @@ def _(state, centre, alpha):
     return subtract(centre, multiply(state.rows, turning))
 
 
-@lean_generic
+@generic
 def end_mobility(load, state, n):
     """Return the mobility [1/kg] of the load's attachment along the unit vector n (3,), in the axes of the base."""
     return 1.0 / load.mass
@@ -161,7 +158,7 @@ def _(load, state, n):
     return 1.0 / load.mass + dot(moment, multiply(load.inverse_inertia, moment))
 
 
-@lean_generic
+@generic
 def end_acceleration_across(load, state, n, tension):
     """Return the attachment's acceleration (3,) [m/s²] across the last link, along n, by the pull of that link."""
     return 0.0, 0.0, 0.0
@@ -176,7 +173,7 @@ def _(load, state, n, tension):
     return -tension * across[0], -tension * across[1], -tension * across[2]
 
 
-@lean_generic
+@generic
 def absolute_spin(base, state):
     """Return (Ω, w' + w × ω), both (3,) in the body's axes; `base` as of `moving_base.base_kinematics_at`."""
     return state.omega, (0.0, 0.0, 0.0)
@@ -189,7 +186,7 @@ def _(base, state):
     return add(state.omega, rotate_to_base(state.rows, w)), rotate_to_base(state.rows, carried)
 
 
-@lean_generic
+@generic
 def end_acceleration_free(load, base, state, acc, moment):
     """Return the attachment's acceleration (3,) [m/s²] without the cable's pull.
 
@@ -207,7 +204,6 @@ def _(load, base, state, acc, moment):
     return add(acc, multiply(state.rows, add(cross(alpha, r), cross(omega, cross(omega, r)))))
 
 
-@lean_kernel
 def angular_acceleration(load, base, state, moment):
     """Return α (3,) [rad/s²] under a moment (3,) [N m], both in the body's axes."""
     whole, carried = absolute_spin(base, state)
@@ -215,7 +211,7 @@ def angular_acceleration(load, base, state, moment):
     return subtract(multiply(load.inverse_inertia, subtract(moment, gyroscopic)), carried)
 
 
-@lean_generic
+@generic
 def write_load_acceleration(load, base, state, pull, out):
     """Write the second derivatives of the load's own coordinates to the end of the crane's in `out`.
 
@@ -237,7 +233,7 @@ def _(load, base, state, pull, out):
     array[first], array[first + 1], array[first + 2], array[first + 3] = second
 
 
-@lean_generic
+@generic
 def wind_on_load(flow, base, load, state):
     """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of the wind; `flow`: Airflow, None without."""
     return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -248,7 +244,7 @@ def _(flow, base, load, state):
     return pressure_on(load, flow, base, state)
 
 
-@lean_generic
+@generic
 def pressure_on(load, flow, base, state):
     """Return the result of `wind_on_load` for a wind: on a point mass it has no moment."""
     air = airspeed(base, state.position, state.velocity)
@@ -264,7 +260,7 @@ def _(load, flow, base, state):
     return force, cross(r, rotate_to_base(state.rows, force))
 
 
-@lean_generic
+@generic
 def moment_power(load, state, moment):
     """Return the power [W] of a moment (3,) on the load, in its axes."""
     return 0.0
@@ -275,7 +271,7 @@ def _(load, state, moment):
     return dot(state.omega, moment)
 
 
-@lean_generic
+@generic
 def turning_energy(load, state):
     """Return the kinetic energy [J] of the load's turning relative to the base."""
     return 0.0
@@ -286,7 +282,7 @@ def _(load, state):
     return 0.5 * dot(state.omega, multiply(load.inertia, state.omega))
 
 
-@lean_generic
+@generic
 def imposed_turning_power(load, base, state):
     """Return the power [W] that the base's rotation supplies to the load's turning."""
     return 0.0
@@ -297,7 +293,7 @@ def _(load, base, state):
     return _turning_power(base, load, state)
 
 
-@lean_generic
+@generic
 def _turning_power(base, load, state):
     return 0.0
 
@@ -309,7 +305,7 @@ def _(base, load, state):
     return dot(state.omega, multiply(load.inertia, change))
 
 
-@lean_generic
+@generic
 def imposed_load_power(base, load, state):
     """Return the power [W] that the base supplies to the load."""
     return 0.0
@@ -321,7 +317,7 @@ def _(base, load, state):
     return load.mass * dot(acc, state.velocity) + imposed_turning_power(load, base, state)
 
 
-@lean_generic
+@generic
 def load_base_energy(base, load, state, gravity):
     """Return (kinetic, potential) energy [J] of the load in the world less those relative to the base (BaseState)."""
     return 0.0, 0.0
@@ -333,7 +329,7 @@ def _(base, load, state, gravity):
     return kinetic + turning_base_energy(load, base, state), potential
 
 
-@lean_generic
+@generic
 def turning_base_energy(load, base, state):
     """Return the kinetic energy [J] of the load's turning in the world less that relative to the base."""
     return 0.0

@@ -70,7 +70,7 @@ from crane_sim.models.suspended.winch import (
 )
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, lean_generic, lean_routine, routine
+from crane_sim.numerics.jit import generic, routine
 
 
 @system.project.register(SuspendedCrane)
@@ -84,7 +84,7 @@ def _(p, x):
     straighten(p, x)
 
 
-@lean_routine
+@routine
 def straighten(p, x):
     """Give unit vectors and quaternion their length 1, and take from their rates what is not across them."""
     nq, first, _ = suspended_layout(p)
@@ -93,7 +93,7 @@ def straighten(p, x):
     normalise_attitude(p.load, x, nq)
 
 
-@lean_generic
+@generic
 def normalise_attitude(load, x, nq):
     """Put the load's own coordinates back on what they hold."""
 
@@ -346,7 +346,7 @@ def _(p, t, x, u, work):
     return suspended_guard(p, t, x, u, work)
 
 
-@lean_routine
+@routine
 def suspended_guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations): limits of support and first length, slack links."""
     nq, _, end = suspended_layout(p)
@@ -368,7 +368,7 @@ def suspended_guard(p, t, x, u, work):
     return value, number, int(forces)
 
 
-@lean_generic
+@generic
 def twist_guard(torsion, best, p, x, links):
     """Return the smaller one of `best` and the guard of the rope's twist; `links` is filled."""
     return best

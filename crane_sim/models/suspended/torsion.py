@@ -23,7 +23,7 @@ from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_a
 from crane_sim.models.supports import add_yaw_moment
 from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import lean_generic, lean_kernel, lean_routine
+from crane_sim.numerics.jit import generic, routine
 
 DOWN, ZERO = (0.0, 0.0, -1.0), (0.0, 0.0, 0.0)
 MAX_TWIST = 6.0  # rad, where a run ends: beyond 2π the twist is not known
@@ -46,7 +46,6 @@ class Twist(NamedTuple):
     vertical: tuple[float, float, float]  # b of the load, in the axes of the base
 
 
-@lean_kernel
 def bend(a, b):
     """Return t (3,) of the bend from a direction to another one."""
     x, y, z = cross(a, b)
@@ -54,7 +53,6 @@ def bend(a, b):
     return scale * x, scale * y, scale * z
 
 
-@lean_kernel
 def turn_by_bend(q, a, b):
     """Return the quaternion of a frame after the bend from a direction to another one, of any length."""
     (x, y, z), s = cross(a, b), 1.0 + dot(a, b)
@@ -67,7 +65,6 @@ def turn_by_bend(q, a, b):
     )
 
 
-@lean_kernel
 def direction_of(links, k):
     """Return the unit vector (3,) of link k, the tip's downward vertical above the first."""
     if k < 0:
@@ -75,7 +72,6 @@ def direction_of(links, k):
     return links.units[k, 0], links.units[k, 1], links.units[k, 2]
 
 
-@lean_kernel
 def rate_of(links, k):
     """Return the rate (3,) [1/s] of `direction_of`."""
     if k < 0:
@@ -83,13 +79,12 @@ def rate_of(links, k):
     return links.rates[k, 0], links.rates[k, 1], links.rates[k, 2]
 
 
-@lean_kernel
 def load_vertical(load):
     """Return the load's own vertical b (3,), downwards, in the axes of the base."""
     return -load.rows[0][2], -load.rows[1][2], -load.rows[2][2]
 
 
-@lean_routine
+@routine
 def twist_motion(links, load, angle, rate):
     """Return (twist [rad] between -2π and 2π, its rate [rad/s]) below a tip with a yaw angle and its rate."""
     (s, c), n = sincos(0.5 * angle), len(links.squared_rates)
@@ -106,7 +101,7 @@ def twist_motion(links, load, angle, rate):
     return 2.0 * atan2(across, along), -turning
 
 
-@lean_generic
+@generic
 def twist_of(torsion, links, load, angle, rate):
     """Return the Twist, None without torsion; links, load: Directions, BodyState; arguments of `twist_motion`."""
     return None
@@ -119,7 +114,6 @@ def _(torsion, links, load, angle, rate):
     return Twist(angle, rate, moment, torsion.damping * rate * rate, load_vertical(load))
 
 
-@lean_kernel
 def link_force(twist, links, k):
     """Return the force (3,) [N] on the lower end of link k, and the opposite one on its upper end."""
     n, own = len(links.squared_rates), direction_of(links, k)
@@ -129,7 +123,7 @@ def link_force(twist, links, k):
     return scale * x, scale * y, scale * z
 
 
-@lean_generic
+@generic
 def push_nodes(twist, links, acc):
     """Add what torsion does to the nodes' accelerations (N + 1, 3) above the load."""
 
@@ -143,7 +137,7 @@ def _(twist, links, acc):
         acc[k + 1, 2] += inverse * z
 
 
-@lean_generic
+@generic
 def twist_load(twist, links, body, load, force, moment):
     """Return (force (3,) [N], moment (3,) [N m] in its axes) on the load with those of torsion."""
     return force, moment
@@ -160,7 +154,7 @@ def _(twist, links, body, load, force, moment):
     return add(force, push), add(moment, add(turned, pushed))
 
 
-@lean_generic
+@generic
 def twist_support(twist, support, tau):
     """Return the joint efforts with the couple of torsion on the support."""
     return tau
@@ -171,7 +165,7 @@ def _(twist, support, tau):
     return add_yaw_moment(support, tau, -twist.moment)
 
 
-@lean_generic
+@generic
 def twist_tip(twist, links, turn, pull):
     """Return the pull (3,) [N] on the tip with that of torsion, in the support's frame; turn: sine, cosine of yaw."""
     return pull
@@ -182,7 +176,7 @@ def _(twist, links, turn, pull):
     return subtract(pull, to_turned_axes(link_force(twist, links, 0), turn[0], turn[1]))
 
 
-@lean_generic
+@generic
 def add_twist_power(twist, power, yaw_rate):
     """Return the power [W] without that of the couple on the support, and less what damping takes."""
     return power
@@ -193,7 +187,7 @@ def _(twist, power, yaw_rate):
     return power + twist.moment * yaw_rate - twist.loss
 
 
-@lean_generic
+@generic
 def add_twist_energy(twist, torsion, potential):
     """Return the potential energy [J] with that of torsion."""
     return potential

@@ -16,7 +16,7 @@ from crane_sim.models.supports.reeved_hoist import (
 from crane_sim.models.supports.reeving import Reeving, dead_end_of, follow_rope, sheave_factor
 from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
 from crane_sim.models.suspended.crane import SuspendedCrane, first_length, solve_dynamics, suspended_layout
-from crane_sim.numerics.jit import generic, lean_generic, lean_kernel, routine
+from crane_sim.numerics.jit import generic, routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
@@ -31,13 +31,11 @@ def _(hoist, stops):
     return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(hoist))
 
 
-@lean_kernel
 def winch_sticks(p, x):
     """Return whether friction holds the winch in state x."""
     return hoist_modes(p.hoist) > 0 and winch_mode(p.hoist, x, suspended_layout(p)[2]) == 0.0
 
 
-@lean_kernel
 def suspended_winch_guard(p, best, x, tau, tension):
     """Return the smaller one of `best` and the guard of the winch's stick and slip at the tensions [N] of the links."""
     nq, _, end = suspended_layout(p)
@@ -57,7 +55,7 @@ def after_winch_guard(p, t, x, tau):
     return x, friction_event(WINCH, x[end])
 
 
-@lean_generic
+@generic
 def fall_guard(hoist, best, p, x, motion, tension):
     """Return the smaller one of `best` and the smallest tension of falls and lead line, if the hoist has some.
 
@@ -77,7 +75,7 @@ def _(hoist, best, p, x, motion, tension):
     return smallest_tension(hoist.reeving, best, p, x, motion, tension)
 
 
-@lean_generic
+@generic
 def smallest_tension(reeving, best, p, x, motion, tension):
     """Return the result of `fall_guard` for a hoist with this reeving, None without one."""
     return best

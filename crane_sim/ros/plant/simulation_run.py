@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from crane_sim.description.transforms import payload_orientation
-from crane_sim.numerics.compile_time import compile_time
 from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.command_stamps import clock_lag
 from crane_sim.ros.common.messages import SimulationState
@@ -17,6 +16,7 @@ from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant, SimulationError
+from crane_sim.tracing.compile_time import compile_time
 
 _PROGRESS_PERIOD = 0.1  # s of wall time between two progress reports
 _DIAGNOSTICS_PERIOD = 1.0  # s of wall time between two diagnostic messages

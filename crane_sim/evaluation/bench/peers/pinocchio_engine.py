@@ -24,7 +24,7 @@ from crane_sim.evaluation.bench.peers.joints import Joint, model_joints, payload
 from crane_sim.evaluation.bench.problem import Problem
 from crane_sim.integrators import dop853, rk4
 from crane_sim.integrators.runge_kutta import to_dense_tableau
-from crane_sim.numerics.cache import cache_folder
+from crane_sim.tracing.cache import cache_folder
 
 Array = npt.NDArray[np.float64]
 SOURCE = Path(__file__).with_name("pinocchio_loop.cpp")

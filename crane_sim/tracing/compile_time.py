@@ -1,6 +1,8 @@
 """How long this process has compiled, which is no part of the wall time of a run."""
 
 import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 
 
 class CompileTimer:
@@ -11,6 +13,7 @@ class CompileTimer:
 
     def __init__(self) -> None:
         self._seconds, self._depth, self._started = 0.0, 0, 0.0
+        self._watchers: list[Callable[[], object]] = []
 
     @property
     def seconds(self) -> float:
@@ -22,6 +25,17 @@ class CompileTimer:
         if not self._depth:
             self._started = time.perf_counter()
         self._depth += 1
+        for watcher in self._watchers:
+            watcher()
+
+    @contextmanager
+    def watch(self, callback: Callable[[], object]) -> Iterator[None]:
+        """Call `callback` whenever a compilation begins within the block."""
+        self._watchers.append(callback)
+        try:
+            yield
+        finally:
+            self._watchers.remove(callback)
 
     def __exit__(self, *_: object) -> None:
         """End counting."""
@@ -36,3 +50,8 @@ COMPILE_TIMER = CompileTimer()
 def compile_time() -> float:
     """Return how long this process has compiled, or waited for another one that compiles the same function [s]."""
     return COMPILE_TIMER.seconds
+
+
+def watch_compiling(callback: Callable[[], object]) -> AbstractContextManager[None]:
+    """Call `callback` whenever a function is compiled within the block, but not when one is loaded from the cache."""
+    return COMPILE_TIMER.watch(callback)

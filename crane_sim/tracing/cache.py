@@ -14,7 +14,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-_NUMBA = version("numba")
+_LLVMLITE = version("llvmlite")
 _PACKAGES = tuple(Path(__file__).resolve().parents[2] / name for name in ("crane_sim", "crane_control"))
 UNDIGESTED = (
     "gym",
@@ -35,7 +35,7 @@ UNDIGESTED = (
 
 def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
     """Return a digest of the Python sources below `folders`, except UNDIGESTED ones, and of what compiles them."""
-    sha = hashlib.sha256(f"{sys.version} {_NUMBA}".encode())
+    sha = hashlib.sha256(f"{sys.version} {_LLVMLITE}".encode())
     for folder in map(str, folders):
         for file in sorted(_sources(folder)):
             with suppress(FileNotFoundError), open(file, "rb") as source:

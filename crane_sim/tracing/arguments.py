@@ -1,0 +1,88 @@
+"""Arguments of an entry point: their structure, which code is made for, and the numbers and addresses that it gets."""
+
+from typing import Any
+
+import numpy as np
+
+from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, contiguous_strides
+from crane_sim.tracing.graph import Kind
+
+
+def describe(tree: Any, leaves: list[Any]) -> Any:
+    """Return a tree's structure, hashable, and append its numbers, addresses and sizes to `leaves`."""
+    if isinstance(tree, float):
+        leaves.append(tree)
+        return Kind.REAL
+    if isinstance(tree, tuple):
+        return type(tree), *[describe(part, leaves) for part in tree]
+    if tree is None:
+        return None
+    if isinstance(tree, np.ndarray | np.record):
+        return _describe_array(tree, leaves)
+    for classes, kind in _NUMBERS:
+        if isinstance(tree, classes):
+            leaves.append(int(tree))
+            return kind
+    return type(tree), tree
+
+
+_NUMBERS = ((bool | np.bool_, Kind.BOOLEAN), (np.uint64, Kind.WORD), (int | np.integer, Kind.INTEGER))
+
+
+def _describe_array(array: Any, leaves: list[Any]) -> Any:
+    leaves.append(array.__array_interface__["data"][0])
+    if isinstance(array, np.record):
+        return np.record, array.dtype
+    leaves += array.shape
+    contiguous = array.flags.c_contiguous
+    if not contiguous:
+        leaves += array.strides
+    return np.ndarray, array.dtype, array.ndim, contiguous
+
+
+def rebuild_symbols(key: Any, leaves: Any) -> Any:
+    """Return the tree of symbols of a structure."""
+    if isinstance(key, Kind):
+        return next(leaves)
+    if key is None:
+        return None
+    kind, *parts = key
+    if kind is np.ndarray:
+        dtype, ndim, contiguous = parts
+        address = next(leaves)
+        shape = tuple(next(leaves) for _ in range(ndim))
+        strides = contiguous_strides(shape, dtype.itemsize) if contiguous else tuple(next(leaves) for _ in range(ndim))
+        return ArraySymbol(address, 0, dtype, shape, strides)
+    if kind is np.record:
+        return RecordSymbol(next(leaves), 0, parts[0])
+    if issubclass(kind, tuple):
+        values = [rebuild_symbols(part, leaves) for part in parts]
+        return kind(*values) if hasattr(kind, "_fields") else tuple(values)
+    return parts[0]
+
+
+def kinds_of(key: Any) -> list[Kind]:
+    """Return the kinds of the leaves of a structure."""
+    if isinstance(key, Kind):
+        return [key]
+    if key is None:
+        return []
+    kind, *parts = key
+    if kind is np.ndarray:
+        return [Kind.ARRAY] + [Kind.INTEGER] * (parts[1] if parts[2] else 2 * parts[1])
+    if kind is np.record:
+        return [Kind.ARRAY]
+    if issubclass(kind, tuple):
+        return [leaf for part in parts for leaf in kinds_of(part)]
+    return []
+
+
+def text_of(key: Any) -> str:
+    """Return a structure as a text that is the same in every process."""
+    if isinstance(key, Kind):
+        return key.value
+    if isinstance(key, tuple):
+        return f"({', '.join(map(text_of, key))})"
+    if isinstance(key, type):
+        return f"{key.__module__}.{key.__qualname__}"
+    return str(key.descr) if isinstance(key, np.dtype) else repr(key)
