@@ -6,6 +6,7 @@ and `coverage`, where it is installed, of which it has no use where nothing meas
 
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -28,7 +29,8 @@ def _without_coverage() -> Iterator[None]:
 
 
 try:
-    with _without_coverage():
+    with _without_coverage(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Environment variable .* value ''")  # an empty one counts as not set
         import numba as numba
 except ValueError as error:  # a variable that it reads
     variables = ", ".join(f"{name} = {value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
