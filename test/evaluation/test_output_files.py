@@ -92,7 +92,7 @@ os._exit(0)  # Rerun may wait for its writer for ever
 @pytest.mark.slow  # on a busy machine Rerun's writer may wait for ever on such a disk
 def test_a_full_disk_leaves_no_part_of_a_recording(tmp_path: Path) -> None:
     """A run of `simulate --record`, and a comparison: one line with the file each, and nothing is left."""
-    file, environment = tmp_path / "run.rrd", os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    file, environment = tmp_path / "run.rrd", os.environ | {"CRANE_SIM_INTERPRETED": "1"}
     lines = run_to_completion([sys.executable, "-c", RECORD, str(file)], env=environment).stdout.splitlines()
     assert len(lines) == 2 and all(f"recording {file}.part: " in line for line in lines)
     assert list(tmp_path.iterdir()) == []
