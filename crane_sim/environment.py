@@ -98,7 +98,7 @@ def _variables_in_effect() -> Iterator[Unusual]:
 
 
 def _shorten(value: str) -> str:
-    return value if len(value) <= 60 else value[:57] + "..."
+    return (value or "empty") if len(value) <= 60 else value[:57] + "..."
 
 
 def _other_ros() -> Iterator[Unusual]:

@@ -17,19 +17,28 @@ _START_TIMEOUT = 60.0  # s; a node starts in less than one
 @click.command()
 def doctor() -> None:
     """List what is unusual in the environment, and may be why a run does not start."""
-    found = [*find_unusual(), *_failed_node(), *_unusual_cache(), *find_kept_from_nodes()]
+    found = [*find_unusual(), *_failures(), *find_kept_from_nodes()]
     for unusual in found:
         print(f"{unusual.name}: {unusual.description}")
     if not found:
         print("nothing unusual: variables, limits, memory, caches; a ROS node starts")
 
 
+def _failures() -> Iterator[Unusual]:
+    """Yield what of a run fails: compiled code that is not kept, a node that does not start, or all of it."""
+    try:
+        yield from _unusual_cache()
+        yield from _failed_node()
+    except RuntimeError as error:  # a variable that the compiler rejects, a profile of Fast DDS that does not exist
+        yield Unusual("runs", f"do not start: {error}")
+
+
 def _failed_node() -> Iterator[Unusual]:
     """Yield why a node does not start."""
-    from crane_sim.orchestration.ros_environment import node_environment  # here: it imports the compiler
+    from crane_sim.orchestration.ros_environment import node_environment, reserve_domain  # here: the compiler is slow
 
-    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
-        environment = node_environment(0, Path(folder))
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder, reserve_domain() as domain:
+        environment = node_environment(domain, Path(folder))
         try:
             node = subprocess.run(
                 [sys.executable, "-c", _NODE], env=environment, capture_output=True, text=True, timeout=_START_TIMEOUT

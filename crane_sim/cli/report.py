@@ -143,9 +143,10 @@ def compile_time() -> float:
     return seconds()
 
 
-_COMPILING = (
+COMPILING = (
     "compiling this kind of scene (once per kind, group and law: ten seconds to a minute, on a busy machine four)"
 )
+"""What is said while something compiles."""
 
 
 @contextmanager
@@ -158,7 +159,7 @@ def compiling(quiet: bool, evaluated: "Scene | None" = None) -> Iterator[None]:
     from crane_sim.simulation.parallel_compilation import compile_evaluation_beside
     from crane_sim.tracing.compile_time import watch_compiling
 
-    status = Console(stderr=True).status(_COMPILING)
+    status = Console(stderr=True).status(COMPILING)
     show = _say_compiling if quiet or not sys.stderr.isatty() else status.start
     try:
         beside = nullcontext() if evaluated is None else compile_evaluation_beside(evaluated)
@@ -171,7 +172,7 @@ def compiling(quiet: bool, evaluated: "Scene | None" = None) -> Iterator[None]:
 @cache
 def _say_compiling() -> None:
     """Say on stderr that a kind of scene is compiled."""
-    print(f"crane: {_COMPILING}", file=sys.stderr, flush=True)
+    print(f"crane: {COMPILING}", file=sys.stderr, flush=True)
 
 
 def print_summary(summary: dict[str, Any], scene: "Scene") -> None:

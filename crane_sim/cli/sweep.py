@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,11 +76,18 @@ def _tell(line: str) -> None:
 
 @contextmanager
 def show_progress(counted: str, quiet: bool) -> Iterator[OnProgress]:
-    """Yield a function that updates a progress bar on stderr with the label `counted`; `quiet`: none is shown."""
+    """Yield a function that updates a progress bar on stderr with the label `counted`; `quiet`: none is shown.
+
+    One line says that the process or its workers compile.
+    """
+    from crane_sim.study.workers import watch_compiling_everywhere
+
     columns = TextColumn(counted), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     with Progress(*columns, console=Console(stderr=True), disable=quiet) as bar:
+        line = partial(bar.console.print, f"crane: {report.COMPILING}", highlight=False, markup=False, soft_wrap=True)
         task = bar.add_task(counted, total=None)
-        yield lambda done, count: bar.update(task, completed=done, total=count)
+        with watch_compiling_everywhere(cache(line)):
+            yield lambda done, count: bar.update(task, completed=done, total=count)
 
 
 def print_result(result: StudyResult, console: Console) -> None:

@@ -14,6 +14,7 @@ from crane_sim.recording.bag_messages import Message, UnreadableBag, read_messag
 
 Array = npt.NDArray[np.float64]
 STATES, COMMANDS = "joint_states", "joint_commands"
+_WIDE = 1.5  # of the median distance of commands, which senders keep within half of it
 
 
 class Track(NamedTuple):
@@ -59,7 +60,21 @@ def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds
     stamped = all(any(message.stamp for message in messages) for messages in topics.values())
     states = _track(path, topics[STATES], "position", joints, stamped)
     field = kinds[0] if kinds else "effort"  # what a drive is commanded is the name of the message's field, too
-    return Bag(states, _track(path, topics[COMMANDS], field, driven, stamped))
+    commands = _track(path, topics[COMMANDS], field, driven, stamped)
+    if contents.damage or contents.malformed:
+        _check_gaps(path, commands, states.nanoseconds[0])
+    return Bag(states, commands)
+
+
+def _check_gaps(path: Path, commands: Track, start: int) -> None:
+    """Raise SceneError where commands of a damaged bag are further apart than most: one between them may be lost.
+
+    `start`: instant from which times count, ns.
+    """
+    steps = np.diff(commands.nanoseconds)
+    if steps.size and (wide := np.flatnonzero(steps > _WIDE * np.median(steps))).size:
+        at = 1e-9 * (commands.nanoseconds[wide[0]] - start)
+        raise SceneError(f"{path}: is damaged: commands after t = {at:g} s are missing, and what was held is not known")
 
 
 def _track(path: Path, messages: list[Message], field: str, wanted: tuple[str, ...], stamped: bool) -> Track:

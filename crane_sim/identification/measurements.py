@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -12,6 +13,8 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.identification.bags import read_bag
 from crane_sim.recording.read import read_recording
 from crane_sim.recording.run import RecordedRun
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.hardware import HardwareRun
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -106,19 +109,24 @@ def read_measurements(path: Path | str, scene: Scene) -> Measurements:
 def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
     """Return the positions of a recorded run, as its sensors measured them, and its commands.
 
-    A run without commands was driven by constant inputs or by nothing: the efforts that were applied stand for them.
+    A run in open loop has no commands: the inputs of drives that hold them stand for these, or constant efforts.
     """
     lengths = np.rint(np.diff(run.t) / run.period)
     if np.any(lengths != 1.0):
         at = float(run.t[np.flatnonzero(lengths != 1.0)[0]])
         raise SceneError(f"{run.path}: steps after t = {at:g} s are not in the recording: their commands are not known")
     q = run.q if run.q_measured is None else run.q_measured
-    commands = _held_commands(run.commands, run.u, str(run.path))
+    commands = _commands(run.commands, run.u, run.t, lambda: _scene_of(run), str(run.path))
     from_start = bool(run.t.size and run.t[0] == 0.0)
     measured = Measurements(run.t, run.crane.joint_names, q, run.t, commands, from_start)
     selected = select(measured, run.crane.actuated, scene, str(run.path))
     _check_units(run.crane.actuated, run.crane.command_units, scene, str(run.path))
     return undo_sensors(selected, scene)
+
+
+def _scene_of(run: RecordedRun) -> Scene:
+    """Return the scene of a recorded run; a law of a file is not executed."""
+    return load_scene(run.scene_values, own_law=False)
 
 
 def _check_units(actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene, source: str) -> None:
@@ -130,25 +138,42 @@ def _check_units(actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene
             raise SceneError(f"{source}: {what}; give the scene the drives of the run (actuators)")
 
 
-def _held_commands(commands: Array, applied: Array, source: str) -> Array:
-    """Return the commands (K, nu), or constant efforts that were applied without any.
+def _commands(given: Array, applied: Array, t: Array, scene: Callable[[], Scene], source: str) -> Array:
+    """Return the commands (K, nu) of a run: in open loop the inputs of drives that hold them, and constant efforts.
+
+    Args:
+        given: (K, nu), NaN in open loop.
+        applied: (K or more, nu) efforts at t (K or more,) [s].
+        t: starts of the periods.
+        scene: returns that of the run.
+        source: name of the run.
 
     Raises:
-        SceneError: there are none, and efforts that change are known at the samples only.
+        SceneError: an input acted between the samples, too.
     """
-    if np.isfinite(commands).any() or not commands.size:
-        return commands
-    held = applied[: len(commands)]
-    if np.any(held != held[0]):
-        raise SceneError(f"{source}: has no commands: inputs or a continuous law acted, between samples too")
-    return held
+    if np.isfinite(given).any() or not given.size:
+        return given
+    own, found = scene(), applied[: len(given)]
+    held = np.isin(own.actuated, () if own.sampled else own.held)
+    if held.any():
+        take = HardwareRun(own).open_loop_command
+        found = np.where(held, [take(time, own.initial_q, own.initial_v) for time in t[: len(given)].tolist()], found)
+    if (changing := ~held & np.any(found != found[0], axis=0)).any():
+        names = ", ".join(np.array(own.actuated)[changing])
+        possible = (
+            "commands of a law or of a node, constant inputs, and inputs of drives that hold them (lag, rate limit)"
+        )
+        raise SceneError(
+            f"{source}: has no commands of {names}, which acted between samples, too; possible: {possible}"
+        )
+    return found
 
 
 def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurements:
     """Return the positions of a simulated run as encoders with normal noise (standard deviation [rad, m]) show them."""
     q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
-    commands = _held_commands(run.commands, run.u, "run")
-    command_times = run.scene.period * np.arange(len(commands), dtype=np.float64)  # s, of the periods
+    command_times = run.scene.period * np.arange(len(run.commands), dtype=np.float64)  # s, of the periods
+    commands = _commands(run.commands, run.u, command_times, lambda: run.scene, "run")
     return Measurements(run.t, run.scene.joint_names, q, command_times, commands, from_start=True)
 
 

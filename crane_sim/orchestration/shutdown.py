@@ -11,12 +11,11 @@ from crane_sim.orchestration.recovery import recover_bags, recover_recordings
 from crane_sim.orchestration.roles import RecorderRole, Role
 from crane_sim.orchestration.supervisor import Supervisor
 from crane_sim.recording.files import describe_gaps, files_before_resets
+from crane_sim.ros.common.refused_messages import REFUSED, refused_entry
 
 _SUMMARY_TIMEOUT = 10.0  # s for a controller to report its summary
 _SHUTDOWN_SUMMARY_TIMEOUT = 0.3  # s for that once a shutdown is requested
 _FILES_TIMEOUT = 120.0  # s to finish files, to join recordings, and to join bags; in a shutdown, the time that is left
-REFUSED = "refused_messages"
-"""Entry of summaries: messages of other nodes on topics of the run's own ones, with their numbers by topic and node."""
 _UNFINISHED = "it did not finish the recording"
 _KILL_TIMEOUT = 0.2  # s for a killed process to exit
 
@@ -36,7 +35,7 @@ def merge_summaries(*parts: Mapping[str, Any]) -> dict[str, Any]:
     merged = {key: value for part in parts for key, value in part.items()}
     refused = [part.get(REFUSED, {}) for part in parts]
     counts = {key: max(each.get(key, 0) for each in refused) for each in refused for key in each}
-    return merged | ({REFUSED: dict(sorted(counts.items()))} if counts else {})
+    return merged | refused_entry(dict(sorted(counts.items())))
 
 
 def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary: dict[str, Any]) -> dict[str, Any]:

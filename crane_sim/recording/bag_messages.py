@@ -57,9 +57,8 @@ def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] =
     store = types.get_typestore(types.Stores.ROS2_JAZZY)
     is_mcap = path.name.endswith(".mcap.part") or (path.suffix == ".mcap" and path.is_file())
     wanted = {*required, *optional}
-    contents, decode = _read_file(path, store) if is_mcap else _read_folder(path, store, wanted)
-    chosen = [each for each in contents.messages if _name(each.topic) in wanted]
-    decoded = [(each.topic, _decode(each, decode)) for each in chosen]
+    contents, decode = (_read_file if is_mcap else _read_folder)(path, store, lambda topic: _name(topic) in wanted)
+    decoded = [(each.topic, _decode(each, decode)) for each in contents.messages]
     found = [(topic, message) for topic, message in decoded if message is not None]
     malformed = len(decoded) - len(found)
     if malformed:
@@ -78,18 +77,18 @@ def _check_topics(required: Sequence[str], present: Collection[str]) -> None:
             raise UnreadableBag(f"has {why}")
 
 
-def _read_file(path: Path, store: Any) -> tuple[McapContents, Decode]:
+def _read_file(path: Path, store: Any, is_wanted: Callable[[str], bool]) -> tuple[McapContents, Decode]:
     try:
-        return read_mcap(mcap_file(path)), store.deserialize_cdr
+        return read_mcap(mcap_file(path), is_wanted), store.deserialize_cdr
     except (OSError, ValueError) as error:
         raise UnreadableBag(f"cannot be read: {error}") from None
 
 
-def _read_folder(path: Path, store: Any, wanted: Collection[str]) -> tuple[McapContents, Decode]:
+def _read_folder(path: Path, store: Any, is_wanted: Callable[[str], bool]) -> tuple[McapContents, Decode]:
     any_reader = import_optional("rosbags.highlevel", "a bag").AnyReader
     try:
         with any_reader([path], default_typestore=store) as reader:
-            chosen = [each for each in reader.connections if _name(each.topic) in wanted]
+            chosen = [each for each in reader.connections if is_wanted(each.topic)]
             messages = reader.messages(chosen) if chosen else ()
             found = [StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in messages]
             types = reader.typestore

@@ -13,7 +13,7 @@ from crane_sim import load_scene
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.common.source_filter import refused_entry
+from crane_sim.ros.common.refused_messages import refused_entry
 from crane_sim.ros.recorder.decoder import TOPICS
 from crane_sim.ros.recorder.outputs import Outputs, ResumeState, read_resume_state
 from crane_sim.ros.recorder.replay_buffer import ReplayBuffer

@@ -7,12 +7,15 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from multiprocessing import resource_tracker
+from threading import Thread
 from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import import_optional
+from crane_sim.numerics.jit import watch_compiling
 from crane_sim.process_signals import blocked_interrupts, end_with_parent
 
 LOCAL = "local"
@@ -58,13 +61,36 @@ class SerialExecutor(Executor):
         return future
 
 
+_watchers = list[Callable[[], object]]()
+_at_work = ExitStack()  # of a worker: what lasts until it ends
+
+
+@contextmanager
+def watch_compiling_everywhere(callback: Callable[[], object]) -> Iterator[None]:
+    """Call `callback` whenever this process or one of its `WorkerProcesses` compiles a function within the block."""
+    _watchers.append(callback)
+    try:
+        with watch_compiling(callback):
+            yield
+    finally:
+        _watchers.remove(callback)
+
+
 class WorkerProcesses(ProcessPoolExecutor):
     """Processes of this machine, which ignore SIGINT and end with this process, in whatever way."""
 
     def __init__(self, count: int) -> None:
         """Take the number of processes, which are started as tasks are submitted."""
         _start_resource_tracker()
-        super().__init__(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
+        context = multiprocessing.get_context("spawn")
+        notices, self._sender = context.Pipe(duplex=False)
+        Thread(target=_call_watchers, args=(notices,), daemon=True).start()
+        super().__init__(count, context, _begin_worker, (os.getpid(), self._sender))
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """See `Executor`; the thread that waits for notices of the processes ends with them."""
+        super().shutdown(wait, cancel_futures=cancel_futures)
+        self._sender.close()
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return the future of a task; a process that is started for it does not see SIGINT before it ignores it."""
@@ -118,11 +144,24 @@ def _limit_threads() -> Iterator[None]:
             del os.environ[name]
 
 
-def _begin_worker(parent: int) -> None:
-    """Ignore SIGINT, which the parent handles for all, and exit when the parent exits, in whatever way."""
+def _call_watchers(notices: Any) -> None:
+    """Call the watchers at each notice that a worker compiles, until all workers have ended."""
+    with notices, suppress(EOFError):
+        while True:
+            notices.recv_bytes()
+            for callback in tuple(_watchers):
+                callback()
+
+
+def _begin_worker(parent: int, sender: Any) -> None:
+    """Ignore SIGINT, which the parent handles for all, and exit when the parent exits, in whatever way.
+
+    `sender`: where it says that it compiles.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     end_with_parent(parent)
+    _at_work.enter_context(watch_compiling(partial(sender.send_bytes, b"compiling")))
 
 
 @contextmanager

@@ -8,6 +8,7 @@ import pytest
 
 from crane_sim import load_scene
 from crane_sim.cli.report import _say_compiling, compiling, json_value, print_summary
+from crane_sim.cli.sweep import show_progress
 from crane_sim.numerics.jit import entry_point
 
 SUMMARY = {
@@ -85,6 +86,22 @@ def test_compilation_is_said_in_a_pipe(capsys: pytest.CaptureFixture[str]) -> No
             return 2.0 * x
 
         with compiling(quiet=False):
+            assert double(1.0) == 2.0
+    assert re.fullmatch(r"crane: compiling this kind of scene \([^\n]*\)\n", capsys.readouterr().err)
+
+
+def test_compilation_is_said_beside_a_progress_bar(capsys: pytest.CaptureFixture[str]) -> None:
+    """Commands that count runs or trials say it in the same line, once, and nothing where nothing is compiled."""
+    with show_progress("runs", quiet=True):
+        pass
+    assert not capsys.readouterr().err
+    with show_progress("runs", quiet=True):
+        for _ in range(2):
+
+            @entry_point
+            def double(x):
+                return 2.0 * x
+
             assert double(1.0) == 2.0
     assert re.fullmatch(r"crane: compiling this kind of scene \([^\n]*\)\n", capsys.readouterr().err)
 

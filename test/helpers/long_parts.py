@@ -32,7 +32,9 @@ def _ask_git(folder: Path, *arguments: str) -> str:
 
 
 def choose_part(config: pytest.Config) -> None:
-    """Replace `--part auto` by the part that is due, which workers are then given, and print the part."""
+    """Replace `--part auto` by the part that is due, and print the part; a worker has that of its controller."""
+    if hasattr(config, "workerinput"):
+        config.option.part = config.workerinput["part"]
     if config.option.part is None or hasattr(config, "workerinput"):
         return
     if config.option.part == "auto":

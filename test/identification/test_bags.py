@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bag_samples import write_bag as write_recorded_bag
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -78,6 +79,21 @@ def test_without_stamps_the_times_of_reception_count(tmp_path: Path) -> None:
     )
     for one, other in zip(stamped, unstamped, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.interpreted
+def test_a_gap_in_the_commands_of_a_damaged_bag_is_refused(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Commands that are lost in the middle of a bag are refused by their time; a damaged end costs that end only."""
+    run = crane_sim.simulate("knuckle_setpoint", duration=0.3)
+    whole = write_recorded_bag(tmp_path / "whole.mcap", run, save_every=10)  # steps in a chunk
+    for step, name in ((15, "middle"), (25, "end")):
+        data = bytearray(whole.read_bytes())
+        data[data.index(run.q[step, 0].tobytes())] ^= 1
+        (tmp_path / f"{name}.mcap").write_bytes(data)
+    with pytest.raises(SceneError, match=r"middle.mcap: is damaged: commands after t = 0.09 s are missing"):
+        read_measurements(tmp_path / "middle.mcap", run.scene)
+    assert len(read_measurements(tmp_path / "end.mcap", run.scene).commands) == 20
+    assert "end.mcap is damaged" in caplog.text
 
 
 @pytest.mark.interpreted

@@ -258,6 +258,38 @@ def test_commands_are_of_periods_whatever_the_samples_are() -> None:
     assert data.command_times == pytest.approx(PERIOD * np.arange(50), abs=1e-12)
 
 
+OPEN_LOOP: dict[str, Any] = {"control": None, "reference": None, "duration": 0.5}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    "drive", [{"lag": 0.05}, {"drive": "velocity", "servo": {"gain": 500.0, "max_acceleration": 1.0}}]
+)
+@pytest.mark.parametrize("is_recorded", [False, True])
+def test_inputs_of_drives_that_hold_them_are_commands(drive: dict[str, Any], is_recorded: bool, tmp_path: Path) -> None:
+    """A run in open loop has the inputs at the starts of periods as commands, where its drive has a lag or a servo."""
+    sine = {"kind": "sine", "amplitude": 0.5, "frequency": 3.0}
+    scene = crane_sim.load_scene(SCENE, OPEN_LOOP | {"inputs": {"trolley": sine}, "actuators": {"trolley": drive}})
+    run = crane_sim.simulate(scene)
+    data = measurements_of(run.record(tmp_path / "run.rrd") if is_recorded else run, scene)
+    assert data.commands[:, 0] == pytest.approx(0.5 * np.sin(3.0 * PERIOD * np.arange(len(data.commands))), abs=1e-14)
+    again = Shooting(scene, data, ["cable.lengths.0"], 1.0, {0: (run.q[0], run.v[0])})
+    assert np.abs(again.predict(again.start) - data.q).max() < 1e-9  # tolerances of both runs are below
+
+
+@pytest.mark.interpreted
+def test_what_commands_are_possible_is_said(tmp_path: Path) -> None:
+    """Inputs that act between samples are refused with the names of their joints; constant ones are commands."""
+    inputs: dict[str, Any] = {"trolley": {"kind": "sine", "amplitude": 20.0, "frequency": 3.0}}
+    run = crane_sim.simulate(SCENE, overrides=OPEN_LOOP | {"inputs": inputs})
+    with pytest.raises(
+        SceneError, match="run: has no commands of trolley, which acted between .* possible: commands of"
+    ):
+        from_rollout(run)
+    run = crane_sim.simulate(SCENE, overrides=OPEN_LOOP | {"inputs": {"trolley": {"kind": "constant", "value": 20.0}}})
+    assert np.all(from_rollout(run).commands == 20.0)
+
+
 @pytest.mark.parametrize(("from_start", "before"), [(True, 0.0), (False, 7.0)])
 def test_before_the_first_command_stands_it_or_the_initial_demand(from_start: bool, before: float) -> None:
     """A delayed drive begins with its initial demand with the run, and with the first command of a log under way."""

@@ -12,7 +12,7 @@ from command_line import CRANE, crane_here
 from process_helpers import run_to_completion
 
 from crane_sim import environment, load_scene, simulate
-from crane_sim.orchestration.ros_environment import node_environment
+from crane_sim.orchestration.ros_environment import DOMAINS, node_environment, reserve_domain
 
 HOSTILE = {
     "FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA",
@@ -92,6 +92,39 @@ def test_what_is_unusual_is_listed(
         assert any(line.startswith(begin) for line in lines), begin
     names = "NUMBA_OPT, another ROS on LD_LIBRARY_PATH, another ROS on PYTHONPATH, a full /dev/shm"
     assert environment.describe_unusual() == f"; unusual here: {names} (crane doctor)"
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "line"),
+    [
+        ("NUMBA_NUM_THREADS", "0", "runs: do not start: numba rejects a variable"),
+        ("NUMBA_NUM_THREADS", "", "NUMBA_NUM_THREADS: is empty"),
+        ("CRANE_SIM_DDS", "/none.xml", "runs: do not start: CRANE_SIM_DDS = /none.xml"),
+    ],
+)
+def test_what_no_run_starts_with_is_listed_as_well(variable: str, value: str, line: str) -> None:
+    """`crane doctor` lists everything where compiler or profile fail; a variable that is empty is one line, too."""
+    variables = {"ROS_DOMAIN_ID": "", variable: value}
+    result = run_to_completion([CRANE, "doctor"], env=os.environ | variables)
+    assert result.returncode == 0 and not result.stderr
+    for begin in (line, f"{variable}: is {value or 'empty'}", "ROS_DOMAIN_ID: is empty, which nodes do not get"):
+        assert any(each.startswith(begin) for each in result.stdout.splitlines()), begin
+
+
+def test_the_node_of_the_doctor_has_a_domain_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The node that `crane doctor` starts joins no crane's domain and not that of the terminal: it reserves one."""
+    used = list[int]()
+
+    def note(domain: int, folder: Path) -> dict[str, str]:
+        used.append(domain)
+        return node_environment(domain, folder)
+
+    monkeypatch.setattr("crane_sim.orchestration.ros_environment.node_environment", note)
+    with reserve_domain() as other:
+        assert "a node does not start" not in crane_here(monkeypatch, capsys, "doctor").stdout
+    assert used[0] in DOMAINS and used[0] != other
 
 
 @pytest.mark.parametrize("kind", [resource.RLIMIT_AS, resource.RLIMIT_DATA])

@@ -1,12 +1,14 @@
-"""Runs command lines and Python expressions in a process that can import none of the optional packages.
+"""Runs command lines, nodes and Python expressions in a process that can import none of the optional packages.
 
-The argument is a JSON object {"commands": [[word, ...], ...], "expressions": [text, ...]}; the output is one with exit
-code and lines on stderr of each command, and with kind and message of the error of each expression.
+The argument is a JSON object {"commands": [[word, ...], ...], "nodes": [module, ...], "expressions": [text, ...]}; the
+output is one with exit code and lines on stderr of each command, with what each node's module exits with, and with kind
+and message of the error of each expression.
 """
 
 import contextlib
 import io
 import json
+import runpy
 import sys
 from collections.abc import Sequence
 
@@ -32,6 +34,15 @@ def run_command(words: list[str]) -> tuple[int, list[str]]:
     return code, errors.getvalue().splitlines()
 
 
+def run_node(module: str) -> object:
+    """Return what a node's module exits with: a line, which Python prints on stderr before it exits with code 1."""
+    try:
+        runpy.run_module(module, run_name="__main__")
+    except SystemExit as end:
+        return end.code
+    return None
+
+
 def evaluate(expression: str) -> tuple[str, str]:
     """Return kind and message of the error that a Python expression raises; both empty without one."""
     import crane_sim
@@ -48,4 +59,5 @@ if __name__ == "__main__":
     sys.meta_path.insert(0, Absent())
     installation.is_of_this_tree = lambda: False  # an environment that pip made
     commands = [run_command(words) for words in wanted["commands"]]
-    print(json.dumps({"commands": commands, "expressions": list(map(evaluate, wanted["expressions"]))}))
+    nodes, expressions = map(run_node, wanted["nodes"]), map(evaluate, wanted["expressions"])
+    print(json.dumps({"commands": commands, "nodes": list(nodes), "expressions": list(expressions)}))

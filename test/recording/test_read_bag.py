@@ -1,5 +1,6 @@
 """A bag of `--mcap` gives the run back: scene and versions from its metadata, steps from its messages."""
 
+import tracemalloc
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from mcap_samples import EFFORT_CODEC, STATE_CODEC, TOPICS
 
 import crane_sim
 from crane_sim.recording.bag import read_bag
+from crane_sim.recording.bag_messages import read_messages
 from crane_sim.recording.digest import with_digest
 from crane_sim.recording.layout import layout_of_scene, text_properties
 from crane_sim.recording.mcap.bag import Bag
@@ -60,6 +62,24 @@ def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) 
     assert np.array_equal(read.q, run.q[:-1] if told else shown[:, :6])
     assert np.array_equal(read.q_measured, shown[:, :6]) if told else read.q_measured is None
     assert read.properties["derived"] == ("from the true state" if told else "from what the sensors show")
+
+
+def test_only_topics_that_are_read_are_in_memory(tmp_path: Path) -> None:
+    """Messages of other topics, such as 64 MB of pictures, are not kept, and count as readable: nothing is damaged."""
+    period, picture = recorded_run().scene.period_ns, bytes(1 << 20)
+    bag = Bag(tmp_path / "run.mcap", TOPICS, period)
+    write = bag.callbacks()
+    for k in range(1, 65):
+        write["joint_states"](STATE_CODEC.encode(k * period, *np.zeros((3, 6))))
+        write["robot_description"](picture)
+    bag.finish({})
+    read_messages(tmp_path / "run.mcap", ("joint_states",))  # imports
+    tracemalloc.start()
+    contents = read_messages(tmp_path / "run.mcap", ("joint_states",))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(contents.messages) == 64 and not contents.damage
+    assert peak < 16 << 20  # a chunk is one picture, a few copies of which are there while it is read
 
 
 def test_what_a_bag_lacks_is_said_in_one_line(tmp_path: Path) -> None:

@@ -218,19 +218,20 @@ def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: 
 
 
 def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of an odd width ffmpeg gets the even one below; where it fails, its last line is shown if it has one."""
+    """Of an odd width ffmpeg gets the even one below; where it fails, its last line has the file that was asked for."""
     ffmpeg, given = tmp_path / "ffmpeg", tmp_path / "given"
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-    for end in ("exit 0", "exit 1", "echo first >&2; echo last >&2; exit 1"):
+    for end in ("exit 0", "exit 1", "echo first >&2; echo $file: last >&2; exit 1"):
         written = 'for file; do :; done\n: > "$file"'  # the last argument
         ffmpeg.write_text(f'#!/bin/sh\necho "$@" > {given}\ncat > {given}.data\n{written}\n{end}\n')
         ffmpeg.chmod(0o755)
         if end == "exit 0":
             write_clip(recording, tmp_path / "run.mp4", Cut(0.0, 1.0, 2.0, 1.0, 33), Shown())
             continue
-        said = "last" if "last" in end else "no message"
-        with pytest.raises(PictureError, match=f"ffmpeg failed: {said}$"):
-            write_clip(recording, tmp_path / "run.mp4", Cut(0.0, 1.0, 2.0, 1.0, 33), Shown())
+        file = tmp_path / "run.mp4"
+        said = f"{file}: last" if "last" in end else "no message"
+        with pytest.raises(PictureError, match=f"^{file}: ffmpeg failed: {said}$"):
+            write_clip(recording, file, Cut(0.0, 1.0, 2.0, 1.0, 33), Shown())
     assert " -s 32x24 " in given.read_text()
     assert Path(f"{given}.data").stat().st_size == 2 * 32 * 24 * 3
 

@@ -105,7 +105,7 @@ def test_recorded_states_are_in_the_order_of_the_scene() -> None:
 @pytest.mark.parametrize("numbers", [(math.nan,) * 6, (0.0, math.inf, 0.0, 0.0, 0.0, 0.0)])
 @pytest.mark.parametrize("seconds", [1, -1, -(2**31)])
 def test_fields_out_of_range_are_ignored(numbers: tuple[float, ...], seconds: int) -> None:
-    """Numbers that are not finite, and stamps before zero, reach neither a law nor a recording."""
+    """Numbers that are not finite, and stamps before zero, reach neither a law nor a recording; the warning says so."""
     received: Any = Received()
     good = (0.1,) * 6
     for position, velocity in ((numbers, good), (good, numbers), (good, good)):
@@ -113,6 +113,9 @@ def test_fields_out_of_range_are_ignored(numbers: tuple[float, ...], seconds: in
         message.header.stamp.sec = seconds
         data, fits = serialize_message(message), position is velocity and seconds > 0
         assert (StateReader(received, SCENE).read(data) is not None) == fits
+        cause = "not finite: [" if seconds > 0 else f"with the stamp {seconds}000000000 ns, which is before zero:"
+        assert [cause in line for line in received.warnings] == [True] * (not fits)
+        received.warnings.clear()
         received.taken.clear()
         for topic in ("joint_states", "true_states"):
             MessageDecoder(SCENE, received).callbacks()[topic](data)

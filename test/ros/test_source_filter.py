@@ -47,7 +47,7 @@ def make_filter(graph: Any, standbys: bool = False) -> SourceFilter:
     return SourceFilter(graph, TOPIC, standbys=standbys)
 
 
-def test_only_the_plant_is_believed(graph: Graph) -> None:
+def test_only_the_plant_is_accepted(graph: Graph) -> None:
     """Messages of other nodes are refused and counted by their names, before and after the plant's."""
     graph.publishers = {A: "bag_player", B: "plant"}
     sources = make_filter(graph)
@@ -66,7 +66,7 @@ def test_a_name_that_has_not_arrived_decides_nothing(graph: Graph) -> None:
 
 
 def test_another_node_of_the_same_name_is_refused(graph: Graph) -> None:
-    """The first plant is believed as long as it is in the graph, the next one when that has left."""
+    """The first plant is accepted as long as it is in the graph, the next one when that is gone."""
     graph.publishers = {A: "plant"}
     sources = make_filter(graph)
     assert sources.accepts(A)
@@ -77,7 +77,7 @@ def test_another_node_of_the_same_name_is_refused(graph: Graph) -> None:
     assert not sources.accepts(C)
 
 
-def test_standbys_are_believed_at_once(graph: Graph) -> None:
+def test_standbys_are_accepted_at_once(graph: Graph) -> None:
     """A standby takes over although the node that it replaces is still in the graph."""
     graph.publishers = {A: "plant", B: "plant"}
     sources = make_filter(graph, standbys=True)

@@ -25,17 +25,23 @@ def test_one_case_is_long(case):
 """
 
 
-def collect(folder: Path, *options: str) -> tuple[list[str], str]:
-    """Return the ids of the long tests in `folder` that a session with these options would run, and its output."""
-    usual = ["-p", "conftest", "-c", str(TEST.parent / "pyproject.toml"), "--rootdir", str(folder), "--collect-only"]
+def run_pytest(folder: Path, *options: str) -> str:
+    """Return the output of a session of the long tests in `folder`."""
+    usual = ["-p", "conftest", "-c", str(TEST.parent / "pyproject.toml"), "--rootdir", str(folder)]
     result = run_to_completion(
-        [sys.executable, "-m", "pytest", *usual, "-n", "0", "-m", "long", *options, str(folder)],
+        [sys.executable, "-m", "pytest", *usual, "-m", "long", *options, str(folder)],
         env=os.environ
         | {"PYTHONPATH": os.pathsep.join(map(str, (TEST, TEST / "helpers", TEST / "programs", TEST.parent)))},
         cwd=folder,
     )
     assert result.returncode == 0, result.stdout + result.stderr
-    return [line for line in result.stdout.splitlines() if "::" in line], result.stdout
+    return result.stdout
+
+
+def collect(folder: Path, *options: str) -> tuple[list[str], str]:
+    """Return the ids of the long tests in `folder` that a session with these options would run, and its output."""
+    output = run_pytest(folder, "--collect-only", "-n", "0", *options)
+    return [line for line in output.splitlines() if "::" in line], output
 
 
 def test_the_parts_cover_every_long_test_once(tmp_path: Path) -> None:
@@ -45,6 +51,15 @@ def test_the_parts_cover_every_long_test_once(tmp_path: Path) -> None:
     assert sorted(test for tests, _ in parts for test in tests) == sorted(collect(tmp_path)[0])
     assert all("the others: --part" in output and f"part {part} of" in output for part, (_, output) in enumerate(parts))
     assert part_of("test/a.py::test_long[3]") == part_of("test/b/c.py::test_long[3]")
+
+
+def test_workers_run_the_part_that_is_due(tmp_path: Path) -> None:
+    """`--part auto` is the same part in a worker as without one: that of the session, here part 0."""
+    (tmp_path / "test_nested.py").write_text(NESTED)
+    number = len(collect(tmp_path, "--part", "0")[0])
+    assert 0 < number < len(collect(tmp_path)[0])
+    for workers in ("0", "1"):
+        assert f"{number} passed" in run_pytest(tmp_path, "--part", "auto", "-n", workers)
 
 
 def git(folder: Path, *arguments: str) -> None:

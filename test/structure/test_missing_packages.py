@@ -35,6 +35,9 @@ COMMANDS = {
     "report .": "folder .: holds no study",
 }
 """Command lines, and what the line on stderr has."""
+NODES = ("crane_sim.ros.plant_node", "crane_sim.ros.recorder_node") + tuple(
+    f"crane_control.nodes.{name}_node" for name in ("controller", "tracker", "operator")
+)
 EXPRESSIONS = {
     "run.record('run.rrd')": "MissingPackage: a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
     "run.plot()": "MissingPackage: a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
@@ -47,12 +50,13 @@ EXPRESSIONS = {
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Return what commands and expressions do without optional packages, all in one process."""
+    """Return what commands, nodes and expressions do without optional packages, all in one process."""
     folder = tmp_path_factory.mktemp("without_packages")
     for name in ("run.rrd", "run.mcap", "study/study.json", "study/table.parquet"):
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text("{}")
-    wanted = {"commands": [words.split() for words in COMMANDS], "expressions": list(EXPRESSIONS)}
+    commands = [words.split() for words in COMMANDS]
+    wanted = {"commands": commands, "nodes": NODES, "expressions": list(EXPRESSIONS)}
     display = {"DISPLAY": ":0", "NUMBA_DISABLE_JIT": "1"}
     done = run_to_completion([sys.executable, str(PROGRAM), json.dumps(wanted)], cwd=folder, env=os.environ | display)
     assert done.returncode == 0, done.stderr
@@ -69,6 +73,12 @@ def test_a_command_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:
     for (words, line), (code, errors) in zip(COMMANDS.items(), found["commands"], strict=True):
         assert code == 2 and len(errors) == 1, (words, errors)
         assert re.match(f"crane: .*{as_pattern(line)}", errors[0]), (words, errors)
+
+
+def test_a_node_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:
+    """A node without ROS exits with one line, and so with code 1: the package and the command that installs it."""
+    line = "crane: a node needs the Python package rclpy, which is not installed (pip install 'crane_sim[ros]')"
+    assert found["nodes"] == [line] * len(NODES)
 
 
 def test_python_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ from crane_sim.evaluation.documentation import signs
 from crane_sim.evaluation.documentation.fields import REQUIRED, Choice, Field, fields, in_words, subgroup
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.output import write_output
+from crane_sim.files.yaml_text import DEEPEST, LARGEST_FILE, MOST_VALUES
 from crane_sim.laws import law_names, law_of
 from crane_sim.scenes.registry import ALL_SCHEMAS, FALLS_SCHEMAS
 from crane_sim.scenes.schema.hardware import HardwareGroups
@@ -23,7 +24,9 @@ Written by `{COMMAND}` from the classes that read the files.
 A scene is a YAML file with the groups of keys below; `crane check FILE` reads one, `crane run FILE` runs it, and
 `--set group.key=value` changes a key for one run. A group that is absent is not modelled: no state, no parameter, no
 cost. A key that is `null` is as good as absent. Unknown keys, keys that stand twice and values out of range are
-refused in one line that names the key, its value and what is possible.
+refused in one line that names the key, its value and what is possible. A YAML file has at
+most {LARGEST_FILE / 1e6:g} MB and {MOST_VALUES:,} keys and values (those of an alias count wherever it stands), with
+groups nested {DEEPEST} deep; measured motions and tables are CSV files of any size.
 
 In the tables `required` has no default, `–` means that a key may be left out, and `-` is a number without a unit.
 *joint's unit* and *effort's unit* are those of the joint, *parameter's unit* that of the key that is drawn,

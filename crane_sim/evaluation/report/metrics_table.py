@@ -19,8 +19,7 @@ HEADLINES = {
     "min_rope_tension": "smallest tension",
     "saturated_steps": "saturated periods",
 }
-HIDDEN = ("scene", "law", "mode", "seed", "error", "real_time_violation", "state_sha256", "recording", "mcap")
-HIDDEN += ("event_count",)
+HIDDEN = tuple("scene law mode seed error real_time_violation state_sha256 recording mcap event_count".split())
 JOINTS = {"final_error": "final error", "settling_time": "joint settled after", "peak_effort": "peak effort"}
 
 

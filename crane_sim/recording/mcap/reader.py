@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 from zlib import crc32
@@ -40,7 +41,7 @@ class StoredMessage(NamedTuple):
 class McapContents(NamedTuple):
     """What is readable of a file."""
 
-    messages: list[StoredMessage]  # in the order of their times
+    messages: list[StoredMessage]  # of the wanted topics, in the order of their times
     metadata: dict[str, dict[str, str]]  # by name
     damage: str  # what is not as it was written, one phrase; empty for nothing
     is_checked: bool  # chunks have checksums
@@ -51,8 +52,12 @@ def mcap_file(path: Path) -> Path:
     return next(iter(sorted(path.glob("*.mcap"))), path) if path.is_dir() else path
 
 
-def read_mcap(path: Path) -> McapContents:
-    """Return what is readable of a file.
+def read_mcap(path: Path, is_wanted: Callable[[str], bool]) -> McapContents:
+    """Return what is readable of a file: messages of the topics that are wanted, damage of all.
+
+    Args:
+        path: of the file.
+        is_wanted: whether a topic is, by its name with the namespace.
 
     Raises:
         ValueError: it does not begin as an MCAP file does; one phrase.
@@ -62,7 +67,7 @@ def read_mcap(path: Path) -> McapContents:
     with path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise ValueError("it is no MCAP file")
-        records = _Records()
+        records = _Records(is_wanted)
         for opcode, content in _records(file):
             records.add(opcode, content)
             if opcode == FOOTER:
@@ -96,11 +101,12 @@ class _Records:
         unreadable: number of those that are damaged.
     """
 
-    def __init__(self) -> None:
-        self.unreadable = 0
+    def __init__(self, is_wanted: Callable[[str], bool]) -> None:
+        self.unreadable, self._is_wanted = 0, is_wanted
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, tuple[int, str]] = {}  # (schema, topic)
-        self._messages: list[tuple[int, int, bytes]] = []  # (time [ns], channel, data)
+        self._messages: list[tuple[int, int, bytes]] = []  # (time [ns], channel, data); not those of unwanted topics
+        self._numbers = Counter[int]()  # of messages, by channel
         self._metadata: dict[str, dict[str, str]] = {}
         self._count: int | None = None  # of the statistics
         self._ended = self._is_checked = False
@@ -122,13 +128,15 @@ class _Records:
 
     def contents(self) -> McapContents:
         """Return what there is of the file."""
-        known = [each for each in self._messages if self._channels.get(each[1], (0, ""))[0] in self._schemas]
+        known = {number for number, (schema, _) in self._channels.items() if schema in self._schemas}
+        total, readable = self._numbers.total(), sum(self._numbers[number] for number in known)
         damage = []
         if lost := self.unreadable + (self._ended and self._count is None):
             damage.append(f"{lost} of its parts cannot be read")
-        if self._count not in (None, len(known)) or len(known) < len(self._messages):
-            damage.append(f"{len(known)} of {max(self._count or 0, len(self._messages))} messages are readable")
-        found = [self._named(*each) for each in sorted(known, key=lambda each: each[0])]
+        if self._count not in (None, readable) or readable < total:
+            damage.append(f"{readable} of {max(self._count or 0, total)} messages are readable")
+        wanted = [each for each in self._messages if each[1] in known and self._wants(each[1])]
+        found = [self._named(*each) for each in sorted(wanted, key=lambda each: each[0])]
         return McapContents(found, self._metadata, "; ".join(damage), self._is_checked)
 
     def _take(self, opcode: int, content: bytes) -> None:
@@ -139,7 +147,9 @@ class _Records:
             self._channels.setdefault(number, (schema, _text(content, 2 * _ID.size)[0]))
         elif opcode == MESSAGE:
             channel, _, time, _ = _MESSAGE.unpack_from(content)
-            self._messages.append((time, channel, content[_MESSAGE.size :]))
+            self._numbers[channel] += 1
+            if self._wants(channel):
+                self._messages.append((time, channel, content[_MESSAGE.size :]))
         elif opcode == METADATA:
             name, values = unpack_metadata(content)
             self._metadata.setdefault(name, values)
@@ -147,6 +157,10 @@ class _Records:
         elif opcode == STATISTICS:
             (self._count,) = _SIZE.unpack_from(content)
         self._ended = self._ended or opcode == FOOTER
+
+    def _wants(self, channel: int) -> bool:
+        """Whether messages of a channel are kept: those of one whose topic is not known yet are."""
+        return channel not in self._channels or self._is_wanted(self._channels[channel][1])
 
     def _named(self, time: int, channel: int, data: bytes) -> StoredMessage:
         schema, topic = self._channels[channel]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import shutil
 import subprocess
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -58,7 +59,7 @@ def write_clip(
         instants = _instants(cut, viewer.end)
         is_video = output.suffix == ".mp4"  # video encoders want even sizes
         frames = _frames(viewer, instants, cut.width - cut.width % 2 if is_video else cut.width, on_progress)
-        write = _write_mp4 if is_video else _write_gif
+        write = partial(_write_mp4, output) if is_video else _write_gif
         write_output("--output", output, lambda path: write(path, frames, cut.frames_per_second))
         return len(instants)
 
@@ -102,16 +103,18 @@ def _gif_durations(count: int, frames_per_second: float) -> list[int]:
     return [10 * (end - begin) for begin, end in pairwise(ends)]
 
 
-def _write_mp4(output: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
+def _write_mp4(output: Path, path: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
+    """Write a clip to a path; errors name the output that it becomes."""
     first = next(frames)
     command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
     command += ["-s", f"{first.width}x{first.height}", "-r", f"{frames_per_second:g}", "-i", "-"]
-    command += ["-pix_fmt", "yuv420p", str(output.resolve())]
+    command += ["-pix_fmt", "yuv420p", str(path.resolve())]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=set_parent_death_signal()
     ) as program:
         data = b"".join(frame.tobytes() for frame in (first, *frames))
         _, errors = program.communicate(data)
     if program.returncode:
-        last_line = errors.decode(errors="replace").strip().rpartition("\n")[2].strip()
+        text = errors.decode(errors="replace").replace(str(path.resolve()), str(output))
+        last_line = text.strip().rpartition("\n")[2].strip()
         raise PictureError(f"{output}: ffmpeg failed: {last_line or 'no message'}")

@@ -12,7 +12,13 @@ from collections.abc import Callable, Iterable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
-import rclpy
+from crane_sim.files.installation import missing_package
+
+try:
+    import rclpy
+except ModuleNotFoundError as error:  # of a process that is to be a node
+    sys.exit(f"crane: {missing_package(str(error.name), 'a node')}")
+
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor

@@ -17,8 +17,7 @@ from rclpy.type_support import check_for_type_support
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of rmw
 UNNAMED = "a node without a name"
 """Name of a node that is none of ROS, or whose name has not arrived yet."""
-GONE = "a node that left"
-"""Name of a node that is no longer in the graph."""
+GONE = "a node no longer in the graph"
 _OK = 0  # return code of rcl
 _CAPACITY = 4096  # bytes of a message at first; rcl reallocates for larger ones
 

@@ -1,8 +1,7 @@
-"""Filter of the messages of a topic by their publishers: a node believes its source, and refuses all others by name."""
+"""Filter of the messages of a topic by their publishers: a node accepts those of its source, and refuses all others."""
 
 import time
 from collections import Counter
-from collections.abc import Mapping
 
 from rclpy.node import Node
 
@@ -13,28 +12,23 @@ PLANT = "plant"
 _LOOK_PERIOD = 0.05  # s between two looks at the graph: there may be thousands of messages in a second
 
 
-def refused_entry(refused: Mapping[str, int]) -> dict[str, dict[str, int]]:
-    """Return the entry of a run's summary on messages refused, by topic and node; none where there are none."""
-    return {"refused_messages": dict(refused)} if refused else {}
-
-
 class SourceFilter:
-    """Filter that passes the messages of one publisher of the node `source`, and later ones' when that has left.
+    """Filter that passes the messages of one publisher of the node `source`, and the next one's when that is gone.
 
     A publisher is known by its identifier, a node by its name: of two publishers with the source's name the first one
-    is believed as long as it is in the graph.
+    is the accepted source as long as it is in the graph.
 
     Attributes:
-        source: full name of the node that is believed.
+        source: full name of the node whose messages are accepted.
         refused: number of messages refused, by topic and full name of their node.
     """
 
     def __init__(self, node: Node, topic: str, source: str = PLANT, standbys: bool = False) -> None:
-        """Believe a node in the namespace of `node` on a topic; with `standbys` every publisher with its name."""
+        """Accept a node in the namespace of `node` on a topic; with `standbys` every publisher with its name."""
         self.source = f"{node.get_namespace().rstrip('/')}/{source}"
         self.refused = Counter[str]()
         self._node, self._topic, self._standbys = node, topic, standbys
-        self._believed, self._names, self._next_look = b"", dict[bytes, str](), 0.0
+        self._publisher, self._names, self._next_look = b"", dict[bytes, str](), 0.0
 
     @property
     def has_source(self) -> bool:
@@ -44,21 +38,21 @@ class SourceFilter:
 
     def accepts(self, sender: bytes) -> bool | None:
         """Return whether a message of this publisher passes, counted if not; None while its name has not arrived."""
-        if sender == self._believed:
+        if sender == self._publisher:
             return True
         name = self._names.get(sender, "")
         if name in ("", self.source):  # it is new, or there was another one with this name
             self._look()
             name = self._names.get(sender, "")
-        if name == self.source and (self._standbys or self._believed not in self._names):
-            self._believed = sender
+        if name == self.source and (self._standbys or self._publisher not in self._names):
+            self._publisher = sender
             return True
         if name:
             self.refused[f"{self._topic} of {name}"] += 1
         return False if name else None
 
     def refuse(self, sender: bytes) -> None:
-        """Count a message that does not fit, or whose publisher has left before its name came."""
+        """Count a message that does not fit, or whose publisher was gone before its name came."""
         self.refused[f"{self._topic} of {self._names.get(sender, GONE)}"] += 1
 
     def _look(self) -> None:

@@ -26,7 +26,7 @@ def describe_violation(steps: int, late: int, unanswered: int) -> str:
     Args:
         steps: all of them.
         late: those that had not ended when the next one was due.
-        unanswered: those before which no command had come for the state, so that an older one was held.
+        unanswered: those without a new command since the step before, which a time-out of commands does not explain.
     """
     if max(late, unanswered) <= _TOLERATED_SHARE * steps:
         return ""

@@ -7,8 +7,8 @@ from typing import Any, Protocol
 from rclpy.publisher import Publisher
 
 from crane_sim.ros.common.node_host import Fault, NodeHost
+from crane_sim.ros.common.refused_messages import refused_entry
 from crane_sim.ros.common.served_subscription import SourceSubscription
-from crane_sim.ros.common.source_filter import refused_entry
 
 
 class Responder(Protocol):

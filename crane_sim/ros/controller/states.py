@@ -49,10 +49,18 @@ class StateReader:
         return State(decoded.stamp, (decoded.stamp / self._scene.period_ns - 1.0) * self._scene.period, q, v)
 
     def _warn_of(self, decoded: DecodedJointState) -> None:
-        numbers = f"{len(decoded.position)} positions and {len(decoded.velocity)} velocities"
-        expected = f"expected position and velocity of {self._names}"
-        line = f"joint state of {decoded.names} with {numbers}, {expected}: ignored"
+        line = f"joint state {self._describe_misfit(decoded)}: ignored"
         self._node.get_logger().warning(line, throttle_duration_sec=1.0)
+
+    def _describe_misfit(self, decoded: DecodedJointState) -> str:
+        """Return why a message is no state of the scene's joints: its stamp, its joints and lengths, or its numbers."""
+        if decoded.stamp < 0:
+            return f"with the stamp {decoded.stamp} ns, which is before zero"
+        positions, velocities, joints = len(decoded.position), len(decoded.velocity), len(self._names)
+        if positions == velocities == joints and sorted(decoded.names) == sorted(self._names):
+            return f"with numbers that are not finite: {[*decoded.position, *decoded.velocity]}"
+        numbers = f"{positions} positions and {velocities} velocities"
+        return f"of {decoded.names} with {numbers}, expected position and velocity of {self._names}"
 
 
 class ExecutionTime:

@@ -43,7 +43,7 @@ class Realtime:
         self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
         self._timed_out, self._command_timeouts = False, 0
-        self._steps, self._unanswered_steps = 0, 0  # all, and those at which no command had come since the last one
+        self._steps, self._unanswered_steps = 0, 0  # all, and those without a new command before a time-out
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
         self._codec = CommandCodec(simulation.scene)

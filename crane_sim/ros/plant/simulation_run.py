@@ -10,7 +10,7 @@ from crane_sim.ros.common.command_filter import CommandValidator
 from crane_sim.ros.common.command_stamps import clock_lag
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
-from crane_sim.ros.common.source_filter import refused_entry
+from crane_sim.ros.common.refused_messages import refused_entry
 from crane_sim.ros.plant.held_commands import HeldCommands
 from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
