@@ -87,7 +87,7 @@ def _(source, method, p, integration, grid, rows):
 @routine
 def integrate_continuous_run(source, method, p, integration, grid, rows):
     """Return the result of `integrate_run` under a source that the equations evaluate."""
-    i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
+    i, m = 0, len(grid.times)
     out = Output(rows, None, grid.times, rows[:m])
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(grid.steps):
@@ -105,9 +105,8 @@ def integrate_continuous_run(source, method, p, integration, grid, rows):
 @routine
 def integrate_sampled_run(source, method, p, integration, grid, rows):
     """Return the result of `integrate_run` under a sampled law."""
-    i, m = 0 * grid.steps, len(grid.times)  # 0 as a variable: the literal would be compiled once more
+    i, m = 0, len(grid.times)
     out = Output(rows, None, grid.times, rows[:m])
-    u = sampled_source(source.law, p, 0.0, integration.x)
     for k in range(grid.steps):
         u, end = sampled_source(source.law, p, k * grid.period, integration.x), (k + 1) * grid.period
         before = apply_pending_events(system.switching(p), p, u, integration)
@@ -115,7 +114,8 @@ def integrate_sampled_run(source, method, p, integration, grid, rows):
         if integration.status != OK and integration.t < end:
             write(rows, m, p, before.t, before.x, u)
             return integration, k
-    finish(method, p, u, integration, integration.t, out, i)
+        if k == grid.steps - 1:
+            finish(method, p, u, integration, integration.t, out, i)
     return integration, grid.steps
 
 
