@@ -70,13 +70,11 @@ class Outputs:
         resume_after: stamp [ns] after which each file begins.
     """
 
-    def __init__(
-        self, node: Node, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
-    ) -> None:
-        """Open the files; raises Fault where one cannot be written. `keep_alive` gets what must outlive a failure."""
+    def __init__(self, node: Node, scene: "Scene", settings: SimpleNamespace, resume: ResumeState) -> None:
+        """Open the files; raises Fault where one cannot be written."""
         self._node = node
         self._bag = bag = _open_bag(node, scene, settings, resume)
-        self.recorder = _open_recorder(scene, settings, keep_alive, bag, resume)
+        self.recorder = _open_recorder(scene, settings, bag, resume)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
         self._decoder = MessageDecoder(scene, self.recorder, source_of(node)) if self.recorder else None
         receivers = [bag, self._decoder]
@@ -136,7 +134,7 @@ def _open_bag(node: Node, scene: "Scene", settings: SimpleNamespace, resume: Res
 
 
 def _open_recorder(
-    scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], bag: "Bag | None", resume: ResumeState
+    scene: "Scene", settings: SimpleNamespace, bag: "Bag | None", resume: ResumeState
 ) -> "Recorder | None":
     if not settings.path:
         return None
@@ -149,13 +147,10 @@ def _open_recorder(
     complete_file = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:
-        recorder = Recorder(
+        return Recorder(
             scene, part_of(settings.path, resume.number), port, settings.recording_id, complete_file, previous
         )
     except RecordingError as error:
-        keep_alive.append(error)
         if bag:
             bag.abandon()
         raise Fault(str(error)) from error
-    keep_alive.append(recorder)
-    return recorder
