@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from crane_sim.recording.base_frame import BASE
-from crane_sim.recording.camera import Framing
+from crane_sim.recording.camera import Framing, MotionRange
 from crane_sim.recording.layout import Span
 from crane_sim.recording.metric_units import metric_row
 from crane_sim.recording.quantities import Quantity, moving_quantities
@@ -27,6 +27,7 @@ from crane_sim.recording.rerun.vessel import Vessel
 from crane_sim.recording.rerun.writer import APPLICATION
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from crane_sim.recording.comparison import Comparison
@@ -49,7 +50,7 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
     """
     runs = comparison.runs
     quantities = moving_quantities(runs)
-    framing = Framing(**runs[0].crane.framing)._replace(follows="")
+    framing = framing_of(runs)
     rec = rr.RecordingStream(APPLICATION, recording_id=f"{TITLE}-{uuid.uuid4().hex[:12]}")
     rec.set_log_time_enabled(False)
     rec.set_log_tick_enabled(False)
@@ -66,6 +67,15 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
     except RecordingError:
         file.discard()
         raise
+
+
+def framing_of(runs: Sequence[RecordedRun]) -> Framing:
+    """Return how to look at the cranes of all runs."""
+    framing = Framing(**runs[0].crane.framing)._replace(follows="")
+    motion = MotionRange(framing)
+    for run in runs:
+        motion.add(run.frames.nodes)
+    return motion.fit() or framing
 
 
 def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framing) -> None:
