@@ -143,9 +143,7 @@ def compile_time() -> float:
     return seconds()
 
 
-COMPILING = (
-    "compiling this kind of scene (once per kind, group and law: ten seconds to a minute, on a busy machine four)"
-)
+COMPILING = "compiling this kind of scene (once per kind, group and law: 3 to 20 s, on a busy machine a minute)"
 """What is said while something compiles."""
 
 

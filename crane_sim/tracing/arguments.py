@@ -1,5 +1,7 @@
 """Arguments of an entry point: their structure, which code is made for, and the numbers and addresses that it gets."""
 
+import struct
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -7,18 +9,37 @@ import numpy as np
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, contiguous_strides
 from crane_sim.tracing.graph import Kind
 
+FORMATS = {Kind.REAL: "d", Kind.INTEGER: "q", Kind.WORD: "Q", Kind.BOOLEAN: "?7x", Kind.ARRAY: "Q"}
+"""Formats of `struct` of what a call passes, eight bytes each."""
 
-def describe(tree: Any, leaves: list[Any]) -> Any:
-    """Return a tree's structure, hashable, and append its numbers, addresses and sizes to `leaves`."""
+
+@cache
+def _struct_of(key: Any) -> struct.Struct:
+    return struct.Struct("=" + "".join(FORMATS[kind] for kind in kinds_of(key)))
+
+
+def pack(key: Any, leaves: list[Any]) -> bytes:
+    """Return the leaves of an argument of a structure as bytes."""
+    return _struct_of(key).pack(*leaves)
+
+
+def describe(tree: Any, leaves: list[Any], arrays: dict[int, Any]) -> Any:
+    """Return a tree's structure, hashable.
+
+    Args:
+        tree: nested tuples of numbers, arrays and other objects.
+        leaves: to which its numbers, addresses and sizes are appended.
+        arrays: to which its arrays are added by their addresses.
+    """
     if isinstance(tree, float):
         leaves.append(tree)
         return Kind.REAL
     if isinstance(tree, tuple):
-        return type(tree), *[describe(part, leaves) for part in tree]
+        return type(tree), *[describe(part, leaves, arrays) for part in tree]
     if tree is None:
         return None
     if isinstance(tree, np.ndarray | np.record):
-        return _describe_array(tree, leaves)
+        return _describe_array(tree, leaves, arrays)
     for classes, kind in _NUMBERS:
         if isinstance(tree, classes):
             leaves.append(int(tree))
@@ -29,10 +50,12 @@ def describe(tree: Any, leaves: list[Any]) -> Any:
 _NUMBERS = ((bool | np.bool_, Kind.BOOLEAN), (np.uint64, Kind.WORD), (int | np.integer, Kind.INTEGER))
 
 
-def _describe_array(array: Any, leaves: list[Any]) -> Any:
-    leaves.append(array.__array_interface__["data"][0])
+def _describe_array(array: Any, leaves: list[Any], arrays: dict[int, Any]) -> Any:
+    address = array.__array_interface__["data"][0]
+    leaves.append(address)
     if isinstance(array, np.record):
         return np.record, array.dtype
+    arrays[address] = array
     leaves += array.shape
     contiguous = array.flags.c_contiguous
     if not contiguous:

@@ -10,7 +10,7 @@ import struct
 import types
 from typing import Any, NamedTuple
 
-from crane_sim.tracing.arguments import describe, kinds_of, rebuild_symbols
+from crane_sim.tracing.arguments import FORMATS, describe, kinds_of, pack, rebuild_symbols
 from crane_sim.tracing.calls import Calls
 from crane_sim.tracing.code_cache import read_entry, write_entry
 from crane_sim.tracing.compile_time import COMPILE_TIMER
@@ -18,9 +18,8 @@ from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Kind, Value
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import LoadedCode, compile_text
-from crane_sim.tracing.results import rebuild_result, take_result
+from crane_sim.tracing.results import make_builder, take_result
 
-_FORMATS = {Kind.REAL: "d", Kind.INTEGER: "q", Kind.WORD: "Q", Kind.BOOLEAN: "?7x", Kind.ARRAY: "Q"}
 CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
 """Types in memory of what a call passes, eight bytes each."""
 
@@ -62,28 +61,92 @@ def compile_entry(function: types.FunctionType, key: Any) -> Code:
     return Code(compile_text(module_text(entry)), tuple(results), structure[0], tuple(sorted(calls.files)))
 
 
+class Call:
+    """Memory of one call at a time: of arguments, as far as they are those of the call before, and of results.
+
+    Attributes:
+        keys: structure of each argument.
+    """
+
+    def __init__(self, count: int) -> None:
+        """Begin without arguments."""
+        self.keys: list[Any] = [UNKNOWN] * count
+        self.arguments: list[Any] = [UNKNOWN] * count
+        self.parts: list[bytes] = [b""] * count
+        self.arrays: list[dict[int, Any]] = [{}] * count  # of each argument, by address
+
+    def take(self, arguments: tuple[Any, ...], results: dict[int, Any]) -> bool:
+        """Take the arguments of a call; return whether they have the structure of those before.
+
+        Args:
+            arguments: an object that is the one before has its structure and its numbers: tuples do not change, and
+                arrays stay where they are.
+            results: of the last call, by their identity: (object, structure, bytes, arrays by their addresses).
+        """
+        same = True
+        for i, argument in enumerate(arguments):
+            if argument is self.arguments[i]:
+                continue
+            found = results.get(id(argument))
+            if found is not None and found[0] is argument:
+                _, key, part, arrays = found
+            else:
+                leaves, arrays = list[Any](), dict[int, Any]()
+                key = describe(argument, leaves, arrays)
+                part = pack(key, leaves)
+            self.arrays[i] = arrays
+            self.parts[i] = part
+            self.arguments[i] = argument
+            if key != self.keys[i]:
+                self.keys[i] = key
+                same = False
+        return same
+
+
+UNKNOWN = object()
+
+
 class _Runner:
     """Calls machine code."""
 
-    def __init__(self, code: Code, kinds: list[Kind]) -> None:
-        self._structure = code.structure
-        self._input = struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
-        self._output = struct.Struct("=" + "".join(_FORMATS[kind] for kind in code.results))
+    def __init__(self, code: Code) -> None:
+        self._build, self._parts = make_builder(code.structure, code.results)
+        self._output = struct.Struct("=" + "".join(FORMATS[kind] for kind in code.results))
         self._library = LoadedCode(code.object_file)
         prototype = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)
         self._run: Any = prototype(self._library.address("entry"))
         self._release: Any = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self._library.address("release"))
+        self._size = self._output.size
         self._buffers: list[Any] = []  # for results; several threads may call
 
-    def __call__(self, leaves: list[Any]) -> Any:
-        buffer = self._buffers.pop() if self._buffers else ctypes.create_string_buffer(self._output.size + 8)
-        target = ctypes.addressof(buffer)
-        memory = target + self._output.size
-        self._run(self._input.pack(*leaves), target, memory)
-        result = rebuild_result(self._structure, iter(self._output.unpack_from(buffer)))
-        self._release(memory)
-        self._buffers.append(buffer)
-        return result
+    def __call__(self, call: Call) -> tuple[Any, dict[int, Any]]:
+        """Return the result of a call, and its parts as `Call.take` takes them."""
+        size = self._size
+        buffer, target = self._buffers.pop() if self._buffers else self._new_buffer()
+        memory = target + size
+        self._run(b"".join(call.parts), target, memory)
+        raw = buffer.raw
+        taken: list[Any] = []
+        result = self._build(self._output.unpack_from(raw), call.arrays, taken)
+        if raw[size:] != _NOTHING:
+            self._release(memory)
+        self._buffers.append((buffer, target))
+        arrays: dict[int, Any] = {}
+        if taken:
+            data = bytearray(raw)
+            for index, address, array in taken:
+                arrays[address] = array
+                _ADDRESS.pack_into(data, 8 * index, address)
+            raw = bytes(data)
+        return result, {id(result[i]): (result[i], key, raw[a:b], arrays) for i, key, a, b in self._parts}
+
+    def _new_buffer(self) -> tuple[Any, int]:
+        buffer = ctypes.create_string_buffer(self._size + 8)
+        return buffer, ctypes.addressof(buffer)
+
+
+_ADDRESS = struct.Struct("=Q")
+_NOTHING = bytes(8)  # the address of no memory
 
 
 class EntryPoint:
@@ -96,17 +159,27 @@ class EntryPoint:
         self.__qualname__ = function.__qualname__
         self._interpreted = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
         self._runners: dict[Any, _Runner] = {}
+        self._count = function.__code__.co_argcount
+        self._calls: list[tuple[Call, Any]] = []  # that are not under way, each with the code of its structure
+        self._results: dict[int, Any] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         """Run."""
-        if self._interpreted:
+        if self._interpreted or len(arguments) != self._count:
             return self.py_func(*arguments)
-        leaves: list[Any] = []
-        key = describe(arguments, leaves)
+        call, runner = self._calls.pop() if self._calls else (Call(self._count), None)
+        if not call.take(arguments, self._results) or runner is None:
+            runner = self._find_runner(tuple, tuple(call.keys))
+        result, self._results = runner(call)
+        self._calls.append((call, runner))
+        return result
+
+    def _find_runner(self, whole: type, keys: tuple[Any, ...]) -> _Runner:
+        key = whole, *keys
         runner = self._runners.get(key)
         if runner is None:
-            runner = self._runners[key] = _Runner(self._find_code(key), kinds_of(key))
-        return runner(leaves)
+            runner = self._runners[key] = _Runner(self._find_code(key))
+        return runner
 
     def _find_code(self, key: Any) -> Code:
         code = read_entry(self.py_func, key)

@@ -26,7 +26,7 @@ from crane_sim.tracing.scopes import Source, assigned_names, has_exit, names_rea
 if TYPE_CHECKING:
     from crane_sim.tracing.calls import Calls
 
-UNROLLED = 64
+UNROLLED = 16
 """Turns of a loop of known length up to which it is unrolled."""
 RUNS, BREAKS, RETURNS, CONTINUES = range(4)
 """What a turn of a loop ends with, as a number."""

@@ -1,11 +1,12 @@
 """What an entry point returns: its structure, and the result of a call made of the numbers and addresses of that call."""
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.tracing.arithmetic import convert, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 from crane_sim.tracing.merging import base_address, rebuilt
@@ -31,30 +32,114 @@ def take_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
     if isinstance(tree, tuple):
         return rebuilt(tree, [take_result(part, leaves, graph) for part in tree])
     if isinstance(tree, list):
-        return [take_result(part, leaves, graph) for part in tree]
+        return tuple([take_result(part, leaves, graph) for part in tree])
     if isinstance(tree, ArraySymbol):
         if tree.strides and not isinstance(tree.strides[-1], Value) and tree.strides[-1] != tree.dtype.itemsize:
             raise TraceError("a column of an array is returned: return a copy")
         leaves.append(base_address(graph, tree))
         leaves += [size if isinstance(size, Value) else graph.constant(size, Kind.INTEGER) for size in tree.shape]
         return _Array(tree.dtype, len(tree.shape))
-    if isinstance(tree, Value):
-        leaves.append(tree)
+    if isinstance(tree, Value | float | int):
+        kind = number_kind(tree)
+        leaves.append(convert(graph, tree, kind))
         return _Number
     return tree
 
 
-def rebuild_result(structure: Any, leaves: Iterator[Any]) -> Any:
-    """Return the result of a call; arrays are copied from the memory of the call."""
-    if structure is _Number:
-        return next(leaves)
-    if isinstance(structure, _Array):
-        address, shape = next(leaves), tuple([next(leaves) for _ in range(structure.dimensions)])
-        array = np.empty(shape, structure.dtype)
-        ctypes.memmove(array.__array_interface__["data"][0], address, array.nbytes)
-        return array
-    if isinstance(structure, tuple):
-        return rebuilt(structure, [rebuild_result(part, leaves) for part in structure])
-    if isinstance(structure, list):
-        return [rebuild_result(part, leaves) for part in structure]
-    return structure
+Part = tuple[int, Any, int, int]
+"""A part of a result: its index, its structure as `arguments.describe` has it, and where its bytes begin and end."""
+
+
+def make_builder(structure: Any, kinds: Sequence[Kind]) -> tuple[Callable[..., Any], list[Part]]:
+    """Return (a function that makes the result of a call, the parts of the result that are numbers and arrays).
+
+    Its arguments are the numbers of the result, for each argument of the call the arrays by their addresses, and a
+    list to which it appends (index of an array's address, address, array) of the arrays of the result.
+    The function is one expression of Python: a call for each tuple would take longer than the code that is called.
+    """
+    builder = _Builder(kinds)
+    parts: list[Part] = []
+    if type(structure) is tuple:
+        texts = []
+        for i, part in enumerate(structure):
+            begin = builder.place
+            texts.append(builder.expression(part))
+            key = builder.key(part, begin)
+            if isinstance(part, tuple) and key is not None:
+                parts.append((i, key, 8 * begin, 8 * builder.place))
+        text = "".join(f"{each}, " for each in texts)
+        text = f"({text})"
+    else:
+        text = builder.expression(structure)
+    return eval(f"lambda v, arrays, taken: {text}", builder.names), parts
+
+
+class _Builder:
+    """Writes the expression of a result."""
+
+    def __init__(self, kinds: Sequence[Kind]) -> None:
+        self.kinds, self.place = kinds, 0  # of the next number
+        self.names: dict[str, Any] = {"new": tuple.__new__, "take": _take_array}
+
+    def expression(self, structure: Any) -> str:
+        """Return the expression of a part."""
+        if structure is _Number:
+            self.place += 1
+            return f"v[{self.place - 1}]"
+        if isinstance(structure, _Array):
+            first = self.place
+            self.place += 1 + structure.dimensions
+            sizes = "".join(f"v[{first + 1 + i}], " for i in range(structure.dimensions))
+            return f"take(arrays, taken, {first}, {self._name(structure.dtype)}, v[{first}], ({sizes}))"
+        if isinstance(structure, tuple):
+            inner = "".join(f"{self.expression(part)}, " for part in structure)
+            plain = f"({inner})"
+            return plain if type(structure) is tuple else f"new({self._name(type(structure))}, {plain})"
+        return self._name(structure)
+
+    def key(self, structure: Any, begin: int) -> Any:
+        """Return a part's structure as that of an argument, None where it has another object."""
+        key, _ = self._key(structure, begin)
+        return None if key is _NO_KEY else key
+
+    def _key(self, structure: Any, place: int) -> tuple[Any, int]:
+        if structure is _Number:
+            return self.kinds[place], place + 1
+        if structure is None:
+            return None, place
+        if isinstance(structure, _Array):
+            key = np.ndarray, structure.dtype, structure.dimensions, True
+            return key, place + 1 + structure.dimensions
+        if not isinstance(structure, tuple):
+            return _NO_KEY, place
+        keys = []
+        for part in structure:
+            key, place = self._key(part, place)
+            if key is _NO_KEY:
+                return _NO_KEY, place
+            keys.append(key)
+        return (type(structure), *keys), place
+
+    def _name(self, value: Any) -> str:
+        name = f"n{len(self.names)}"
+        self.names[name] = value
+        return name
+
+
+_NO_KEY = object()
+
+
+def _take_array(
+    arguments: list[dict[int, Any]], taken: list[Any], index: int, dtype: np.dtype, address: int, shape: tuple[int, ...]
+) -> Any:
+    """Return the array at an address: one of the arguments', or a new one with a copy of what is there."""
+    for arrays in arguments:
+        found = arrays.get(address)
+        if found is not None and found.shape == shape and found.dtype == dtype:
+            taken.append((index, address, found))
+            return found
+    array = np.empty(shape, dtype)
+    new = array.__array_interface__["data"][0]
+    ctypes.memmove(new, address, array.nbytes)
+    taken.append((index, new, array))
+    return array

@@ -23,7 +23,6 @@ LAYERS = (
     "crane_sim.files",
     "crane_sim.tracing",
     "crane_sim.multibody",
-    "crane_sim.solvers",
     "crane_sim.numerics",
     "crane_sim.system",
     "crane_sim.laws",
