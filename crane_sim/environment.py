@@ -25,7 +25,7 @@ _ADMITTED = """
 """.split()
 """Which of them nodes get."""
 _OWN = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE",)  # set by a package at the start of Python
-_IN_EFFECT = ("CRANE_SIM_DDS", "NUMBA_", "PYTHONOPTIMIZE")  # beginnings of the names of variables that are unusual
+_IN_EFFECT = ("CRANE_SIM_DDS", "CRANE_SIM_INTERPRETED", "PYTHONOPTIMIZE")  # variables that are unusual
 _MEMORY = 2 << 30  # bytes of address space; the largest kinds of scenes compile in these
 _SHARED_MEMORY = 64 << 10  # bytes in /dev/shm; the tracing library of ROS ends a process that finds no page there
 
@@ -93,7 +93,7 @@ def find_kept_from_nodes() -> list[Unusual]:
 
 def _variables_in_effect() -> Iterator[Unusual]:
     for name, value in sorted(os.environ.items()):
-        if name.startswith(_IN_EFFECT):
+        if name in _IN_EFFECT:
             yield Unusual(name, f"is {_shorten(value)}")
 
 

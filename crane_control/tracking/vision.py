@@ -88,7 +88,7 @@ def _empty(size: int) -> CameraState:
 @generic
 def measure(camera, t, position, velocity):
     """Return the Measurement at time t [s] of a payload at a position (2,) [m] with a velocity (2,) [m/s]."""
-    return Measurement(position, velocity, position, 0.0 * t, True)  # 0.0 * t types the age for numba, as a camera's
+    return Measurement(position, velocity, position, 0.0, True)
 
 
 @measure.register(Camera)

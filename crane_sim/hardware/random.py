@@ -15,7 +15,7 @@ _UNIT = 2.0**-53
 
 
 def seed_to_uint64(seed: int) -> np.uint64:
-    """Return a seed reduced modulo 2^64, as kernels take it."""
+    """Return a seed reduced modulo 2^64, as compiled code takes it."""
     return np.uint64(seed % UINT64_RANGE)
 
 

@@ -24,7 +24,7 @@ from crane_sim.hardware.reference_profiles import PHASES, Bounds, phase_distance
 from crane_sim.numerics.jit import generic, routine
 
 COMMANDS = ("effort", "velocity", "position")
-"""Kinds of drives by what they are commanded; kernels take their indices."""
+"""Kinds of drives by what they are commanded; compiled code takes their indices."""
 EFFORT, VELOCITY, POSITION = range(3)
 
 

@@ -1,6 +1,6 @@
 """Integrators: independent of crane models, whose derivatives they get from `crane_sim.system.rhs`.
 
-A method is a NamedTuple of its settings; its type chooses the kernels. A method registers `step` (one step of a given
+A method is a NamedTuple of its settings; its type chooses the functions. A method registers `step` (one step of a given
 size) and, when it controls its error, `advance` (one accepted step of a size it chooses).
 """
 

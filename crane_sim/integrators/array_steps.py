@@ -1,6 +1,6 @@
 """Steps of an array state up to an instant, or to one in which a guard may fail: in one piece, between two buffers.
 
-What `integrate_to` does step by step, without an allocation or a reference counted at each of them.
+What `integrate_to` does step by step, without an allocation at each of them.
 """
 
 import numpy as np

@@ -16,14 +16,14 @@ from crane_sim.integrators.integration import (
     last_stage,
     latest_step_end,
     max_steps,
-    result_of,
     stages,
+    take_state,
 )
 from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import add_weighted, dimension, error_square
-from crane_sim.solvers.dop853_tableau import E3, E5, A, B, C
+from crane_sim.integrators.dop853_tableau import E3, E5, A, B, C
 
 ORDER, STAGES = 8, 12
 _DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))
@@ -80,7 +80,7 @@ def _combined_error(ks, x, y, h, rtol, atol):
 def _(method, scratch, k1, p, t, x, u, h, out):
     ks = dop853_stages(scratch, k1, p, t, x, u, h)
     y = add_weighted(x, h, B, ks, out)
-    return y, _combined_error(ks, x, result_of(out, y), h, method.rtol, method.atol), STAGES - 1
+    return y, _combined_error(ks, x, take_state(out, y), h, method.rtol, method.atol), STAGES - 1
 
 
 @max_steps.register(DOP853)

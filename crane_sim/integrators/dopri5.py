@@ -16,8 +16,8 @@ from crane_sim.integrators.integration import (
     last_stage,
     latest_step_end,
     max_steps,
-    result_of,
     stages,
+    take_state,
 )
 from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_stage, fill_stages, to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
@@ -68,7 +68,7 @@ def _(scratch, k1, p, t, x, u, h):
 def _(method, scratch, k1, p, t, x, u, h, out):
     ks = dopri5_stages(scratch, k1, p, t, x, u, h)
     y = add_weighted(x, h, B, ks, out)
-    error = sqrt(error_square(h, E, ks, x, result_of(out, y), method.rtol, method.atol) / dimension(x))
+    error = sqrt(error_square(h, E, ks, x, take_state(out, y), method.rtol, method.atol) / dimension(x))
     return y, error, STAGES - 1
 
 

@@ -124,17 +124,6 @@ def _(out, x):
 
 
 @generic
-def result_of(out, x):
-    """Return the result of `take_state`, for lean kernels."""
-    return x
-
-
-@result_of.register(np.ndarray)
-def _(out, x):
-    return out
-
-
-@generic
 def explicit_step(method, p, t, x, u, h, scratch, out):
     """Return the state one step of size h after (t, x), of an explicit method; an array is written into `out`."""
     raise NotImplementedError

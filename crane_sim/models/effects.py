@@ -1,6 +1,6 @@
-"""Optional effects: a NamedTuple of parameters and an add_* kernel each. None (absent) returns what it was given.
+"""Optional effects: a NamedTuple of parameters and an add_* function each. None (absent) returns what it was given.
 
-To add one: write its NamedTuple, register its kernel (and its `*_power` or `*_energy`), name it in the model, and in
+To add one: write its NamedTuple, register its function (and its `*_power` or `*_energy`), name it in the model, and in
 the scene schema.
 """
 

@@ -1,4 +1,4 @@
-"""Linear systems that kernels solve: LU factors of dense and of banded matrices, in place."""
+"""Linear systems that equations solve: LU factors of dense and of banded matrices, in place."""
 
 import numpy as np
 

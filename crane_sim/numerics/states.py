@@ -59,7 +59,7 @@ def weighted_sum(h: float, row: tuple[float | None, ...], ks: tuple[State, ...])
 
 
 def add_weighted(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
-    """Return x + the sum of `weighted_sum`; of arrays, ks.rows being the derivatives, `out` is filled and not returned."""
+    """Return x + the sum of `weighted_sum`; of arrays, `out` is filled with it, and not returned."""
     if isinstance(x, np.ndarray):
         return move_rows(x, h, dense(row), ks.rows, out)
     return add(x, weighted_sum(h, row, ks))

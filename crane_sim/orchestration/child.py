@@ -25,6 +25,7 @@ class Child:
         fatal: it has reported bad input or a run that cannot go on (event "fault"): a restart would fail, too.
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
+        lost_commands: how many of those lack their command.
         last_bag_step: the last step whose messages have reached the bag on the disk, of a recorder.
         report_fd: file descriptor of the pipe from which its reports are read.
         active: it is neither deactivated nor, as the plant, paused.
@@ -38,7 +39,7 @@ class Child:
         """Create the process by `start(control_fd, report_fd)`: its ends of two pipes, for requests and for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.exited, self.fatal = True, False, False, False
-        self.step = self.recorded = self.last_bag_step = self.resets = 0
+        self.step = self.recorded = self.lost_commands = self.last_bag_step = self.resets = 0
         self.summary: dict[str, Any] | None = None
         self.panel: dict[str, Any] = {}
         self.notices: list[str] = []
@@ -110,7 +111,7 @@ class Child:
             case {"event": "progress", "step": int(step), **more}:
                 self.step = step
                 self.recorded, self.resets = more.get("recorded", 0), more.get("resets", 0)
-                self.last_bag_step = more.get("last_bag_step", 0)
+                self.last_bag_step, self.lost_commands = more.get("last_bag_step", 0), more.get("lost_commands", 0)
             case {"event": "waiting" | "resumed", "why": str(why)}:
                 self.waiting = why
             case {"event": "notice", "line": str(line)}:

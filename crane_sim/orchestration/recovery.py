@@ -29,7 +29,9 @@ def recover_recordings(role: RecorderRole, summary: dict[str, Any], time_left: C
             part.unlink()  # no step was taken
         return {}
     files = [str(_is_part(file) and repair(file, time_left) or file) for file in parts]
-    counts = {"recorded_steps": steps, "lost_steps": max(summary.get("steps", 0) - steps, 0)}
+    lost = role.active.lost_commands
+    counts = {"recorded_steps": steps, "lost_steps": max(summary.get("steps", 0) - steps, 0) + lost}
+    counts |= {"lost_commands": lost} if lost else {}
     return counts | {"recording": files[-1] if files else None} | ({"parts": files} if files[1:] else {})
 
 

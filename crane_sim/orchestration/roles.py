@@ -121,7 +121,8 @@ class RecorderRole(Role):
 
     def _resume_state(self, exited: Child) -> str:
         successor = self.active
-        successor.step, successor.recorded = exited.step, exited.recorded
+        successor.step, successor.recorded, successor.lost_commands = exited.step, exited.recorded, exited.lost_commands
         successor.last_bag_step, successor.resets = exited.last_bag_step, exited.resets
         steps = {"after": exited.step, "recorded": exited.recorded, "last_bag_step": exited.last_bag_step}
+        steps |= {"lost_commands": exited.lost_commands}
         return json.dumps(steps | {"resets": exited.resets} | {"since": self.start_time, "number": self.restarts + 1})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, degrees, radians, sin, tan
+from math import atan2, cos, degrees, hypot, radians, sin, tan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -25,11 +25,14 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, float, float]
 FIELD_OF_VIEW = 55.0  # degrees, the viewer's field of view from top to bottom
+FIELD_SLOPE = tan(radians(0.5 * FIELD_OF_VIEW))
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
 PATH_SAMPLES = 50  # instants of a path whose positions have to be in the picture
 MAX_RAIL_RATIO = 10.0  # longest rail that is shown whole, by the depth of the cable
 HOIST_ARROW_RATIO = 0.33  # height of the longest arrow of a hoist above the trolley, by the crane's size
 TROLLEY = "crane/trolley"
+MARGIN, MIN_MARGIN = 0.08, 0.03  # of the crane's size, around the nodes of a motion: in a new picture, and in any
+MAX_REACH = 20.0  # by the crane's size: a camera does not look for what is farther away
 PLANAR_VIEW, SPATIAL_VIEW = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and elevation of the eye, overhead cranes
 
 
@@ -220,6 +223,51 @@ def of_room(room: BoundingBox, lifts: bool) -> Framing:
     )
 
 
+class MotionRange:
+    """Range of a motion that a framing shows all of, or not."""
+
+    def __init__(self, framing: Framing) -> None:
+        """Begin with nothing."""
+        self._framing, self._is_shown = framing, True
+        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+
+    def add(self, nodes: np.ndarray) -> None:
+        """Add the places (..., 3) of nodes, but for those of a load that was lost."""
+        away = np.linalg.norm(nodes - np.array(self._framing.ground), axis=-1)
+        points = nodes[away < MAX_REACH * self._framing.size]
+        if not points.size:
+            return
+        self._low, self._high = np.minimum(self._low, points.min(axis=0)), np.maximum(self._high, points.max(axis=0))
+        self._is_shown &= bool(self._framing.follows) or _shows(self._framing, points)
+
+    def fit(self) -> Framing | None:
+        """Return how to look at all of the motion, from the same side of the crane; None if that is as before."""
+        if self._is_shown:
+            return None
+        framing, margin = self._framing, MARGIN * self._framing.size
+        low, high = self._low - margin, self._high + margin
+        low[2] = min(low[2], framing.ground[2])
+        corners = _corners(*zip(low.tolist(), high.tolist(), strict=True))
+        x, y, z = np.subtract(framing.eye, framing.look_at).tolist()
+        turn = _working_heading(framing, 0.5 * (low + high)) - _working_heading(framing, framing.look_at)
+        eye, look_at = _look(corners, degrees(atan2(y, x) + turn), degrees(atan2(z, hypot(x, y))))
+        return framing._replace(eye=eye, look_at=look_at)
+
+
+def _working_heading(framing: Framing, place: Any) -> float:
+    """Return the heading [rad] of a place from the middle of the ground; 0 where it is above that."""
+    x, y, _ = np.subtract(place, framing.ground)
+    return atan2(y, x) if hypot(x, y) > MARGIN * framing.size else 0.0
+
+
+def _shows(framing: Framing, points: np.ndarray) -> bool:
+    """Whether points (n, 3), and what is around them, are in the picture."""
+    middle = np.array(framing.look_at)
+    towards = np.subtract(framing.eye, middle)
+    distance = float(np.linalg.norm(towards))
+    return _distance(points - middle, towards / distance) + MIN_MARGIN * framing.size / FIELD_SLOPE <= distance
+
+
 def _outwards(heading: float, height: float) -> np.ndarray:
     """Return the unit vector (3,) from the crane to the eye, both angles in degrees."""
     around, up = radians(heading), radians(height)
@@ -244,6 +292,5 @@ def _distance(corners: np.ndarray, towards: np.ndarray) -> float:
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
-    slope = tan(radians(0.5 * FIELD_OF_VIEW))
-    wide, high = np.abs(corners @ right) / (ASPECT * slope), np.abs(corners @ up) / slope
+    wide, high = np.abs(corners @ right) / (ASPECT * FIELD_SLOPE), np.abs(corners @ up) / FIELD_SLOPE
     return 1.05 * float(np.max(np.maximum(wide, high) + corners @ towards))

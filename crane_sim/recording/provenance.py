@@ -11,7 +11,7 @@ from pathlib import Path
 
 from crane_sim.files.catalogue import config_folder
 
-PACKAGES = ("crane_sim", "numpy", "scipy", "numba", "pydantic", "rerun-sdk", "rclpy")
+PACKAGES = ("crane_sim", "numpy", "scipy", "llvmlite", "pydantic", "rerun-sdk", "rclpy")
 _CPU = Path("/proc/cpuinfo")
 
 

@@ -39,8 +39,8 @@ _WAIT_SHARE = 0.5  # of that time at most, for messages that are still on their 
 _PERIOD = 0.01  # s between two polls: bursts cost less than messages one by one
 
 
-def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -> None:
-    """Record until the request to finish, or until the run is over; `keep_alive` gets what must outlive a failure.
+def serve(host: NodeHost, settings: SimpleNamespace) -> None:
+    """Record until the request to finish, or until the run is over.
 
     Raises:
         ValueError: the settings leave nothing to record.
@@ -50,9 +50,9 @@ def serve(host: NodeHost, settings: SimpleNamespace, keep_alive: list[object]) -
     scene = load_scene(settings.scene)
     scene = scene.with_external_commands() if settings.commanded else scene
     if settings.standby:
-        subscriptions, outputs = _stand_by(host, scene, settings, keep_alive)
+        subscriptions, outputs = _stand_by(host, scene, settings)
     else:
-        outputs = _open_outputs(host, scene, settings, keep_alive, ResumeState())
+        outputs = _open_outputs(host, scene, settings, ResumeState())
         subscriptions = RecorderSubscriptions(host.node, outputs.callbacks)
         if settings.live_port:
             host.node.get_logger().info(f"watch it live: crane view --live --port {settings.live_port}")
@@ -71,7 +71,7 @@ def check_settings(settings: SimpleNamespace) -> None:
 
 
 def _stand_by(
-    host: NodeHost, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object]
+    host: NodeHost, scene: "Scene", settings: SimpleNamespace
 ) -> tuple[RecorderSubscriptions, Outputs | None]:
     """Buffer messages until another recorder has failed, and resume after it; no outputs where the run ended before."""
     buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.resets)
@@ -88,15 +88,13 @@ def _stand_by(
     if not host.started:
         return subscriptions, None
     resume = read_resume_state(host.resume_state)
-    outputs = _open_outputs(host, scene, settings, keep_alive, resume)
+    outputs = _open_outputs(host, scene, settings, resume)
     buffer.replay_to(outputs.callbacks, outputs.resume_after, resume.resets)
     return subscriptions, outputs
 
 
-def _open_outputs(
-    host: NodeHost, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
-) -> Outputs:
-    outputs = Outputs(host.node, scene, settings, keep_alive, resume)
+def _open_outputs(host: NodeHost, scene: "Scene", settings: SimpleNamespace, resume: ResumeState) -> Outputs:
+    outputs = Outputs(host.node, scene, settings, resume)
     outputs.report_resets(lambda: _report_statistics(host, outputs))
     return outputs
 
@@ -178,13 +176,9 @@ def _return_free_memory() -> None:
 
 def main() -> int:
     """Run the node; see `node_host.main` for the exit code."""
-    keep_alive: list[object] = []
     _lower_priority()
     _return_free_memory()
-    code = node_host.main("recorder", PARAMETERS, lambda host, settings: serve(host, settings, keep_alive))
-    if code:  # Rerun waits for ever, at interpreter exit and where its stream is freed, for a file it could not write
-        os._exit(code)
-    return code
+    return node_host.main("recorder", PARAMETERS, serve)
 
 
 if __name__ == "__main__":

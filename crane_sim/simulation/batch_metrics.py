@@ -14,7 +14,6 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
-from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.varied import SceneColumns
 from crane_sim.simulation.columns import group_indices, kind_of, make_driven, stack_columns
@@ -109,13 +108,7 @@ def has_compiled_metrics(scene: Scene) -> bool:
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
         return False
     plain = getattr(model, "contact", None) is None and not system.fall_count(model)
-    return plain and not switches(model) and not Extremes(scene).has_angles
-
-
-@entry_point
-def switches(p: Any) -> bool:
-    """Return whether a model's equations switch; compiled: models answer `system.switching` by kernels."""
-    return system.switching(p) is not None
+    return plain and system.switching(model) is None and not Extremes(scene).has_angles
 
 
 def kind_of_run(scene: Scene) -> Any:

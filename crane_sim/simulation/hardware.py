@@ -158,7 +158,7 @@ class HardwareRun:
     """Drives, brakes, sensors and faults of one run.
 
     Attributes:
-        state: parameters and state, which kernels take and change.
+        state: parameters and state, which compiled code takes and changes.
         faults: names of the faults.
         inputs: what the equations evaluate in place of commands: the scene's open-loop inputs, behind the delays of
             drives that do not hold them; None where the scene is commanded.

@@ -75,8 +75,6 @@ def state_at(inputs, method, p, u, integration, t):
     """Return the state at time t [s], which the last step has covered; with efforts that are held it ended there."""
     if integration.t == t:
         return integration.x
-    # compiled before the step: ideal servos solve the equations within an effort, in which numba would see a recursion
-    system.effort(u, p, integration.t, integration.x)
     return dense_output(method, p, u, integration, t)
 
 
@@ -277,7 +275,7 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
         (last integration, number of periods integrated)
     """
     steps, totals = len(out.rows) - 1, hardware.totals[0]
-    i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
+    i = 0
     x = integration.x
     sample_sensors(p, hardware, x, i, period)
     for k in range(steps):

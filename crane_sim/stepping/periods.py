@@ -182,9 +182,7 @@ def zero_order_hold_rollout(method, p, law, integration, period, out):
 def hold_each_period(method, p, law, integration, period, out):
     """Return the result of `zero_order_hold_rollout`."""
     steps = len(out.rows) - 1
-    i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
-    q, v = system.joints(p, integration.x)
-    u = system.saturate(p, system.command(law, 0.0, q, v))  # types u for numba, which `finish` reads; overwritten below
+    i = 0
     for k in range(steps):
         q, v = system.joints(p, integration.x)
         command = system.command(law, k * period, q, v)
@@ -196,7 +194,8 @@ def hold_each_period(method, p, law, integration, period, out):
         integration, i = integrate_period(method, p, u, integration, end, end, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
             return integration, k
-    finish(method, p, u, integration, integration.t, out, i)
+        if k == steps - 1:
+            finish(method, p, u, integration, integration.t, out, i)
     return integration, steps
 
 
@@ -210,7 +209,7 @@ def continuous_rollout(method, p, source, integration, period, out):
 def pass_each_period(method, p, source, integration, period, out):
     """Return the result of `continuous_rollout`."""
     steps = len(out.rows) - 1
-    i = 0 * steps  # a variable: for the literal 0 everything below would be compiled once more
+    i = 0
     integration = apply_pending_events(system.switching(p), p, source, integration)
     for k in range(steps):
         t, end = k * period, (k + 1) * period

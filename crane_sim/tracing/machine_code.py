@@ -137,6 +137,6 @@ def _target_machine() -> Any:
 
 def _tuning() -> Any:
     options = llvm.create_pipeline_tuning_options(speed_level=2)
-    options.slp_vectorization = True
+    options.slp_vectorization = False  # it takes as long as all other passes together, for a few per cent of speed
     options.loop_vectorization = True
     return options

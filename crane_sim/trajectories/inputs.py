@@ -54,7 +54,7 @@ class Delayed(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """The input of one actuated joint, and the list of those of the other joints, which kernels can walk by type."""
+    """The input of one actuated joint, and the list of those of the other joints, which equations can walk by type."""
 
     first: Constant | Sine | Polynomial | Table | Delayed
     tail: "Inputs | None" = None

@@ -1,4 +1,4 @@
-"""Evaluation of piecewise polynomials of time in kernels: the piece at a time, and its derivatives."""
+"""Evaluation of piecewise polynomials of time: the piece at a time, and its derivatives."""
 
 from collections.abc import Sequence
 

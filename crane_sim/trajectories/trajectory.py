@@ -15,7 +15,7 @@ from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
 
 
 class Coordinate(NamedTuple):
-    """The polynomials of one coordinate, and the list of the other coordinates, which kernels can walk by type."""
+    """The polynomials of one coordinate, and the list of the other coordinates, which equations can walk by type."""
 
     coefficients: Any  # (pieces, degree + 1), of powers of t - starts[piece], from the constant on
     tail: "Coordinate | None" = None

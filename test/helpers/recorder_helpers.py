@@ -10,8 +10,8 @@ PERIOD = 10_000_000  # ns
 SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
 
 
-def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
-    """Let the plant take steps and pass those after step `after` to the recorder."""
+def feed(recorder: Recorder, steps: int, after: int = 0, lost_command: int = 0) -> None:
+    """Let the plant take steps and pass those after step `after` to the recorder, one of them without its command."""
     plant = Plant(SCENE)
     for k in range(1, steps + 1):
         q, v = plant.q, plant.v
@@ -21,7 +21,8 @@ def feed(recorder: Recorder, steps: int, after: int = 0) -> None:
         if k <= after:
             continue
         recorder.add_state(k * PERIOD, q, v)
-        recorder.add_command(k * PERIOD, demanded)
+        if k != lost_command:
+            recorder.add_command(k * PERIOD, demanded)
         recorder.add_effort(k * PERIOD, plant.applied)
 
 

@@ -18,6 +18,7 @@ class FakeChild:
         """Create it alive."""
         self.name, self.ready, self.fault, self.exited, self.fatal, self.active = name, ready, "", False, False, True
         self.pid, self.step, self.recorded, self.last_bag_step, self.resets, self.waiting = 1, 0, 0, 0, 0, ""
+        self.lost_commands = 0
         self.summary: dict[str, Any] | None = None
         self.notices: list[str] = []
         self.requests: list[str] = []

@@ -72,7 +72,11 @@ def test_what_is_unusual_is_listed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """`crane doctor` names variables, another ROS, a full /dev/shm and a folder that cannot be written."""
-    variables = other_ros(tmp_path) | {"NUMBA_OPT": "0", "ROS_DISCOVERY_SERVER": "there", "CRANE_SIM_CACHE": "/proc"}
+    variables = other_ros(tmp_path) | {
+        "CRANE_SIM_INTERPRETED": "1",
+        "ROS_DISCOVERY_SERVER": "there",
+        "CRANE_SIM_CACHE": "/proc",
+    }
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
     full = SimpleNamespace(f_bavail=0, f_frsize=4096, f_flag=0)
@@ -81,7 +85,7 @@ def test_what_is_unusual_is_listed(
     assert result.returncode == 0
     lines = result.stdout.splitlines()
     expected = (
-        "NUMBA_OPT: is 0",
+        "CRANE_SIM_INTERPRETED: is 1",
         "another ROS on LD_LIBRARY_PATH: ",
         "another ROS on PYTHONPATH: ",
         "a full /dev/shm: ",
@@ -90,7 +94,7 @@ def test_what_is_unusual_is_listed(
     )
     for begin in expected:
         assert any(line.startswith(begin) for line in lines), begin
-    names = "NUMBA_OPT, another ROS on LD_LIBRARY_PATH, another ROS on PYTHONPATH, a full /dev/shm"
+    names = "CRANE_SIM_INTERPRETED, another ROS on LD_LIBRARY_PATH, another ROS on PYTHONPATH, a full /dev/shm"
     assert environment.describe_unusual() == f"; unusual here: {names} (crane doctor)"
 
 
@@ -138,11 +142,3 @@ def test_too_little_memory_is_one_line(kind: int) -> None:
     result = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, timeout=60.0, check=False)
     assert result.returncode == 1 and len(result.stderr.splitlines()) == 1
     assert "is limited to 585 MiB (ulimit -" in result.stderr and "2048 MiB are needed" in result.stderr
-
-
-def test_a_variable_that_the_compiler_rejects_is_one_line() -> None:
-    """A value that numba refuses is named, in place of an error that is called unforeseen."""
-    command = [CRANE, "simulate", "overhead_energy"]
-    result = run_to_completion(command, env=os.environ | {"NUMBA_NUM_THREADS": "0"})
-    assert result.returncode == 1 and len(result.stderr.splitlines()) == 1
-    assert "NUMBA_NUM_THREADS = 0: Number of threads" in result.stderr

@@ -69,8 +69,9 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     interrupts, why = list[int](), "recorder: it was killed by SIGKILL"
     with ProcessGroup({}, interrupts) as group:
         dead: Any = SimpleNamespace(
-            ready=True, exited=True, summary=None, recorded=5, fault="it was killed by SIGKILL", send=lambda line: None
+            ready=True, exited=True, summary=None, recorded=5, lost_commands=1, fault="it was killed by SIGKILL"
         )
+        dead.send = lambda line: None
         dead.send_signal, dead.wait_for_exit = (lambda number: None), (lambda deadline: True)
         role: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failure=why)
         vars(role).update(path=str(tmp_path / "run.rrd"), mcap="", start_time=0.0, fail_over=lambda step: False)
@@ -89,6 +90,7 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     assert time.monotonic() - interrupted[0] < LIMIT
     wait_exited(int(pid.read_text()))
     assert summary["error"] == f"{why}; {part} is incomplete, it has 5 of 7 steps"
+    assert (summary["lost_steps"], summary["lost_commands"]) == (3, 1)  # two were not recorded, one lacks its command
 
 
 def test_a_signal_shortens_the_grace_period(

@@ -9,7 +9,8 @@ from rerun.chunk import RrdReader
 
 import crane_sim
 from crane_sim.cli.commands import app
-from crane_sim.recording.rerun.comparison import record_comparison
+from crane_sim.recording.camera import Framing
+from crane_sim.recording.rerun.comparison import framing_of, record_comparison
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.screenshot import picture
@@ -57,6 +58,29 @@ def test_each_crane_is_where_its_run_had_it(run: crane_sim.RecordedRun, tmp_path
         assert np.abs(trolley[:, 0, 0] - each.q[each.frame_steps, 0]).max() < FLOAT32
         _, pieces = columns(file, f"{key}/path", "LineStrips3D:strips")
         assert np.abs(pieces[:, 0, 1] - each.frames.nodes[:, -1]).max() < FLOAT32
+
+
+def test_loads_on_falls_hang_in_their_own_crane(tmp_path: Path) -> None:
+    """The attitude of a load on falls joins frames of its own run, without which the load is not drawn."""
+    run = crane_sim.simulate("set_down_on_deck", duration=0.05)
+    file = record_comparison(crane_sim.compare(run, run, names=("one", "two")), tmp_path / "both.rrd")
+    joined = {
+        (row["Transform3D:parent_frame"][0], row["Transform3D:child_frame"][0])
+        for chunk in RrdReader(file).stream()
+        if chunk.entity_path.endswith("/tf/attitude")
+        for row in chunk.to_record_batch().to_pylist()
+    }
+    assert joined == {(f"{key}/payload_z_link", f"{key}/payload_link") for key in ("run_1", "run_2")}
+
+
+def test_a_comparison_shows_all_that_its_cranes_do(run: crane_sim.RecordedRun) -> None:
+    """Cranes that the first one's picture would not show are in the comparison's; one that shows them stays."""
+    away = replace(run, frames=run.frames._replace(nodes=run.frames.nodes + (40.0, 0.0, 0.0)))
+    usual = framing_of([run, run])
+    assert usual == Framing(**run.crane.framing)
+    wide = framing_of([run, away])
+    assert wide.look_at[0] == pytest.approx(0.5 * (run.frames.nodes[..., 0].min() + away.frames.nodes[..., 0].max()))
+    assert np.linalg.norm(np.subtract(wide.eye, wide.look_at)) > 40.0
 
 
 def test_the_viewer_shows_it(run: crane_sim.RecordedRun, tmp_path: Path) -> None:

@@ -243,6 +243,21 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
     assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
 
 
+def test_commands_that_a_dead_recorder_lost_stay_lost(tmp_path: Path) -> None:
+    """A recorder that replaces one whose steps lack a command says so in its summary, which is the recording's."""
+    path = tmp_path / "run.rrd"
+    dead = Recorder(SCENE, path, run_id="one")
+    feed(dead, 20, lost_command=7)
+    dead.save()
+    previous = EarlierFiles(20, dead.recorded, (tmp_path / "run.rrd.part",), lost_commands=dead.lost_commands)
+    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
+    feed(successor, 40, after=20, lost_command=33)
+    added = successor.finish({"steps": 40})
+    assert added == {"recording": str(path), "recorded_steps": 40, "lost_steps": 2, "lost_commands": 2}
+    assert np.flatnonzero(np.isnan(read_recording(path).commands[:, 0])).tolist() == [6, 32]
+    assert "2 of them without their command" in read_summary(path)["error"]
+
+
 def test_the_summary_counts_the_missing_end(tmp_path: Path) -> None:
     """Steps of the plant that the recorder never received are lost, in the summary of the file, too."""
     recorder = Recorder(SCENE, tmp_path / "run.rrd")

@@ -2,6 +2,7 @@
 
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -68,10 +69,10 @@ def test_the_first_picture_of_an_instant_is_complete(tmp_path: Path) -> None:
         pytest.skip(NO_DRAWING)
 
 
-def check(scene: str, folder: Path, duration: float | None = None) -> None:
+def check(scene: str, folder: Path, duration: float | None = None, overrides: dict[str, Any] | None = None) -> None:
     """Draw a run of a scene, as long as it says unless a duration [s] is given."""
     try:
-        run = crane_sim.simulate(scene, duration=duration)
+        run = crane_sim.simulate(scene, duration=duration, overrides=overrides)
     except crane_sim.SimulationError as error:
         run = error.run
     for t, picture in drawn(run.record(folder / f"{scene}.rrd")).items():
@@ -91,6 +92,12 @@ def check(scene: str, folder: Path, duration: float | None = None) -> None:
 def test_a_crane_is_in_the_picture(scene: str, tmp_path: Path) -> None:
     """A crane is seen whole at start, middle and end of a short run."""
     check(scene, tmp_path, brief(scene))
+
+
+@pytest.mark.interpreted
+def test_a_crane_that_slews_away_from_its_target_is_in_the_picture(tmp_path: Path) -> None:
+    """A crane that goes where nothing in its scene says that it does is seen whole, too, at the end as at the start."""
+    check("knuckle_setpoint", tmp_path, 1.0, {"initial.v": [-3.0, 0.0, 0.0, 0.0, 0.0, 0.0]})
 
 
 @pytest.mark.long

@@ -43,7 +43,7 @@ METHODS = (*FIXED, *ADAPTIVE)
 def integrate(method, p, source, q, v, end, repetitions):
     """Integrate `repetitions` times from joint positions q and velocities v; return (integration, state at `end`)."""
     x = system.project(p, system.state(p, 0.0, q, v))
-    integration = start(p, 0.0, x, make_event_log(system.switching(p)))  # only types it for numba
+    integration = start(p, 0.0, x, make_event_log(system.switching(p)))
     for _ in range(repetitions):
         initial = start(p, 0.0, x, make_event_log(system.switching(p)))
         initial = apply_pending_events(system.switching(p), p, source, initial)

@@ -10,7 +10,7 @@ from typing import Any
 from crane_sim.recording.provenance import processor, versions_of
 
 _ADDITIONS = 20_000  # of a measurement of the processor's speed, about a millisecond
-_PACKAGES = ("numpy", "numba", "scipy", "rclpy", "rerun-sdk", "rosbags")
+_PACKAGES = ("numpy", "llvmlite", "scipy", "rclpy", "rerun-sdk", "rosbags")
 
 
 def describe_spread(values: Sequence[float]) -> dict[str, Any]:
@@ -45,6 +45,5 @@ def machine() -> dict[str, Any]:
 
 def describe_machine(machine: Mapping[str, Any]) -> str:
     """Return the result of `machine` in the words of the documentation."""
-    numba = machine["versions"].get("numba", "?")
     conditions = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
-    return f"{conditions}, Python {machine['python']}, numba {numba}"
+    return ", ".join((conditions, f"Python {machine['python']}", *map(" ".join, machine["versions"].items())))

@@ -19,11 +19,11 @@ from crane_sim.scenes.scene import load_scene
 plant = Plant(load_scene({scene!r}))
 plant.advance(plant.scene.law(0.0, plant.q, plant.v) if plant.scene.sampled else None)
 """
-IMPORTS = "import numpy, numba, pydantic, yaml"
+IMPORTS = "import numpy, llvmlite.binding, pydantic, yaml"
 LABELS = {
     "cold_s": "first step, cold",
     "warm_s": "first step, warm",
-    "imports_s": IMPORTS,
+    "imports_s": "imports of packages alone",
     "interpreter_s": "an empty program",
 }
 

@@ -11,8 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from crane_sim.recording.base_frame import BASE
-from crane_sim.recording.camera import Framing
-from crane_sim.recording.files import unfinished_name
+from crane_sim.recording.camera import Framing, MotionRange
 from crane_sim.recording.layout import Span
 from crane_sim.recording.metric_units import metric_row
 from crane_sim.recording.quantities import Quantity, moving_quantities
@@ -20,13 +19,15 @@ from crane_sim.recording.rerun.blueprint import arrange, crane_view, value_axis
 from crane_sim.recording.rerun.curves import PALETTE
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.ghosts import draw_run
+from crane_sim.recording.rerun.part_file import PartFile
 from crane_sim.recording.rerun.scene3d import log_ground
 from crane_sim.recording.rerun.summary import markdown_table
 from crane_sim.recording.rerun.timelines import time_columns
 from crane_sim.recording.rerun.vessel import Vessel
-from crane_sim.recording.rerun.writer import APPLICATION, FLUSH_SECONDS, claim
+from crane_sim.recording.rerun.writer import APPLICATION
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from crane_sim.recording.comparison import Comparison
@@ -47,28 +48,34 @@ def record_comparison(comparison: Comparison, path: Path) -> Path:
     Raises:
         RecordingError: the file cannot be written.
     """
-    temporary, runs = unfinished_name(path), comparison.runs
+    runs = comparison.runs
     quantities = moving_quantities(runs)
-    framing = Framing(**runs[0].crane.framing)._replace(follows="")
+    framing = framing_of(runs)
     rec = rr.RecordingStream(APPLICATION, recording_id=f"{TITLE}-{uuid.uuid4().hex[:12]}")
     rec.set_log_time_enabled(False)
     rec.set_log_tick_enabled(False)
-    lock = claim(temporary)  # else a recorder that starts would take it for a leftover
+    file = PartFile(path, rec)
     try:
-        rec.save(temporary, default_blueprint=_blueprint(framing, quantities, len(runs)))
-        rec.send_recording_name(" and ".join(comparison.names))
-        rec.send_property("run", rr.AnyValues(compared=list(comparison.names)))
-        _log_surroundings(rec, runs[0], framing)
-        _log_runs(rec, comparison)
-        _log_curves(rec, comparison, quantities)
-        rec.flush(timeout_sec=FLUSH_SECONDS)
-        rec.disconnect()
-        return temporary.replace(path)
-    except (RuntimeError, ValueError, OSError) as error:
-        temporary.unlink(missing_ok=True)
-        raise RecordingError(f"recording {temporary}: {error}") from error
-    finally:
-        lock.close()
+        with file.on_disk():
+            file.connect(_blueprint(framing, quantities, len(runs)))
+            rec.send_recording_name(" and ".join(comparison.names))
+            rec.send_property("run", rr.AnyValues(compared=list(comparison.names)))
+            _log_surroundings(rec, runs[0], framing)
+            _log_runs(rec, comparison)
+            _log_curves(rec, comparison, quantities)
+        return file.finish()
+    except RecordingError:
+        file.discard()
+        raise
+
+
+def framing_of(runs: Sequence[RecordedRun]) -> Framing:
+    """Return how to look at the cranes of all runs."""
+    framing = Framing(**runs[0].crane.framing)._replace(follows="")
+    motion = MotionRange(framing)
+    for run in runs:
+        motion.add(run.frames.nodes)
+    return motion.fit() or framing
 
 
 def _log_surroundings(rec: rr.RecordingStream, run: RecordedRun, framing: Framing) -> None:

@@ -218,12 +218,10 @@ def joint_transforms(
 
 def _turns(joint: rr.urdf.UrdfJoint, attitude: Array) -> rr.ComponentColumnList:
     """Return the turns of a payload by quaternions (F, 4), w first, from its axes to those of the base."""
-    frames = len(attitude)
-    return rr.Transform3D.columns(
-        quaternion=np.roll(attitude, -1, axis=1),
-        parent_frame=[joint.parent_link] * frames,
-        child_frame=[joint.child_link] * frames,
-    )
+    rest, frames = joint.compute_transform(0.0), len(attitude)  # with the names of frames that this tree gives them
+    names = [each.as_arrow_array().to_pylist() for each in (rest.parent_frame, rest.child_frame) if each is not None]
+    parent, child = (name * frames for name in names)
+    return rr.Transform3D.columns(quaternion=np.roll(attitude, -1, axis=1), parent_frame=parent, child_frame=child)
 
 
 def fall_ends(falls: Falls, values: Mapping[str, Array], tip: Array) -> tuple[Array, Array]:

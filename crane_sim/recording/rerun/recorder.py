@@ -68,6 +68,7 @@ class Recorder:
         self._session = Session(scene, path, self._live, self._pass_id, repairs=complete_file is None)
         self._session.recorded = previous.recorded
         self._assembler = _new_assembler(scene, previous.last_step)
+        self._assembler.lost_commands = previous.lost_commands
         self._simulation_state = ""
         self.last_step, self._last_time = previous.last_step, 0.0  # written, s of wall time
         self._last_message, self._blocks = time.monotonic(), 0
@@ -125,6 +126,11 @@ class Recorder:
         return self._session.recorded
 
     @property
+    def lost_commands(self) -> int:
+        """Steps without their command among those."""
+        return self._assembler.lost_commands
+
+    @property
     def _pass_id(self) -> str:
         """Recording id in the viewer since the last reset: the same for all recorders that write a part of it."""
         return f"{self._run_id}-{self.resets}" if self._run_id and self.resets else self._run_id
@@ -166,7 +172,7 @@ class Recorder:
         """Complete the file, or the one that its parts are joined into; return what `finish` does."""
         start = time.monotonic()
         self.save()
-        steps, lost_commands = summary.get("steps", self.last_step), self._assembler.lost_commands
+        steps, lost_commands = summary.get("steps", self.last_step), self.lost_commands
         lost_steps = max(self.last_step, steps) - self._session.recorded + lost_commands
         errors = summary.get("error", ""), describe_gaps(self._session.recorded, steps, lost_commands)
         metrics = {"steps": steps, **summary} | ({"error": "; ".join(filter(None, errors))} if any(errors) else {})

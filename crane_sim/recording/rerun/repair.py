@@ -122,6 +122,7 @@ class EarlierFiles(NamedTuple):
     recorded: int = 0  # number of steps on the disk
     parts: tuple[Path, ...] = ()  # their files, in order, most of them unfinished
     resets: int = 0  # resets of the plant that they contain
+    lost_commands: int = 0  # steps on the disk that lack their command
 
 
 class Parts:

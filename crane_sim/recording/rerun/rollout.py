@@ -41,7 +41,7 @@ def record(rollout: Rollout, path: Path) -> Path:
         writer.add_events(rollout.events)
         return writer.close(rollout.summary | entries)
     except RecordingError:
-        writer.part.unlink(missing_ok=True)  # the run can be recorded again
+        writer.file.discard()  # the run can be recorded again
         raise
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import rerun as rr
 
 from crane_sim.recording.base_frame import WORLD, base_quaternions, to_base
+from crane_sim.recording.camera import MotionRange
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times
 from crane_sim.recording.rerun.vessel import Vessel
@@ -31,7 +32,7 @@ class Scene3D:
         self._stride = layout.frame_stride
         self._last: Array | None = None
         self._usual: Array | None = None
-        self._aimed = False
+        self._aimed, self._range = False, MotionRange(layout.framing)
         self._cast = (
             GantryVisual(rec, layout.suspension, layout.stand.frame) if layout.suspension else RobotVisual(rec, layout)
         )
@@ -56,6 +57,7 @@ class Scene3D:
             self._move_stand(time, base)
         if self._vessel:
             self._vessel.move(time, np.float64(1e-9 * self._layout.period_ns) * (block.step[rows] - 1))
+        self._range.add(block.nodes[rows])
         self._draw_trail(time, block.nodes[rows, -1])
         self._draw_efforts(time, block.effort[rows])
         if block.target is not None:
@@ -76,7 +78,7 @@ class Scene3D:
         """Fit everything that stands still to the whole motion; return how to look at it, None if that is as before."""
         framing = self._cast.fit_to_motion()
         self._fit(framing)
-        return framing
+        return framing or self._range.fit()
 
     def _fit(self, framing: Framing | None) -> None:
         """Log the ground and the widths of lines, which replace those that were logged before."""

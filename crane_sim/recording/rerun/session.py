@@ -51,7 +51,7 @@ class Session:
     @property
     def part(self) -> Path:
         """The file while it grows."""
-        return self._writer.part
+        return self._writer.file.part
 
     def write(self, rows: Sequence[Row]) -> None:
         """Append rows.
@@ -81,7 +81,7 @@ class Session:
         Raises:
             RecordingError: the end of the file did not reach the disk.
         """
-        entries = {"recording": str(self._writer.path), "recorded_steps": self.recorded, "lost_steps": lost}
+        entries = {"recording": str(self._writer.file.path), "recorded_steps": self.recorded, "lost_steps": lost}
         self._writer.close({**summary, **entries})
         return entries
 

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import fcntl
-import shutil
-from contextlib import contextmanager
-from io import BufferedIOBase
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rerun as rr
 
 from crane_sim.recording.digest import with_digest
-from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.layout import Block, Layout, Span
 from crane_sim.recording.rerun.block_digests import EVENTS, STATES, DigestWriter, is_verified
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
 from crane_sim.recording.rerun.errors import RecordingError
-from crane_sim.recording.rerun.repair import repair
+from crane_sim.recording.rerun.part_file import PartFile
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times, times_at
@@ -27,7 +21,8 @@ from crane_sim.recording.state_timelines import StateTimelines
 from crane_sim.recording.states import COLORS, OTHER_COLOR, make_event_timelines, make_fault_timelines
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -36,7 +31,6 @@ if TYPE_CHECKING:
     from crane_sim.recording.states import Changes
 
 APPLICATION = "crane_sim"
-FLUSH_SECONDS = 5.0
 MAX_INDEXED_DURATION = (
     120.0  # s of scene time; the file of a longer run has no index, which needs 0.1 MB of memory a block
 )
@@ -56,32 +50,38 @@ class RunWriter:
         Raises:
             RecordingError: the file cannot be written.
         """
-        self.path, self.part = path, unfinished_name(path)
         self._layout, self._channels = layout, channels(layout)
         self._strides = {channel.stride for channel in self._channels}
         self._spans: dict[str, Span] = {}
         self._timelines, self._named = StateTimelines(layout, layout.timeline_inputs), dict[str, set[str]]()
-        self._lock = claim(self.part)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
         self._rec.set_log_tick_enabled(False)
-        self._digests = DigestWriter(self._rec, layout)
+        self._digests, self.file = DigestWriter(self._rec, layout), PartFile(path, self._rec)
         try:
             self._stage = self._begin(live)
         except RecordingError:
-            self.part.unlink(missing_ok=True)  # it has no step
+            self.file.discard()  # it has no step
             raise
 
     def _begin(self, live: LiveServer | None) -> Scene3D:
-        with self._on_disk():
-            _connect(self._rec, self.part, self._layout, live)
+        with self.file.on_disk():
+            self._connect(live)
             self._rec.send_recording_name(self._layout.name)
             self._rec.send_property("run", rr.AnyValues(**with_digest(self._layout.properties)))
             self._log_styles()
             stage = Scene3D(self._rec, self._layout)
-            self._rec.flush(timeout_sec=FLUSH_SECONDS)
-            return stage
+        self.file.check()
+        return stage
+
+    def _connect(self, live: LiveServer | None) -> None:
+        indexed = self._layout.properties["duration"] <= MAX_INDEXED_DURATION
+        served = [] if live is None else [live.sink(APPLICATION, self._layout.run_id)]
+        views = blueprint(self._layout, live is not None)
+        self.file.connect(views, *served, write_footer=indexed)
+        if live is not None:
+            self._rec.send_blueprint(views)  # active: the page does not take the default one of a run that it joins
 
     def write(self, block: Block) -> None:
         """Append a block of steps: first what is read back and its digest, then what is only shown.
@@ -95,7 +95,7 @@ class RunWriter:
         self._digests.log(int(block.step[0]), int(block.step[-1]))
         self._write_channels(block, [channel for channel in self._channels if not is_verified(channel.entity)])
         self._stage.draw(block)
-        self._check()
+        self.file.check()
 
     def _write_channels(self, block: Block, listed: Sequence[Channel]) -> None:
         rows = {stride: np.flatnonzero((block.step - 1) % stride == 0) for stride in self._strides}
@@ -146,14 +146,7 @@ class RunWriter:
         text = summary_table(self._layout.name, summary, self._layout.path_unit)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
         self._rec.send_property("summary", rr.AnyValues(**with_digest(summary_properties(summary))))
-        self._check()
-        self._rec.disconnect()
-        try:
-            self.part.replace(self.path)
-        except OSError as error:
-            raise RecordingError(f"recording {self.part}: {error.strerror}") from error
-        self._lock.close()
-        return self.path
+        return self.file.finish()
 
     def _widen_span(self, entity: str, values: Array) -> None:
         if values.size:
@@ -190,49 +183,6 @@ class RunWriter:
     def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars) -> None:
         set_time(self._rec, self._layout, step)
         self._rec.log(entity, what)
-
-    def _check(self) -> None:
-        with self._on_disk():
-            self._rec.flush(timeout_sec=FLUSH_SECONDS)
-
-    @contextmanager
-    def _on_disk(self) -> Iterator[None]:
-        """Raise RecordingError, which names the file, where what the block writes does not reach the disk."""
-        try:
-            yield
-        except (RuntimeError, ValueError, OSError) as error:
-            raise RecordingError(f"recording {self.part}: {error} ({_describe_disk(self.part.parent)})") from error
-
-
-def _describe_disk(folder: Path) -> str:
-    try:
-        return f"{shutil.disk_usage(folder).free // 1_000_000} MB free on its disk"
-    except OSError as error:
-        return f"its folder: {error.strerror}"
-
-
-def claim(part: Path) -> BufferedIOBase:
-    """Make the file and hold a lock on it: the system drops it when this process ends, however that happens."""
-    try:
-        part.parent.mkdir(parents=True, exist_ok=True)
-        if part.exists():
-            repair(part)
-        file = part.open("ab")  # not emptied: it may be another recorder's
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        raise RecordingError(f"recording {part}: {error.strerror}") from error
-    return file
-
-
-def _connect(rec: rr.RecordingStream, part: Path, layout: Layout, live: LiveServer | None) -> None:
-    indexed = layout.properties["duration"] <= MAX_INDEXED_DURATION
-    sinks: list[rr.FileSink | rr.GrpcSink] = [rr.FileSink(str(part), write_footer=indexed)]
-    if live is not None:
-        sinks.append(live.sink(APPLICATION, layout.run_id))
-    views = blueprint(layout, live is not None)
-    rec.set_sinks(*sinks, default_blueprint=views)
-    if live is not None:
-        rec.send_blueprint(views)  # active: the viewer's page does not take the default one of a run that it joins
 
 
 def _style(channel: Channel) -> rr.SeriesLines:

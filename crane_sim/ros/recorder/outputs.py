@@ -55,6 +55,7 @@ class ResumeState(NamedTuple):
 
     after: int = 0  # the last step that the failed one is known to have written
     recorded: int = 0  # steps that it, and those before it, have written
+    lost_commands: int = 0  # how many of those lack their command
     last_bag_step: int = 0  # the last step whose messages are known to be in their bags
     resets: int = 0  # resets of the plant that they have recorded
     since: float = 0.0  # s of the system's clock: older files are another run's
@@ -70,13 +71,11 @@ class Outputs:
         resume_after: stamp [ns] after which each file begins.
     """
 
-    def __init__(
-        self, node: Node, scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], resume: ResumeState
-    ) -> None:
-        """Open the files; raises Fault where one cannot be written. `keep_alive` gets what must outlive a failure."""
+    def __init__(self, node: Node, scene: "Scene", settings: SimpleNamespace, resume: ResumeState) -> None:
+        """Open the files; raises Fault where one cannot be written."""
         self._node = node
         self._bag = bag = _open_bag(node, scene, settings, resume)
-        self.recorder = _open_recorder(scene, settings, keep_alive, bag, resume)
+        self.recorder = _open_recorder(scene, settings, bag, resume)
         self.files: list[Output] = [output for output in (bag, self.recorder) if output]
         self._decoder = MessageDecoder(scene, self.recorder, source_of(node)) if self.recorder else None
         receivers = [bag, self._decoder]
@@ -90,10 +89,12 @@ class Outputs:
             self.recorder.on_reset = report
 
     def progress(self) -> dict[str, int]:
-        """Return the last step on the disk, the number of steps, the last step in the bag, and the number of resets."""
+        """Return what is on the disk: last steps of recording and bag, numbers of steps, lost commands and resets."""
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
+        lost_commands = self.recorder.lost_commands if self.recorder else 0
         last_bag_step, resets = self._bag.last_step if self._bag else 0, max(output.resets for output in self.files)
-        return {"step": step, "recorded": recorded, "last_bag_step": last_bag_step, "resets": resets}
+        counts = {"recorded": recorded, "lost_commands": lost_commands, "resets": resets}
+        return {"step": step, "last_bag_step": last_bag_step} | counts
 
     def misfits(self) -> Counter[str]:
         """Return the number of messages that no recording can have, by topic."""
@@ -136,7 +137,7 @@ def _open_bag(node: Node, scene: "Scene", settings: SimpleNamespace, resume: Res
 
 
 def _open_recorder(
-    scene: "Scene", settings: SimpleNamespace, keep_alive: list[object], bag: "Bag | None", resume: ResumeState
+    scene: "Scene", settings: SimpleNamespace, bag: "Bag | None", resume: ResumeState
 ) -> "Recorder | None":
     if not settings.path:
         return None
@@ -145,17 +146,14 @@ def _open_recorder(
     from crane_sim.recording.rerun.repair import EarlierFiles
 
     parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
-    previous = EarlierFiles(resume.after, resume.recorded, parts, resume.resets)
+    previous = EarlierFiles(resume.after, resume.recorded, parts, resume.resets, resume.lost_commands)
     complete_file = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:
-        recorder = Recorder(
+        return Recorder(
             scene, part_of(settings.path, resume.number), port, settings.recording_id, complete_file, previous
         )
     except RecordingError as error:
-        keep_alive.append(error)
         if bag:
             bag.abandon()
         raise Fault(str(error)) from error
-    keep_alive.append(recorder)
-    return recorder

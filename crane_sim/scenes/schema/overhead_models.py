@@ -265,7 +265,7 @@ def drum_friction(file: OverheadCrane) -> Friction | None:
 
 
 def forces_of(file: OverheadCrane) -> NodeForces | None:
-    """Return the forces on nodes as the list that kernels walk.
+    """Return the forces on nodes as the list that the equations walk.
 
     Raises:
         SceneError: no such node, or a force that leaves the plane.
