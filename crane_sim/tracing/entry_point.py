@@ -14,6 +14,7 @@ from crane_sim.tracing.arguments import describe, kinds_of, rebuild_symbols
 from crane_sim.tracing.calls import Calls
 from crane_sim.tracing.code_cache import read_entry, write_entry
 from crane_sim.tracing.compile_time import COMPILE_TIMER
+from crane_sim.tracing.frame import CODES
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Kind, Value
 from crane_sim.tracing.llvm import module_text
@@ -21,8 +22,6 @@ from crane_sim.tracing.machine_code import LoadedCode, compile_text
 from crane_sim.tracing.results import rebuild_result, take_result
 
 _FORMATS = {Kind.REAL: "d", Kind.INTEGER: "q", Kind.WORD: "Q", Kind.BOOLEAN: "?7x", Kind.ARRAY: "Q"}
-CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
-"""Types in memory of what a call passes, eight bytes each."""
 
 
 class Code(NamedTuple):
