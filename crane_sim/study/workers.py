@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import import_optional
-from crane_sim.numerics.jit import watch_compiling
+from crane_sim.tracing.compile_time import watch_compiling
 from crane_sim.process_signals import blocked_interrupts, end_with_parent
 
 LOCAL = "local"

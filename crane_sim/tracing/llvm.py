@@ -24,10 +24,10 @@ _TYPES = {
 }
 _ARITHMETIC = {"add": "add", "subtract": "sub", "multiply": "mul", "divide": "div"}
 _COMPARISON = {
-    "less": ("fcmp olt", "icmp slt"),
-    "less_equal": ("fcmp ole", "icmp sle"),
-    "equal": ("fcmp oeq", "icmp eq"),
-    "unequal": ("fcmp une", "icmp ne"),
+    "less": ("fcmp olt", "icmp slt", "icmp ult"),
+    "less_equal": ("fcmp ole", "icmp sle", "icmp ule"),
+    "equal": ("fcmp oeq", "icmp eq", "icmp eq"),
+    "unequal": ("fcmp une", "icmp ne", "icmp ne"),
 }
 _BITS = {"both": "and", "either": "or", "differ": "xor", "shift_right": "ashr", "shift_left": "shl"}
 _INTRINSIC = {
@@ -262,7 +262,7 @@ class _FunctionText:
         if operation in _ARITHMETIC:
             return f"{'f' if real else ''}{_ARITHMETIC[operation]} {first} {names}"
         if operation in _COMPARISON:
-            return f"{_COMPARISON[operation][not real]} {first} {names}"
+            return f"{_COMPARISON[operation][0 if real else 2 if kind is Kind.WORD else 1]} {first} {names}"
         typed = ", ".join(map(self._typed, arguments))
         if operation in _INTRINSIC:
             return f"call {first} @llvm.{_INTRINSIC[operation][0]}.{_suffix(self._width)}({typed})"
@@ -272,7 +272,7 @@ class _FunctionText:
             logical = operation == "shift_right" and kind is Kind.WORD
             return f"{'lshr' if logical else _BITS[operation]} {first} {names}"
         if operation in ("quotient", "remainder"):
-            return f"s{'div' if operation == 'quotient' else 'rem'} {first} {names}"
+            return f"{'u' if kind is Kind.WORD else 's'}{'div' if operation == 'quotient' else 'rem'} {first} {names}"
         if operation == "flag_to_integer":
             return f"zext {first} {names} to {_type(Kind.INTEGER, self._width)}"
         if operation in ("to_word", "word_to_integer"):
