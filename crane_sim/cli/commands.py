@@ -53,7 +53,7 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
     loaded = load_scene_with_options(scene, **scene_changes)
     options.check_scene(loaded)
     arguments = options.arguments(loaded.name)
-    with report.compiling(quiet=as_json, evaluated=loaded):
+    with report.compiling(quiet=as_json):
         _warm_plant(loaded)
     arguments["compile_time"] = report.compile_time()
     with report.progress(loaded, quiet=as_json or not sys.stderr.isatty()) as reporter:
@@ -80,7 +80,7 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
 
     check_recording(record)
     loaded = load_scene_with_options(scene, **changes)
-    with report.compiling(quiet=as_json, evaluated=loaded):
+    with report.compiling(quiet=as_json):
         roll_out(replace(loaded, duration=loaded.period))
     failure = {}
     try:

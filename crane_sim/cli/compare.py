@@ -96,7 +96,7 @@ def _simulate(source: str, laws: Sequence[str], quiet: bool) -> tuple[dict[str, 
     rollouts: dict[str, Rollout] = {}
     failed: list[str] = []
     for law, scene in scenes.items():
-        with report.compiling(quiet=quiet, evaluated=scene):
+        with report.compiling(quiet=quiet):
             try:
                 rollouts[law] = simulate(scene)
             except SimulationError as error:

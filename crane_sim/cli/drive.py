@@ -61,7 +61,7 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
     arguments = options.arguments(loaded.name)
     speeds, assignment = _parse_speeds(given["speeds"]), make_lever_assignment(loaded.actuated, given["mapping"])
-    with report.compiling(quiet=as_json, evaluated=loaded):
+    with report.compiling(quiet=as_json):
         ready = with_operator_drives(loaded, given["duration"], speeds)
         _warm(ready)
     arguments["compile_time"] = report.compile_time()

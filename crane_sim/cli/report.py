@@ -8,7 +8,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -148,20 +148,17 @@ COMPILING = "compiling this kind of scene (once per kind, group and law: 3 to 20
 
 
 @contextmanager
-def compiling(quiet: bool, evaluated: "Scene | None" = None) -> Iterator[None]:
+def compiling(quiet: bool) -> Iterator[None]:
     """Show a status line while a kind of scene is compiled; show none where nothing needs compiling.
 
-    Where stderr is no terminal, or `quiet`, it is one line, once in a process. Of a scene that is `evaluated` in the
-    block, a second process compiles what evaluates its runs.
+    Where stderr is no terminal, or `quiet`, it is one line, once in a process.
     """
-    from crane_sim.simulation.parallel_compilation import compile_evaluation_beside
     from crane_sim.tracing.compile_time import watch_compiling
 
     status = Console(stderr=True).status(COMPILING)
     show = _say_compiling if quiet or not sys.stderr.isatty() else status.start
     try:
-        beside = nullcontext() if evaluated is None else compile_evaluation_beside(evaluated)
-        with watch_compiling(show), beside:
+        with watch_compiling(show):
             yield
     finally:
         status.stop()

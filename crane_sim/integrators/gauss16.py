@@ -30,17 +30,16 @@ from crane_sim.integrators.integration import (
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.arrays import accumulate
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.lanes import lane, put_lane, use_wide_vectors
+from crane_sim.numerics.jit import generic, local_array, routine, simd_range, use_wide_vectors
+from crane_sim.numerics.lanes import LANES, lane, put_lane
 from crane_sim.numerics.stage_lanes import (
     STAGES,
     mix_stages,
     reach_stages,
-    stage_count,
-    stage_rows,
     take_row,
     weigh_stages,
 )
+from crane_sim.numerics.states import dimension
 from crane_sim.system import rate_entries, rhs, rhs_into
 
 ORDER = 16
@@ -115,7 +114,7 @@ def begin_stages(entries, x, k1, h, rtol, atol, ys, ks):
     for i in range(len(ys)):
         weight = h / (atol + rtol * (abs(ys[i, BASE]) + abs(h * ks[i, BASE])))
         ys[i, WEIGHT] = weight * weight
-        for j in range(STAGES):
+        for j in simd_range(STAGES):
             ys[i, j] = ks[i, j] = ks[i, BASE]
     for first, count in entries:
         for i in range(first, first + count):
@@ -194,12 +193,12 @@ def collocate(method, p, t, x, u, h, k1):
     The error is inf where the sweeps did not converge. k1 is the derivative at (t, x).
     """
     use_wide_vectors()
-    entries, ys, ks = rate_entries(p), stage_rows(x), stage_rows(x)
+    entries, ys, ks = rate_entries(p), local_array((dimension(x), LANES)), local_array((dimension(x), LANES))
     begin_stages(entries, x, k1, h, method.rtol, method.atol, ys, ks)
     update_stages(entries, h, ys, ks)
     enough, moved, contraction, sweeps = SETTLED * SETTLED * len(ys), inf, 1.0, 0
     while sweeps < MAX_SWEEPS and contraction * moved > enough:
-        for j in range(stage_count()):  # the loop that becomes vector instructions
+        for j in simd_range(STAGES):
             put_lane(ys, j, rhs(p, t + _NODES[j] * h, lane(x, ys, j), u))
         before, sweeps = moved, sweeps + 1
         moved = update_stages(entries, h, ys, ks)

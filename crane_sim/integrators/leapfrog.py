@@ -13,8 +13,7 @@ from typing import NamedTuple
 from crane_sim.files.types import Positive
 from crane_sim.integrators.array_steps import advance_array, step_into, take_array_steps
 from crane_sim.integrators.integration import MAX_STAGES, equal_step, explicit_step, stages, status_of
-from crane_sim.numerics.jit import routine
-from crane_sim.numerics.lanes import use_wide_vectors
+from crane_sim.numerics.jit import routine, use_wide_vectors
 from crane_sim.numerics.rows import elementwise
 from crane_sim.system import position_count, project_in_place, rhs_into
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from crane_sim.integrators.integration import Scratch
 from crane_sim.numerics.arrays import accumulate
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.lanes import use_wide_vectors
+from crane_sim.numerics.jit import generic, routine, use_wide_vectors
 from crane_sim.numerics.states import add, weighted_sum
 from crane_sim.system import rhs, rhs_into
 

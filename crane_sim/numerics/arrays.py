@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.numerics.elementary import fma
-from crane_sim.numerics.jit import routine
+from crane_sim.numerics.jit import routine, simd_range
 
 
 @routine
@@ -18,7 +18,7 @@ def add_arrays(x, y):
 def scale_array(a, x):
     """Return a x."""
     out = np.empty_like(x)
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         out[i] = a * x[i]
     return out
 
@@ -27,7 +27,7 @@ def scale_array(a, x):
 def add_scaled_arrays(x, a, y):
     """Return x + a y."""
     out = np.empty_like(x)
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         out[i] = x[i] + a * y[i]
     return out
 
@@ -39,7 +39,7 @@ def accumulate(h, weights, count, ks, x, out):
     stay in registers.
     """
     factors = [h * weights[j] for j in range(count)]
-    for i in range(len(out)):
+    for i in simd_range(len(out)):
         total = factors[0] * ks[0, i]
         for j in range(1, count):
             total = fma(factors[j], ks[j, i], total)
@@ -71,7 +71,7 @@ def rows_square(h, weights, ks, x, y, rtol, atol):
     count, total = len(weights), 0.0
     squares = ks[count]
     accumulate(h, weights, count, ks, None, squares)
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         ratio = squares[i] / (atol + rtol * max(abs(x[i]), abs(y[i])))
         squares[i] = ratio * ratio
     for i in range(len(x)):

@@ -7,6 +7,7 @@ it computes with floats. What may be said of a function:
 - `routine`: it is not inlined into its callers: a long one, of which copies would cost time to compile.
 - `generic`: it has single dispatch, one implementation for each type of its first argument, like
   functools.singledispatch; the type is known when a call is traced.
+- `simd_range`: the turns of a loop are independent, and become lanes of vectors; `use_wide_vectors`: of the widest.
 
 A scene's physics is a tree of NamedTuples, so code is exactly what a scene is made of, and an absent part (None) leaves
 nothing in it.
@@ -17,6 +18,9 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from crane_sim.tracing.entry_point import EntryPoint
+from crane_sim.tracing.vectors import local_array as local_array
+from crane_sim.tracing.vectors import simd_range as simd_range
+from crane_sim.tracing.vectors import use_wide_vectors as use_wide_vectors
 
 Function = Callable[..., Any]
 

@@ -1,7 +1,7 @@
 """Many cranes side by side: trees of numbers as trees of columns, and states as columns of one buffer.
 
-A loop over the lanes of a buffer, whose body is branch-free and calls nothing, becomes vector instructions: one crane
-in each lane, with the very arithmetic of one crane alone.
+A loop over the lanes of a buffer, a `simd_range`, becomes vector instructions: one crane in each lane, with the very
+arithmetic of one crane alone.
 """
 
 from typing import Any
@@ -52,7 +52,3 @@ def put_lane(buffer: Any, j: int, x: Any) -> None:
     """Write the floats of the state x into lane j of a buffer (floats, LANES)."""
     for row, value in enumerate(leaves(x)):
         buffer[row, j] = value
-
-
-def use_wide_vectors() -> None:
-    """Have the function that calls this compiled for the widest vectors of the processor."""

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+from crane_sim.numerics.jit import simd_range
+
 
 def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
     """Return a function (n, outputs, inputs) that fills the first n of each output row with f of those of the inputs.
@@ -12,7 +14,7 @@ def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
     """
 
     def fill(n: int, outputs: tuple[Any, ...], inputs: tuple[Any, ...]) -> None:
-        for k in range(n):
+        for k in simd_range(n):
             values = f(*[x if isinstance(x, float) else x[k] for x in inputs])
             for row, value in zip(outputs, values, strict=True):
                 row[k] = value

@@ -5,18 +5,10 @@ Sums have an order of their own: that in which vectors of the processor add them
 
 from typing import Any
 
-import numpy as np
-
 from crane_sim.numerics.elementary import fma
-from crane_sim.numerics.lanes import LANES
-from crane_sim.numerics.states import dimension
+from crane_sim.numerics.jit import simd_range
 
 STAGES = 8  # a vector of the widest processors
-
-
-def stage_rows(x: Any) -> Any:
-    """Return an undefined buffer (floats of x, LANES)."""
-    return np.empty((dimension(x), LANES))
 
 
 def _mix(matrix: Any, row: Any, j: int) -> Any:
@@ -29,31 +21,28 @@ def _mix(matrix: Any, row: Any, j: int) -> Any:
 
 def _fold(values: Any) -> Any:
     """Return the sum by halves: of the first four and the last four, and so on."""
-    while len(values) > 1:
-        half = len(values) // 2
-        values = [a + b for a, b in zip(values[:half], values[half:], strict=True)]
-    return values[0]
+    half = len(values) // 2
+    return _fold([a + b for a, b in zip(values[:half], values[half:], strict=True)]) if half else values[0]
 
 
 def mix_stages(matrix: Any, source: Any, i: int, to: Any, k: int, scale: float) -> None:
     """Write scale M s into row k of `to`, s being row i of `source`; `matrix` (8, 8) has the columns of M as rows."""
-    totals = [scale * _mix(matrix, source[i], j) for j in range(STAGES)]
-    for j in range(STAGES):
-        to[k, j] = totals[j]
+    row = source[i]
+    for j in simd_range(STAGES):
+        to[k, j] = scale * _mix(matrix, row, j)
 
 
 def reach_stages(matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[float, float, float, Any]) -> None:
     """Write x + nodes move + scale M s into row k of `to`, path = (x, move, scale, nodes (8,)), see `mix_stages`."""
-    x, move, scale, nodes = path
-    totals = [fma(scale, _mix(matrix, source[i], j), fma(nodes[j], move, x)) for j in range(STAGES)]
-    for j in range(STAGES):
-        to[k, j] = totals[j]
+    (x, move, scale, nodes), row = path, source[i]
+    for j in simd_range(STAGES):
+        to[k, j] = fma(scale, _mix(matrix, row, j), fma(nodes[j], move, x))
 
 
 def take_row(source: Any, to: Any, i: int) -> float:
     """Copy the stages of row i from `source` to `to`; return the sum of the squares of what changes there."""
     changes = [source[i, j] - to[i, j] for j in range(STAGES)]
-    for j in range(STAGES):
+    for j in simd_range(STAGES):
         to[i, j] = source[i, j]
     return _fold([change * change for change in changes])
 
@@ -61,8 +50,3 @@ def take_row(source: Any, to: Any, i: int) -> float:
 def weigh_stages(weights: Any, source: Any, i: int) -> float:
     """Return the sum of weights (8,) times the stages of row i."""
     return _fold([weights[j] * source[i, j] for j in range(STAGES)])
-
-
-def stage_count() -> int:
-    """Return the number of stages."""
-    return STAGES

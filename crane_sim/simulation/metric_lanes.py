@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import routine
-from crane_sim.numerics.lanes import LANES, lane, put_lane, use_wide_vectors
+from crane_sim.numerics.jit import routine, simd_range, use_wide_vectors
+from crane_sim.numerics.lanes import LANES, lane, put_lane
 from crane_sim.numerics.states import scale, smaller
 from crane_sim.simulation.energy_balance import add_compensated, balance_instant
 from crane_sim.simulation.extremes import note_range_at
@@ -51,7 +51,7 @@ class LaneOutput(NamedTuple):
 
 @output_of.register(LaneBuffers)
 def _(lanes, clock, run, scratch, states):
-    for j in range(LANES):
+    for j in simd_range(LANES):
         lanes.pushed[0, j] = 0.0
         for c in range(len(lanes.least)):
             lanes.least[c, j] = np.inf
@@ -144,7 +144,7 @@ def watch_lanes(p, like, run, scratch, first):
         np.sqrt(largest[1, 0] * largest[1, 0] + largest[1, 1] * largest[1, 1]),
     )
     heights = largest[0, 2], largest[1, 2]
-    for j in range(LANES):
+    for j in simd_range(LANES):
         q, v, u = lane(like, lanes.joints, j)
         observed = system.observe(p, scratch.times[first + j], q, v, u)
         values = values_of(q, u, observed, start, lanes.supplied[0, j])
@@ -171,7 +171,7 @@ def watch_swings(peaks, clock, scratch, first):
     """Take the ropes of a block into the peaks, where one of them swings further than before it."""
     seen, swung, last = scratch.lanes.observed, scratch.lanes.swung, scratch.times[first + LANES - 1]
     further = False
-    for j in range(LANES):
+    for j in simd_range(LANES):
         further = further or swung[0, j] > 0.0 or (last >= clock.late and swung[1, j] > 0.0)
     for j in range(LANES if further else 0):
         rope = seen[6, j] - seen[3, j], seen[7, j] - seen[4, j], seen[8, j] - seen[5, j]
@@ -183,7 +183,7 @@ def join_lanes(run, lanes):
     """Take the least values of all lanes into the metrics of the run."""
     nq, nu, least, extremes = len(run.q), len(run.target), lanes.least, run.balance.extremes
     after = 2 * nq + nu
-    for j in range(LANES):
+    for j in range(least.shape[1]):
         for c in range(nq):
             run.ranges[0, c] = min(run.ranges[0, c], least[c, j])
             run.ranges[1, c] = max(run.ranges[1, c], -least[nq + c, j])
@@ -201,7 +201,7 @@ def observe_lanes(p, like, scratch, first):
     """Observe the instants from number `first` on, which are in the lanes; `like`: joints and efforts of one."""
     use_wide_vectors()
     lanes, last = scratch.lanes, len(scratch.times) - 1
-    for j in range(LANES):
+    for j in simd_range(LANES):
         q, v, u = lane(like, lanes.joints, j)
         put_lane(lanes.observed, j, system.observe(p, scratch.times[min(first + j, last)], q, v, u))
 

@@ -19,8 +19,8 @@ from crane_sim.integrators import (
     step,
 )
 from crane_sim.integrators.integration import equal_step, periods_per_step, status_of
-from crane_sim.numerics.jit import entry_point, generic, routine
-from crane_sim.numerics.lanes import LANES, lane, put_lane, take_entry, use_wide_vectors
+from crane_sim.numerics.jit import entry_point, generic, routine, simd_range, use_wide_vectors
+from crane_sim.numerics.lanes import LANES, lane, put_lane, take_entry
 from crane_sim.numerics.states import dimension, replace_field
 from crane_sim.stepping.periods import Output, finish, integrate_period, write
 
@@ -160,27 +160,27 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
     for block in range(first, last, LANES):
         like = first_lane(cranes, arrays, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
-        for j in range(LANES):
+        for j in simd_range(LANES):
             put_lane(xs, j, state_at_start(take_entry(cranes, block + j).model, arrays, block + j))
         t, taken, i, span = 0.0, 0, 0, held_periods(like[2], method, grid.period)
         for k in range(0, grid.steps, span):
-            for j in range(LANES):
+            for j in simd_range(LANES):
                 crane = take_entry(cranes, block + j)
                 put_lane(us, j, held_efforts(crane.source, crane.model, k * grid.period, lane(like[0], xs, j)))
             end = min(k + span, grid.steps) * grid.period
             while t < end:
                 h, after = equal_step(method.step, t, end)
                 while i < len(grid.times) and grid.times[i] < after:
-                    for j in range(LANES):
+                    for j in simd_range(LANES):
                         crane, x, u = take_entry(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
                         sample(method, crane, x, u, t, grid.times[i], arrays.rows[block + j], i)
                     i += 1
-                for j in range(LANES):  # the loop that becomes vector instructions
+                for j in simd_range(LANES):
                     crane, x = take_entry(cranes, block + j), lane(like[0], xs, j)
                     x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h, None)
                     put_lane(xs, j, x)
                 t, taken = after, taken + 1
-        for j in range(LANES):
+        for j in simd_range(LANES):
             crane, x, u = take_entry(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
             end_lane(method, crane, x, u, grid, arrays, block + j, taken, i)
 

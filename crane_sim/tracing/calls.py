@@ -11,9 +11,10 @@ from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
-from crane_sim.tracing.interpreter import Frame, ResultChange, Returned
+from crane_sim.tracing.interpreter import Frame, ResultChange, Returned, SimdRange
 from crane_sim.tracing.merging import Rebuild, base_address, rebuilt, sizes_of, split, with_address
 from crane_sim.tracing.scopes import source_of
+from crane_sim.tracing.vectors import local_array, simd_range, use_wide_vectors
 
 _PYTHON = {Kind.REAL: float, Kind.INTEGER: int, Kind.BOOLEAN: bool, Kind.WORD: np.uint64}
 
@@ -64,6 +65,7 @@ class Calls:
             self._traced[whole] = self._trace(function, tuple(bound.arguments), rebuild, kinds, inlined)
         traced = self._traced[whole]
         graph.has_allocations |= traced.function.graph.has_allocations
+        graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
         numbers = tuple(leaf.number for leaf in leaves)
         results = graph.append("call", numbers, traced.function.result_kinds, traced.function)
         return traced.result(iter(results))
@@ -345,6 +347,21 @@ def _fma(calls: Calls, graph: Graph, a: Any, b: Any, c: Any) -> Any:
     return arithmetic.call_function("fma", a, b, c)
 
 
+def _simd_range(calls: Calls, graph: Graph, count: Any) -> SimdRange:
+    return SimdRange(count)
+
+
+def _local_array(calls: Calls, graph: Graph, shape: tuple[int, ...]) -> ArraySymbol:
+    dtype = np.dtype(float)
+    return ArraySymbol(
+        graph.new_slot(math.prod(shape)), 0, dtype, shape, array_symbols.contiguous_strides(shape, dtype.itemsize)
+    )
+
+
+def _use_wide_vectors(calls: Calls, graph: Graph) -> None:
+    graph.has_wide_vectors = True
+
+
 def _print(calls: Calls, graph: Graph, *_: Any) -> None:
     """Print nothing."""
 
@@ -384,6 +401,9 @@ HANDLERS: dict[Any, Callable[..., Any]] = {
     tuple: _to_tuple,
     list: _to_tuple,
     print: _print,
+    simd_range: _simd_range,
+    local_array: _local_array,
+    use_wide_vectors: _use_wide_vectors,
     **{getattr(math, name): _function(name)
        for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "sinh", "cosh", "atan2",
                     "hypot", "fmod")},

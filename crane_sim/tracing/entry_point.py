@@ -23,6 +23,9 @@ from crane_sim.tracing.results import make_builder, take_result
 CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
 """Types in memory of what a call passes, eight bytes each."""
 
+INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
+"""Whether entry points run as plain Python."""
+
 
 class Code(NamedTuple):
     """Machine code of an entry point for one structure of arguments."""
@@ -157,7 +160,6 @@ class EntryPoint:
         self.py_func, self.__wrapped__ = function, function
         self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
         self.__qualname__ = function.__qualname__
-        self._interpreted = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
         self._runners: dict[Any, _Runner] = {}
         self._count = function.__code__.co_argcount
         self._calls: list[tuple[Call, Any]] = []  # that are not under way, each with the code of its structure
@@ -165,7 +167,7 @@ class EntryPoint:
 
     def __call__(self, *arguments: Any) -> Any:
         """Run."""
-        if self._interpreted or len(arguments) != self._count:
+        if INTERPRETED or len(arguments) != self._count:
             return self.py_func(*arguments)
         call, runner = self._calls.pop() if self._calls else (Call(self._count), None)
         if not call.take(arguments, self._results) or runner is None:

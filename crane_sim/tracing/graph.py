@@ -105,6 +105,8 @@ class Graph:
         self._count = 1  # of blocks
         self._open = [0]  # numbers of the blocks that are being recorded
         self.has_allocations = False  # by itself, or in what it calls
+        self.has_wide_vectors = False  # the widest of the processor
+        self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
 
     def new_value(self, kind: Kind) -> "Value":
         """Return a value that no instruction computes: a parameter of a block."""

@@ -7,6 +7,7 @@ those that it assigns. So one source is the code that is compiled and, called wi
 
 import ast
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.tracing import arithmetic, array_symbols
@@ -324,6 +325,8 @@ class Frame:
             self.depth -= 1
             self.variables = before
         results = graph.append("loop", numbers_of(tuple(leaves)), tuple(kinds), (proceed, body))
+        if isinstance(steps, SimdRange):
+            graph.simd_loops.add(results[0].number)
         after, _, code = rebuild(iter(results))
         self.variables = {**before, **dict(zip(names, after, strict=True))}
         for name in assigned_names(loop):
@@ -346,7 +349,7 @@ class Frame:
 
     def _proceeds(self, loop: ast.For | ast.While, steps: Any, index: Any, code: Any) -> list[Value]:
         if steps:
-            condition = arithmetic.combine("less" if steps.step > 0 else "greater", index, steps.last)
+            condition = arithmetic.combine("less" if steps.rises else "greater", index, steps.last)
         else:
             assert isinstance(loop, ast.While)
             condition = arithmetic.holds(self.evaluate(loop.test))
@@ -562,6 +565,8 @@ class Frame:
         match name:
             case "shape" | "dtype" | "strides":
                 return getattr(array, name)
+            case "T":
+                return replace(array, shape=array.shape[::-1], strides=array.strides[::-1])
             case "copy":
                 return lambda: array_symbols.copy_of(array)
             case "min" | "max":
@@ -637,14 +642,16 @@ class _Range:
     """The numbers of a range of which a bound is a symbol."""
 
     def __init__(self, *bounds: Any) -> None:
-        first, last, step = (0, bounds[0], 1) if len(bounds) == 1 else (*bounds, 1)[:3]
-        if isinstance(step, Value):
-            raise TraceError("a range whose step is not known")
-        self.first, self.last, self.step = first, last, step
+        self.first, self.last, self.step = (0, bounds[0], 1) if len(bounds) == 1 else (*bounds, 1)[:3]
+        self.rises = isinstance(self.step, Value) or self.step > 0  # a step that is a symbol is a positive one
 
     def value(self, index: Any) -> Any:
         """Return what the loop's variable is at an index."""
         return index
+
+
+class SimdRange(_Range):
+    """The numbers of a `simd_range`."""
 
 
 class _Elements(_Range):

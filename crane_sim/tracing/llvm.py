@@ -9,6 +9,7 @@ Arrays of one call are distinct memory: where they overlap, an element that is w
 
 import struct
 from collections.abc import Callable, Iterator
+from itertools import count
 
 from crane_sim.tracing.function import Function, functions_with_callees
 from crane_sim.tracing.graph import Block, Instruction, Kind, TraceError
@@ -52,7 +53,8 @@ def module_text(*functions: Function, width: int = 1) -> str:
     In lanes they take a real as one for all lanes, and return nothing.
     """
     exported = {function.name for function in functions}
-    texts = [_FunctionText(f, f.name in exported, width).text for f in functions_with_callees(*functions)]
+    nodes = count()  # of metadata
+    texts = [_FunctionText(f, f.name in exported, width, nodes).text for f in functions_with_callees(*functions)]
     entries = [_entry(f, width) for f in functions if width > 1]
     return "\n".join((*_declarations(width), *texts, *entries, ""))
 
@@ -166,8 +168,10 @@ def _stores(block: Block) -> bool:
 class _FunctionText:
     """Writes one function; a value is named by its number, a label by the order of labels."""
 
-    def __init__(self, function: Function, exported: bool, width: int) -> None:
-        self._function, self._width = function, width
+    def __init__(self, function: Function, exported: bool, width: int, nodes: Iterator[int]) -> None:
+        self._function, self._width, self._nodes = function, width, nodes
+        self._metadata: list[str] = []
+        self._access = ""  # what loads, stores and calls are marked with where it is being written
         self._lines: list[str] = []
         self._names: dict[int, str] = {}
         self._labels = self._elements = 0
@@ -179,7 +183,7 @@ class _FunctionText:
 
     def _text(self, exported: bool) -> str:
         body = self._body()
-        return "\n".join((*self.tables, self._head(exported), "entry:", *self._slots, *body, "}"))
+        return "\n".join((*self.tables, self._head(exported), "entry:", *self._slots, *body, "}", *self._metadata))
 
     def _head(self, exported: bool) -> str:
         function, internal = self._function, not exported or self._width > 1
@@ -191,7 +195,8 @@ class _FunctionText:
         linkage, inlining = "internal " if internal else "", " alwaysinline" if function.inlined and internal else ""
         zeroext = "zeroext " if self._result == "i1" else ""
         signature = f"{self._result} @{_symbol(function, self._width)}({', '.join([*lanes, *parameters])})"
-        return f"define {linkage}{zeroext}{signature} nounwind{inlining} {{"
+        vectors = ' "prefer-vector-width"="512"' if function.graph.has_wide_vectors else ""
+        return f"define {linkage}{zeroext}{signature} nounwind{inlining}{vectors} {{"
 
     def _parameter(self, number: int) -> str:
         kind = self._kind(number)
@@ -325,7 +330,7 @@ class _FunctionText:
         lanes = [f"<{self._width} x i1> {self._lanes}"] if self._width > 1 else []
         passed = [f"{_passed(self._kind(number), self._width)} {self._name(number)}" for number in arguments]
         passed += [memory] if memory else []
-        call = f"call {'zeroext ' if kind == 'i1' else ''}{kind} {callee}({', '.join([*lanes, *passed])})"
+        call = f"call {'zeroext ' if kind == 'i1' else ''}{kind} {callee}({', '.join([*lanes, *passed])}){self._access}"
         if len(instruction.results) <= 1:
             self._write(f"{self._name(instruction.results[0])} = {call}" if instruction.results else call)
             return
@@ -366,7 +371,8 @@ class _FunctionText:
 
     def _write_slot(self, instruction: Instruction) -> None:
         name = self._name(instruction.results[0])
-        self._slots.append(f" {name} = alloca [{max(instruction.literal, 1)} x i64], align 16")
+        align = 64 if instruction.literal >= 8 else 16
+        self._slots.append(f" {name} = alloca [{max(instruction.literal, 1)} x i64], align {align}")
 
     def _write_allocate(self, instruction: Instruction) -> None:
         self._define(
@@ -392,9 +398,9 @@ class _FunctionText:
         kind, place = _MEMORY[code], f"%p{number}"
         self._write_place(instruction.arguments, offset, place)
         if code not in ("i4", "b1"):
-            self._define(number, f"load {kind}, ptr {place}, align 8")
+            self._define(number, f"load {kind}, ptr {place}, align 8{self._access}")
             return
-        self._write(f"{place}n = load {kind}, ptr {place}, align {4 if code == 'i4' else 1}")
+        self._write(f"{place}n = load {kind}, ptr {place}, align {4 if code == 'i4' else 1}{self._access}")
         self._define(number, f"sext i32 {place}n to i64" if code == "i4" else f"trunc i8 {place}n to i1")
 
     def _write_write(self, instruction: Instruction) -> None:
@@ -405,7 +411,7 @@ class _FunctionText:
         if code in ("i4", "b1"):
             self._write(f"{place}n = " + (f"trunc {typed} to i32" if code == "i4" else f"zext {typed} to i8"))
             typed = f"{kind} {place}n"
-        self._write(f"store {typed}, ptr {place}, align {dict(i4=4, b1=1).get(code, 8)}")
+        self._write(f"store {typed}, ptr {place}, align {dict(i4=4, b1=1).get(code, 8)}{self._access}")
 
     def _write_branch(self, instruction: Instruction) -> None:
         if self._width > 1:
@@ -455,16 +461,32 @@ class _FunctionText:
             condition = self._any_lane(self._lanes)
         self._write(f"br i1 {condition}, label %{inside}, label %{end}")
         self._begin(inside)
+        access, hint = self._access, self._simd_hint() if self._is_simd(instruction) else ""
         following = [self._name(number) for number in self._write_turn(body, instruction)]
+        self._access = access
         if self._width > 1:
             self._check_purity(proceed)
             self._check_purity(body)
             following = self._keep_ended_lanes(instruction.results, following)
         self._lanes = outside
-        self._write(f"br label %{head}")
+        self._write(f"br label %{head}{hint}")
         starts = zip(instruction.results, instruction.arguments, following, strict=True)
         self._lines[place:place] = [self._phi(number, first, before, after) for number, first, after in starts]
         self._begin(end)
+
+    def _is_simd(self, loop: Instruction) -> bool:
+        return bool(loop.results) and loop.results[0] in self._function.graph.simd_loops
+
+    def _simd_hint(self) -> str:
+        """Have what follows marked as part of a loop of independent turns; return what marks the loop's end."""
+        accesses, independent, loop = (next(self._nodes) for _ in range(3))
+        self._access = f", !llvm.access.group !{accesses}"
+        self._metadata += [
+            f"!{accesses} = distinct !{{}}",
+            f'!{independent} = !{{!"llvm.loop.parallel_accesses", !{accesses}}}',
+            f"!{loop} = distinct !{{!{loop}, !{independent}}}",
+        ]
+        return f", !llvm.loop !{loop}"
 
     def _write_turn(self, block: Block, loop: Instruction) -> tuple[int, ...]:
         for number, parameter in zip(loop.results, block.parameters, strict=True):

@@ -99,7 +99,7 @@ def test_a_full_disk_leaves_no_part_of_a_recording(tmp_path: Path) -> None:
 
     Wherever the disk becomes full: from the first byte on, or in the index at the end. The next recording is written.
     """
-    file, environment = tmp_path / "run.rrd", os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    file, environment = tmp_path / "run.rrd", os.environ | {"CRANE_SIM_INTERPRETED": "1"}
     done = run_to_completion([sys.executable, "-c", RECORD, str(file)], env=environment, limit=DEADLINE)
     lines = done.stdout.splitlines()
     assert done.returncode == 0, done.stderr

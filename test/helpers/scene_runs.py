@@ -16,7 +16,7 @@ def run_scenes(scenes: list[str], folder: Path) -> None:
 
     Every one ends without an error, has all steps on the disk, and the bits of `simulate`.
     """
-    env = os.environ | {"NUMBA_DISABLE_JIT": "1", "TMPDIR": str(folder)}
+    env = os.environ | {"CRANE_SIM_INTERPRETED": "1", "TMPDIR": str(folder)}
     command = [sys.executable, str(PROGRAM), str(folder), *scenes]
     done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=LIMIT, check=False)
     runs: list[dict[str, Any]] = [json.loads(line) for line in done.stdout.splitlines()]

@@ -183,12 +183,12 @@ def test_the_files_of_compiled_code_are_known() -> None:
 
 
 def test_without_compilation_the_numbers_are_the_same(tmp_path: Path) -> None:
-    """With NUMBA_DISABLE_JIT=1 everything runs as plain Python and ends in the same state, bit for bit."""
+    """With CRANE_SIM_INTERPRETED=1 everything runs as plain Python and ends in the same state, bit for bit."""
     code = (
         "import crane_sim; r = crane_sim.simulate('knuckle_setpoint', duration=0.05);"
         "print(r.summary['state_sha256'], r.summary['rhs_evaluations'])"
     )
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    environment = os.environ | {"CRANE_SIM_INTERPRETED": "1"}
     plain = run_to_completion([sys.executable, "-c", code], env=environment, check=True)
     run = simulate("knuckle_setpoint", duration=0.05)
     assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]

@@ -1,6 +1,6 @@
 """Runs scenes of the catalogue over ROS, recorded, and by `simulate`, and prints one JSON object a scene.
 
-`catalogue_runs.py FOLDER SCENE ...`, with NUMBA_DISABLE_JIT=1: compiling the equations of all kinds of scenes would
+`catalogue_runs.py FOLDER SCENE ...`, with CRANE_SIM_INTERPRETED=1: compiling the equations of all kinds of scenes would
 take most of an hour, as plain Python they take seconds. Nodes are forked from this process, which has imported their
 modules: processes of their own, each with its own ROS, at a fraction of the cost of programs.
 """
@@ -15,8 +15,6 @@ from importlib import import_module
 from pathlib import Path
 from select import select
 from typing import Any
-
-import plain_arrays
 
 from crane_sim import load_scene, orchestration
 from crane_sim.orchestration import process_group
@@ -111,7 +109,6 @@ def main() -> None:
     """Run the program."""
     for module in MODULES:
         import_module(module)
-    plain_arrays.install()
     process_group.ForkServerClient = OwnForks
     for name in sys.argv[2:]:
         try:

@@ -117,7 +117,7 @@ def test_recordings_of_the_catalogue_are_repeated_by_another_process(tmp_path: P
         recordings.append(str(run.record(tmp_path / f"{name}.rrd")))
         steps[name] = len(run.t) - 1
     assert len(recordings) >= 50
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    environment = os.environ | {"CRANE_SIM_INTERPRETED": "1"}
     command = [sys.executable, "-W", "ignore", str(PROGRAM), *recordings]
     answer = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME)
     assert answer.returncode == 0, answer.stderr[-2000:]

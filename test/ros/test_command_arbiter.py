@@ -159,9 +159,18 @@ def test_a_stranger_never_owns_the_crane_of_a_commander(clock: list[float]) -> N
     standby.node_name = "a"
     bench.graph.append(standby)
     bench.send(C, b"fourth")
-    assert bench.passed_on == [b"second", b"fourth"]
-    assert bench.refused == {f"{TOPIC} of /b": 2}
+    bench.set_publishers(B)
+    bench.graph.append(next_standby := publisher(A))
+    next_standby.node_name = "a_2"
+    clock[0] += LEASE
+    bench.send(A, b"fifth")
+    bench.send(B, b"sixth")
+    clock[0] += LEASE
+    bench.send(A, b"seventh")
+    assert bench.passed_on == [b"second", b"fourth", b"fifth", b"seventh"]
+    assert bench.refused == {f"{TOPIC} of /b": 3}
     assert bench.warnings[0] == "command of /b refused: /a owns the crane"
+    assert bench.warnings[-1] == "command of /b refused: /a_2 owns the crane"
 
 
 def test_a_run_waits_for_its_commander() -> None:

@@ -21,7 +21,7 @@ FIRST = 10_000_000  # ns, stamp of the first state
 @pytest.fixture
 def ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[NodeProcess, FrameListener]]:
     """Yield a plant that is ready and has not begun, a knuckle crane on a ship, and its subscribers."""
-    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    monkeypatch.setenv("CRANE_SIM_INTERPRETED", "1")
     scene = tmp_path / "ship.yaml"
     on_ship = {"base_motion": SHIP, "imu": {"position": [1.0, 2.0, 3.0]}, "duration": 1e3, "control": None}
     load_scene("knuckle_setpoint", on_ship).dump(scene)

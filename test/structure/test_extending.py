@@ -44,7 +44,7 @@ def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
         "import crane_sim; r = crane_sim.simulate('mine.yaml'); print(r.u[0].tolist());"
         "crane_sim.load_scene('mine.yaml', {'control.stifness': 1.0})"
     )
-    environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "1"}
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), "CRANE_SIM_INTERPRETED": "1"}
     result = run_to_completion([sys.executable, "-c", code], env=environment, cwd=tmp_path)
     assert yaml.safe_load(result.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], result.stderr
     assert "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in result.stderr

@@ -57,7 +57,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         (folder / name).write_text("{}")
     commands = [words.split() for words in COMMANDS]
     wanted = {"commands": commands, "nodes": NODES, "expressions": list(EXPRESSIONS)}
-    display = {"DISPLAY": ":0", "NUMBA_DISABLE_JIT": "1"}
+    display = {"DISPLAY": ":0", "CRANE_SIM_INTERPRETED": "1"}
     done = run_to_completion([sys.executable, str(PROGRAM), json.dumps(wanted)], cwd=folder, env=os.environ | display)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

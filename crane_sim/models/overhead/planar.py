@@ -77,8 +77,7 @@ from crane_sim.models.supports.rails import (
     mode_after_stop,
 )
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.lanes import use_wide_vectors
+from crane_sim.numerics.jit import generic, routine, use_wide_vectors
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 

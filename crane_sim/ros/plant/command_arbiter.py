@@ -7,6 +7,7 @@ lease, and messages of a flood push its answers out of the middleware's queues. 
 of other nodes never own the crane: one that answers once and then no more would hold up the run for good.
 """
 
+import re
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -92,12 +93,14 @@ class CommandArbiter:
             lease: time without a valid command after which the owner loses the crane, s.
             lease_expiry_suspended: whether the lease cannot expire now: the owner has a reason to send no command.
             exclusive: the lease of an owner in the graph ends only for publishers of its own node.
-            commander: the only node, in this one's namespace, that may own the crane; empty: any node may.
+            commander: the only node, in this one's namespace, that may own the crane, beside its numbered standbys;
+                empty: any node may.
         """
         self._host, self._node, self._simulation, self._topics = host, host.node, simulation, topics
         self._lease, self._lease_expiry_suspended = CommandLease(lease), lease_expiry_suspended
         self._exclusive, self.contested = exclusive, False
         self._commander = f"{self._node.get_namespace().rstrip('/')}/{commander}" if commander else ""
+        self._commanders = re.compile(rf"{re.escape(self._commander)}(_\d+)?" if commander else ".*")
         self._subscriptions: dict[str, ServedSubscription] = {
             name: host.subscribe_with_sender(
                 topic.kind, name, partial(self._on_messages, name), _QOS, partial(self._on_incompatible, name)
@@ -198,7 +201,7 @@ class CommandArbiter:
 
     def _may_command(self, sender: bytes) -> bool:
         now, owner, names = time.monotonic(), self._lease.owner, self._publisher_names
-        if self._commander and names.get(sender) != self._commander:
+        if not self._commanders.fullmatch(names.get(sender, GONE)):
             return False
         if owner and sender != owner:
             if self._exclusive and names.get(sender) != names.get(owner, GONE):
@@ -231,7 +234,7 @@ class CommandArbiter:
         self._refused.pop(self._lease.owner, None)  # it owns the crane by now
         if self._refused:
             refused = {self._publisher_names.get(sender, GONE) for sender in self._refused}
-            owner = self._commander or self._publisher_names.get(self._lease.owner, GONE)
+            owner = self._publisher_names.get(self._lease.owner, self._commander or GONE)
             self._warning = f"command of {' and '.join(sorted(refused))} refused: {owner} owns the crane"
             if {UNNAMED, GONE}.isdisjoint(refused | {owner}):
                 self._host.notify(self._warning)

@@ -1,0 +1,26 @@
+"""What a function says of its loops that are to become vector instructions, and of arrays that it needs for itself."""
+
+from typing import Any
+
+import numpy as np
+
+
+def simd_range(count: int) -> range:
+    """Return range(count) for a loop that stays one: its turns are independent, and run in lanes of vectors.
+
+    A turn reads no element of an array that another one writes. Where it calls a `routine`, or has a loop, there are
+    no lanes.
+    """
+    return range(count)
+
+
+def local_array(shape: tuple[int, ...]) -> Any:
+    """Return an undefined array of floats that is gone when the function that asks for it returns."""
+    return np.empty(shape)
+
+
+def use_wide_vectors() -> None:
+    """Have the function that calls this compiled for the widest vectors of the processor.
+
+    Without it LLVM halves its vectors on processors that once clocked down.
+    """
