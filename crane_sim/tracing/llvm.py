@@ -66,7 +66,7 @@ _MEMORY = {"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p
 def _declarations(width: int) -> Iterator[str]:
     yield "declare ptr @malloc(i64)"
     yield "declare void @free(ptr)"
-    yield _ALLOCATE + (_RELEASE if width == 1 else "")
+    yield _ALLOCATE + (_SWEEP + _RELEASE if width == 1 else "")
     real = _type(Kind.REAL, width)
     for name, count in _INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{_suffix(width)}({', '.join([real] * count)})"
@@ -81,10 +81,52 @@ entry:
  %block = call ptr @malloc(i64 %whole)
  %last = load ptr, ptr %list, align 8
  store ptr %last, ptr %block, align 8
+ %place = getelementptr inbounds i8, ptr %block, i64 8
+ store i64 %size, ptr %place, align 8
  store ptr %block, ptr %list, align 8
  %address = getelementptr inbounds i8, ptr %block, i64 64
  ret ptr %address
 }"""
+_SWEEP = """
+define internal void @sweep(ptr %list, ptr %mark, ptr %roots, i64 %count) nounwind noinline {
+entry:
+ br label %head
+head:
+ %link = phi ptr [%list, %entry], [%link, %drop], [%block, %kept]
+ %block = load ptr, ptr %link, align 8
+ %ends = icmp eq ptr %block, %mark
+ br i1 %ends, label %end, label %body
+body:
+ %place = getelementptr inbounds i8, ptr %block, i64 8
+ %size = load i64, ptr %place, align 8
+ %first = getelementptr inbounds i8, ptr %block, i64 64
+ %last = getelementptr inbounds i8, ptr %first, i64 %size
+ br label %search
+search:
+ %i = phi i64 [0, %body], [%next, %other]
+ %searches = icmp slt i64 %i, %count
+ br i1 %searches, label %compare, label %drop
+compare:
+ %entry_of = getelementptr inbounds ptr, ptr %roots, i64 %i
+ %root = load ptr, ptr %entry_of, align 8
+ %behind = icmp uge ptr %root, %first
+ %before = icmp ule ptr %root, %last
+ %within = and i1 %behind, %before
+ br i1 %within, label %kept, label %other
+other:
+ %next = add i64 %i, 1
+ br label %search
+kept:
+ br label %head
+drop:
+ %rest = load ptr, ptr %block, align 8
+ store ptr %rest, ptr %link, align 8
+ call void @free(ptr %block)
+ br label %head
+end:
+ ret void
+}"""
+"""Frees memory that was allocated after the block `mark`, except what holds one of some addresses."""
 _RELEASE = """
 define void @release(ptr %list) nounwind {
 entry:
@@ -102,7 +144,7 @@ end:
  store ptr null, ptr %list, align 8
  ret void
 }"""
-"""Memory that is freed after the call from outside: each block begins with the address of the one before."""
+"""Memory that is freed after the call from outside: a block begins with the address of the one before, and its size."""
 
 
 def _suffix(width: int) -> str:
@@ -161,6 +203,17 @@ def _stores(block: Block) -> bool:
         operation, literal = instruction.operation, instruction.literal
         inner = literal if operation in ("branch", "loop") else (literal.block,) if operation == "call" else ()
         if operation in ("store", "call_address") or any(map(_stores, inner)):
+            return True
+    return False
+
+
+def _allocates(block: Block) -> bool:
+    """Return whether a block, or what it calls, may allocate memory."""
+    for instruction in block.instructions:
+        operation, literal = instruction.operation, instruction.literal
+        if operation == "allocate" or (operation == "call" and literal.graph.has_allocations):
+            return True
+        if operation in ("branch", "loop") and any(map(_allocates, literal)):
             return True
     return False
 
@@ -451,7 +504,7 @@ class _FunctionText:
     def _write_loop(self, instruction: Instruction) -> None:
         proceed, body = instruction.literal
         head, inside, end = self._new_label("head"), self._new_label("body"), self._new_label("end")
-        before = self._label
+        before, mark = self._label, self._mark_memory(instruction)
         self._write(f"br label %{head}")
         self._begin(head)
         place = len(self._lines)  # of the phis, which name what the body results in
@@ -461,6 +514,8 @@ class _FunctionText:
             condition = self._any_lane(self._lanes)
         self._write(f"br i1 {condition}, label %{inside}, label %{end}")
         self._begin(inside)
+        if mark:
+            self._sweep_memory(mark, instruction)
         access, hint = self._access, self._simd_hint() if self._is_simd(instruction) else ""
         following = [self._name(number) for number in self._write_turn(body, instruction)]
         self._access = access
@@ -473,6 +528,30 @@ class _FunctionText:
         starts = zip(instruction.results, instruction.arguments, following, strict=True)
         self._lines[place:place] = [self._phi(number, first, before, after) for number, first, after in starts]
         self._begin(end)
+
+    def _mark_memory(self, loop: Instruction) -> str:
+        """Return the name of the last block of memory before a loop, none where it allocates nothing."""
+        if self._is_simd(loop) or not _allocates(loop.literal[1]):
+            return ""
+        mark = f"%{self._new_label('m')}"
+        self._write(f"{mark} = load ptr, ptr %memory, align 8")
+        return mark
+
+    def _sweep_memory(self, mark: str, loop: Instruction) -> None:
+        """Free what earlier turns of a loop have allocated and the turn that begins cannot reach."""
+        roots = [self._name(number) for number in loop.results if self._kind(number) is Kind.ARRAY]
+        sweep, swept, place = self._new_label("sweep"), self._new_label("swept"), f"%{self._new_label('roots')}"
+        self._slots.append(f" {place} = alloca [{max(len(roots), 1)} x ptr], align 16")
+        self._write(f"{place}.last = load ptr, ptr %memory, align 8")
+        self._write(f"{place}.none = icmp eq ptr {place}.last, {mark}")
+        self._write(f"br i1 {place}.none, label %{swept}, label %{sweep}")
+        self._begin(sweep)
+        for i, root in enumerate(roots):
+            self._write(f"{place}.{i} = getelementptr inbounds ptr, ptr {place}, i64 {i}")
+            self._write(f"store ptr {root}, ptr {place}.{i}, align 8")
+        self._write(f"call void @sweep(ptr %memory, ptr {mark}, ptr {place}, i64 {len(roots)})")
+        self._write(f"br label %{swept}")
+        self._begin(swept)
 
     def _is_simd(self, loop: Instruction) -> bool:
         return bool(loop.results) and loop.results[0] in self._function.graph.simd_loops
