@@ -71,7 +71,8 @@ def _declarations(width: int) -> Iterator[str]:
     for name, count in _INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{_suffix(width)}({', '.join([real] * count)})"
     for name, count in _LIBRARY.values():
-        yield f"declare double @{name}({', '.join(['double'] * count)}) nobuiltin"  # pow(x, 2) is not always x x
+        known = "nobuiltin" if name == "pow" else "memory(none) nounwind willreturn"  # pow(x, 2) is not always x x
+        yield f"declare double @{name}({', '.join(['double'] * count)}) {known}"
 
 
 _ALLOCATE = """
