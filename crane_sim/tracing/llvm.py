@@ -7,12 +7,13 @@ results are used, so that a loop on the side that a lane does not take ends. Wha
 Arrays of one call are distinct memory: where they overlap, an element that is written may be read as it was.
 """
 
+import itertools
 import struct
 from collections.abc import Callable, Iterator
-from itertools import count
 
 from crane_sim.tracing.function import Function, functions_with_callees
 from crane_sim.tracing.graph import Block, Instruction, Kind, TraceError
+from crane_sim.tracing.memory import MEMORY, allocates
 
 _TYPES = {
     Kind.REAL: "double",
@@ -53,7 +54,7 @@ def module_text(*functions: Function, width: int = 1) -> str:
     In lanes they take a real as one for all lanes, and return nothing.
     """
     exported = {function.name for function in functions}
-    nodes = count()  # of metadata
+    nodes = itertools.count()  # of metadata
     texts = [_FunctionText(f, f.name in exported, width, nodes).text for f in functions_with_callees(*functions)]
     entries = [_entry(f, width) for f in functions if width > 1]
     return "\n".join((*_declarations(width), *texts, *entries, ""))
@@ -64,88 +65,13 @@ _MEMORY = {"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p
 
 
 def _declarations(width: int) -> Iterator[str]:
-    yield "declare ptr @malloc(i64)"
-    yield "declare void @free(ptr)"
-    yield _ALLOCATE + (_SWEEP + _RELEASE if width == 1 else "")
+    yield MEMORY if width == 1 else ""
     real = _type(Kind.REAL, width)
     for name, count in _INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{_suffix(width)}({', '.join([real] * count)})"
     for name, count in _LIBRARY.values():
         known = "nobuiltin" if name == "pow" else "memory(none) nounwind willreturn"  # pow(x, 2) is not always x x
         yield f"declare double @{name}({', '.join(['double'] * count)}) {known}"
-
-
-_ALLOCATE = """
-define internal ptr @allocate(ptr %list, i64 %size) nounwind noinline {
-entry:
- %whole = add i64 %size, 64
- %block = call ptr @malloc(i64 %whole)
- %last = load ptr, ptr %list, align 8
- store ptr %last, ptr %block, align 8
- %place = getelementptr inbounds i8, ptr %block, i64 8
- store i64 %size, ptr %place, align 8
- store ptr %block, ptr %list, align 8
- %address = getelementptr inbounds i8, ptr %block, i64 64
- ret ptr %address
-}"""
-_SWEEP = """
-define internal void @sweep(ptr %list, ptr %mark, ptr %roots, i64 %count) nounwind noinline {
-entry:
- br label %head
-head:
- %link = phi ptr [%list, %entry], [%link, %drop], [%block, %kept]
- %block = load ptr, ptr %link, align 8
- %ends = icmp eq ptr %block, %mark
- br i1 %ends, label %end, label %body
-body:
- %place = getelementptr inbounds i8, ptr %block, i64 8
- %size = load i64, ptr %place, align 8
- %first = getelementptr inbounds i8, ptr %block, i64 64
- %last = getelementptr inbounds i8, ptr %first, i64 %size
- br label %search
-search:
- %i = phi i64 [0, %body], [%next, %other]
- %searches = icmp slt i64 %i, %count
- br i1 %searches, label %compare, label %drop
-compare:
- %entry_of = getelementptr inbounds ptr, ptr %roots, i64 %i
- %root = load ptr, ptr %entry_of, align 8
- %behind = icmp uge ptr %root, %first
- %before = icmp ule ptr %root, %last
- %within = and i1 %behind, %before
- br i1 %within, label %kept, label %other
-other:
- %next = add i64 %i, 1
- br label %search
-kept:
- br label %head
-drop:
- %rest = load ptr, ptr %block, align 8
- store ptr %rest, ptr %link, align 8
- call void @free(ptr %block)
- br label %head
-end:
- ret void
-}"""
-"""Frees memory that was allocated after the block `mark`, except what holds one of some addresses."""
-_RELEASE = """
-define void @release(ptr %list) nounwind {
-entry:
- %first = load ptr, ptr %list, align 8
- br label %head
-head:
- %block = phi ptr [%first, %entry], [%next, %body]
- %ends = icmp eq ptr %block, null
- br i1 %ends, label %end, label %body
-body:
- %next = load ptr, ptr %block, align 8
- call void @free(ptr %block)
- br label %head
-end:
- store ptr null, ptr %list, align 8
- ret void
-}"""
-"""Memory that is freed after the call from outside: a block begins with the address of the one before, and its size."""
 
 
 def _suffix(width: int) -> str:
@@ -204,17 +130,6 @@ def _stores(block: Block) -> bool:
         operation, literal = instruction.operation, instruction.literal
         inner = literal if operation in ("branch", "loop") else (literal.block,) if operation == "call" else ()
         if operation in ("store", "call_address") or any(map(_stores, inner)):
-            return True
-    return False
-
-
-def _allocates(block: Block) -> bool:
-    """Return whether a block, or what it calls, may allocate memory."""
-    for instruction in block.instructions:
-        operation, literal = instruction.operation, instruction.literal
-        if operation == "allocate" or (operation == "call" and literal.graph.has_allocations):
-            return True
-        if operation in ("branch", "loop") and any(map(_allocates, literal)):
             return True
     return False
 
@@ -532,7 +447,7 @@ class _FunctionText:
 
     def _mark_memory(self, loop: Instruction) -> str:
         """Return the name of the last block of memory before a loop, none where it allocates nothing."""
-        if self._is_simd(loop) or not _allocates(loop.literal[1]):
+        if self._is_simd(loop) or not allocates(loop.literal[1]):
             return ""
         mark = f"%{self._new_label('m')}"
         self._write(f"{mark} = load ptr, ptr %memory, align 8")
