@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import import_optional
-from crane_sim.numerics.jit import watch_compiling
 from crane_sim.process_signals import blocked_interrupts, end_with_parent
+from crane_sim.tracing.compile_time import watch_compiling
 
 LOCAL = "local"
 """The scheduler of a Dask cluster on this machine, which lives as long as the study."""

@@ -33,7 +33,7 @@ class Calls:
         """Begin without functions."""
         self._traced: dict[Any, Traced] = {}
         self._names = 0
-        self.files: set[str] = set()  # that the functions are in
+        self.functions: set[types.FunctionType] = set()  # that are traced
 
     def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
         """Return the result of a call of any function or class with symbols, arrays and other objects."""
@@ -75,7 +75,7 @@ class Calls:
         inlined: bool,
     ) -> Traced:  # fmt: skip
         result_kinds: list[Kind] = []
-        self.files.add(function.__code__.co_filename)
+        self.functions.add(function)
         while True:
             graph = Graph()
             rebuilds: list[Rebuild] = []
