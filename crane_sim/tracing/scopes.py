@@ -3,6 +3,7 @@
 import ast
 import builtins
 import inspect
+import os
 import types
 from collections.abc import Iterator
 from functools import cache
@@ -68,10 +69,28 @@ class Source:
 
 
 @cache
-def _functions_of(file: str) -> dict[tuple[str, int], list[Any]]:
-    """Return the functions of a file by name and by the line that their code begins in: that of the first decorator."""
+def _read(file: str, time_stamp: int) -> tuple[dict[tuple[str, int], list[Any]], frozenset[types.CodeType]]:
+    """Return (a file's functions by name and by the line that their code begins in, the code of all of them).
+
+    Args:
+        file: that was changed last at the time stamp.
+        time_stamp: of the version that is wanted: a module may be imported anew.
+    """
+    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
+    return _functions_of(tree), frozenset(_codes_in(compile(tree, file, "exec", dont_inherit=True)))
+
+
+def _codes_in(code: types.CodeType) -> Iterator[types.CodeType]:
+    yield code
+    for inner in code.co_consts:
+        if isinstance(inner, types.CodeType):
+            yield from _codes_in(inner)
+
+
+def _functions_of(tree: ast.Module) -> dict[tuple[str, int], list[Any]]:
+    """Return functions by name and by the line that their code begins in: that of the first decorator."""
     found: dict[tuple[str, int], list[Any]] = {}
-    for node in ast.walk(ast.parse(Path(file).read_text(encoding="utf-8"))):
+    for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):
             line = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
             found.setdefault((node.name, line), []).append(node)
@@ -85,16 +104,17 @@ def source_of(function: types.FunctionType) -> Source:
     """Return the source of a function.
 
     Raises:
-        TraceError: there is no file with it.
+        TraceError: there is no file with it, or the file is no longer that which was imported.
     """
     code = function.__code__
     try:
-        candidates = _functions_of(code.co_filename).get((code.co_name, code.co_firstlineno), [])
+        functions, codes = _read(code.co_filename, os.stat(code.co_filename).st_mtime_ns)
     except (OSError, SyntaxError, ValueError) as error:
         raise TraceError(f"the source of {function.__name__}, {code.co_filename}, cannot be read: {error}") from error
+    if code not in codes:
+        raise TraceError(f"{code.co_filename} has changed since {function.__name__} was imported from it: start anew")
+    candidates = functions[code.co_name, code.co_firstlineno]
     fitting = [tree for tree in candidates if len(candidates) == 1 or _contains(tree, code)]
-    if not fitting:
-        raise TraceError(f"{code.co_filename}:{code.co_firstlineno} no longer has {function.__name__}")
     return Source(function, min(fitting, key=lambda tree: len(list(ast.walk(tree)))))
 
 

@@ -1,5 +1,6 @@
 """Compiled code is never stale, and is the same for processes and threads that need it at the same time."""
 
+import importlib
 import os
 import shutil
 import sys
@@ -14,6 +15,7 @@ from process_helpers import run_to_completion
 from crane_sim.hardware.instruments import fill_standard_normals
 from crane_sim.numerics.jit import entry_point
 from crane_sim.simulation.rollout import simulate
+from crane_sim.tracing.graph import TraceError
 
 ROOT = Path(__file__).parents[2]
 PROBE = "import crane_sim; print(crane_sim.energy('knuckle_setpoint', [0, 0, 0, 1, 0, 0], [0] * 6))"
@@ -129,6 +131,22 @@ def test_a_function_of_ones_own_is_compiled_anew_when_it_changes(tmp_path: Path)
     assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["22.5 True", "22.5 False"]
     (tmp_path / "own_constants.py").write_text("GAIN = 7.0\n")
     assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["31.5 True", "31.5 False"]
+
+
+def test_a_file_that_has_changed_is_not_traced_in_place_of_the_imported_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A function whose file was edited after its import is an error, until it is imported anew."""
+    source = "from crane_sim.numerics.jit import entry_point\n\n@entry_point\ndef scaled(x):\n    return 2.0 * x\n"
+    file = tmp_path / "edited_module.py"
+    file.write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    module = importlib.import_module("edited_module")
+    file.write_text(source.replace("2.0", "3.0"))
+    with pytest.raises(TraceError, match="edited_module.py has changed since scaled was imported"):
+        module.scaled(1.0)
+    assert importlib.reload(module).scaled(1.0) == 3.0
 
 
 FACTORY = """
