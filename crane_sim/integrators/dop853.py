@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
+from crane_sim.integrators.dop853_tableau import E3, E5, A, B, C
 from crane_sim.integrators.integration import (
     Scratch,
     advance,
@@ -23,7 +24,6 @@ from crane_sim.integrators.runge_kutta import evaluate_first_stage, evaluate_sta
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import add_weighted, dimension, error_square
-from crane_sim.integrators.dop853_tableau import E3, E5, A, B, C
 
 ORDER, STAGES = 8, 12
 _DENSE, _NODES = to_dense_tableau(A), np.array((0.0, *C))

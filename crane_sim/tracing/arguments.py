@@ -47,7 +47,7 @@ def describe(tree: Any, leaves: list[Any], arrays: dict[int, Any]) -> Any:
     return type(tree), tree
 
 
-_NUMBERS = ((bool | np.bool_, Kind.BOOLEAN), (np.uint64, Kind.WORD), (int | np.integer, Kind.INTEGER))
+_NUMBERS: Any = (((bool, np.bool_), Kind.BOOLEAN), (np.uint64, Kind.WORD), ((int, np.integer), Kind.INTEGER))
 
 
 def _describe_array(array: Any, leaves: list[Any], arrays: dict[int, Any]) -> Any:
@@ -74,6 +74,7 @@ def rebuild_symbols(key: Any, leaves: Any) -> Any:
         dtype, ndim, contiguous = parts
         address = next(leaves)
         shape = tuple(next(leaves) for _ in range(ndim))
+        address.graph.natural.update(size.number for size in shape)
         strides = contiguous_strides(shape, dtype.itemsize) if contiguous else tuple(next(leaves) for _ in range(ndim))
         return ArraySymbol(address, 0, dtype, shape, strides)
     if kind is np.record:

@@ -8,10 +8,13 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value, kind_of
 from crane_sim.tracing.operations import graph_of
 
-_RANK = {Kind.BOOLEAN: 0, Kind.INTEGER: 1, Kind.WORD: 2, Kind.REAL: 3}
+RANK = {Kind.ARRAY: -1, Kind.BOOLEAN: 0, Kind.INTEGER: 1, Kind.WORD: 2, Kind.REAL: 3}
+"""Which kind numbers of two kinds are converted to: the higher one."""
 _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
     "add": operator.add,
     "subtract": operator.sub,
@@ -33,9 +36,17 @@ _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
     "unequal": operator.ne,
 }
 """What each operation is on numbers that are known while tracing."""
+_FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
-_OF_BITS = {"both", "either", "differ", "shift_right", "shift_left"}
+_OF_FLAGS = {"both", "either", "differ", "equal", "unequal"}
+_KEEP_NATURAL = {"add", "multiply", "both", "either", "differ", "shift_right"}
+_OPERATORS = {
+    **dict(add="a sum", subtract="a difference", multiply="a product", divide="a quotient", power="a power"),
+    **dict(floor_divide="a quotient", modulo="a remainder", both="&", either="|", differ="^"),
+    **dict(shift_right=">>", shift_left="<<", equal="a comparison", unequal="a comparison"),
+    **dict(less="a comparison", less_equal="a comparison", greater="a comparison", greater_equal="a comparison"),
+}
 
 
 def is_symbol(x: Any) -> bool:
@@ -45,7 +56,17 @@ def is_symbol(x: Any) -> bool:
 
 def is_number(x: Any) -> bool:
     """Return whether x is a number, known or not."""
-    return isinstance(x, Value | float | int) or hasattr(x, "__index__")
+    return isinstance(x, Value | float | int | np.number | np.bool_)
+
+
+def is_flag(x: Any) -> bool:
+    """Return whether x is a condition, known or not."""
+    return isinstance(x, (bool, np.bool_)) or (isinstance(x, Value) and x.kind is Kind.BOOLEAN)
+
+
+def is_natural(x: Any) -> bool:
+    """Return whether x is an integer that is known not to be negative."""
+    return x.number in x.graph.natural if isinstance(x, Value) else x >= 0
 
 
 def convert(graph: Graph, x: Any, kind: Kind) -> Value:
@@ -61,6 +82,8 @@ def convert(graph: Graph, x: Any, kind: Kind) -> Value:
     path = (x.kind, kind)
     if path == (Kind.BOOLEAN, Kind.REAL):
         return convert(graph, convert(graph, x, Kind.INTEGER), Kind.REAL)
+    if path in ((Kind.BOOLEAN, Kind.WORD), (Kind.REAL, Kind.WORD)):
+        return convert(graph, convert(graph, x, Kind.INTEGER), kind)
     if kind is Kind.BOOLEAN:
         return combine("unequal", x, 0)
     operation = {
@@ -73,7 +96,10 @@ def convert(graph: Graph, x: Any, kind: Kind) -> Value:
     }.get(path)
     if operation is None:
         raise TraceError(f"a value of kind {x.kind.name} where one of kind {kind.name} is needed")
-    return graph.append(operation, (x.number,), (kind,))[0]
+    result = graph.append(operation, (x.number,), (kind,))[0]
+    if path == (Kind.BOOLEAN, Kind.INTEGER):
+        graph.natural.add(result.number)
+    return result
 
 
 def _to_python(x: Any, kind: Kind) -> Any:
@@ -82,37 +108,57 @@ def _to_python(x: Any, kind: Kind) -> Any:
 
 def common_kind(*numbers: Any) -> Kind:
     """Return the kind that numbers have in common after conversion."""
-    return max((number_kind(x) for x in numbers), key=_RANK.__getitem__)
+    return max((number_kind(x) for x in numbers), key=RANK.__getitem__)
 
 
 def number_kind(x: Any) -> Kind:
     """Return the kind of a number, NumPy's words included."""
-    return Kind.WORD if type(x).__name__ == "uint64" else kind_of(x)
+    if isinstance(x, np.generic):
+        return Kind.WORD if isinstance(x, np.uint64) else kind_of(x.item())
+    return kind_of(x)
 
 
 def combine(operation: str, a: Any, b: Any) -> Any:
     """Return the result of a binary operation on two numbers, of which any may be symbols."""
     graph = graph_of(a, b)
     if graph is None:
-        return _NATIVE[operation](a, b)
+        return _compute(operation, a, b)
     if operation in _MIRRORED:
         return combine(_MIRRORED[operation], b, a)
+    if not (is_number(a) and is_number(b)):
+        raise TraceError(f"{_OPERATORS[operation]} of a number and {_name_of(b if is_number(a) else a)} is not traced")
     if operation == "power":
         return raise_to_power(graph, a, b)
     if operation == "floor_divide" or operation == "modulo":
         return divide_with_remainder(graph, operation, a, b)
     kind = Kind.REAL if operation == "divide" else common_kind(a, b)
-    if kind is Kind.BOOLEAN and operation not in _OF_BITS and operation not in ("equal", "unequal"):
+    if kind is Kind.BOOLEAN and operation not in _OF_FLAGS:
         kind = Kind.INTEGER
     x, y = convert(graph, a, kind), convert(graph, b, kind)
-    result = Kind.BOOLEAN if operation in _COMPARISONS else kind
-    return graph.append(operation, (x.number, y.number), (result,))[0]
+    result = graph.append(operation, (x.number, y.number), (Kind.BOOLEAN if operation in _COMPARISONS else kind,))[0]
+    if kind is Kind.INTEGER and operation in _KEEP_NATURAL and is_natural(a) and is_natural(b):
+        graph.natural.add(result.number)
+    return result
+
+
+def _compute(operation: str, a: Any, b: Any) -> Any:
+    try:
+        return _NATIVE[operation](a, b)
+    except ZeroDivisionError:  # as the code has it, which raises no errors
+        if common_kind(a, b) is not Kind.REAL and operation != "divide":
+            return 0
+        with np.errstate(all="ignore"):
+            return float(_NATIVE[operation](np.float64(a), np.float64(b)))
+
+
+def _name_of(x: Any) -> str:
+    return "an array" if hasattr(x, "dtype") else type(x).__name__
 
 
 def raise_to_power(graph: Graph, a: Any, b: Any) -> Any:
     """Return a to the power of b: of a whole number that is known, products by repeated squaring."""
     if isinstance(b, int) and 0 <= b < 64:
-        return _whole_power(a, b)
+        return _whole_power(combine("add", a, 0) if is_flag(a) else a, b)
     x, y = convert(graph, a, Kind.REAL), convert(graph, b, Kind.REAL)
     return graph.append("power", (x.number, y.number), (Kind.REAL,))[0]
 
@@ -125,32 +171,72 @@ def _whole_power(a: Any, exponent: int) -> Any:
         exponent >>= 1
         if exponent:
             a = combine("multiply", a, a)
-    return 1.0 if result is None else result
+    return (1.0 if a.kind is Kind.REAL else 1) if result is None else result
 
 
 def divide_with_remainder(graph: Graph, operation: str, a: Any, b: Any) -> Any:
-    """Return the quotient rounded down, or the remainder, which has the sign of b."""
-    if common_kind(a, b) is Kind.REAL:
-        return _real_division(graph, operation, a, b)
-    x, y = convert(graph, a, Kind.INTEGER), convert(graph, b, Kind.INTEGER)
-    quotient = graph.append("quotient", (x.number, y.number), (Kind.INTEGER,))[0]
-    remainder = graph.append("remainder", (x.number, y.number), (Kind.INTEGER,))[0]
-    below = combine("both", combine("unequal", remainder, 0), combine("less", combine("differ", remainder, y), 0))
+    """Return the quotient rounded down, or the remainder, which has the sign of b; of integers by 0 both are 0."""
+    kind = common_kind(a, b)
+    if kind is Kind.REAL:
+        return _divide_reals(graph, operation, a, b)
+    kind = kind if kind is Kind.WORD else Kind.INTEGER
+    x, y, divisor = convert(graph, a, kind), convert(graph, b, kind), b
+    if isinstance(b, Value):  # a division by 0, and of the least integer by -1, would end the process
+        divisor = choose(combine("equal", y, 0), 1, y)
+        divisor = divisor if kind is Kind.WORD else choose(combine("equal", y, -1), 1, divisor)
+    elif b in (0, -1):
+        divisor = 1
+    numbers = x.number, convert(graph, divisor, kind).number
     if operation == "modulo":
-        return choose(below, combine("add", remainder, y), remainder)
-    return choose(below, combine("subtract", quotient, 1), quotient)
+        result = _shifted_remainder(graph, kind, numbers, y)
+    else:
+        result = _rounded_quotient(graph, kind, numbers, y)
+        result = result if kind is Kind.WORD else choose(combine("equal", y, -1), negate(x), result)
+    result = choose(combine("equal", y, 0), 0, result)
+    if kind is Kind.INTEGER and is_natural(b) and (operation == "modulo" or is_natural(a)):
+        graph.natural.add(result.number)
+    return result
 
 
-def _real_division(graph: Graph, operation: str, a: Any, b: Any) -> Any:
+def _shifted_remainder(graph: Graph, kind: Kind, numbers: tuple[int, int], y: Value) -> Value:
+    remainder = graph.append("remainder", numbers, (kind,))[0]
+    return (
+        remainder if kind is Kind.WORD else choose(_needs_shift(remainder, y), combine("add", remainder, y), remainder)
+    )
+
+
+def _rounded_quotient(graph: Graph, kind: Kind, numbers: tuple[int, int], y: Value) -> Value:
+    quotient = graph.append("quotient", numbers, (kind,))[0]
+    if kind is Kind.WORD:
+        return quotient
+    remainder = graph.append("remainder", numbers, (kind,))[0]
+    return choose(_needs_shift(remainder, y), combine("subtract", quotient, 1), quotient)
+
+
+def _needs_shift(remainder: Value, y: Value) -> Any:
+    """Return whether a remainder, rounded towards zero, has another sign than the divisor."""
+    return combine("both", combine("unequal", remainder, 0), combine("less", combine("differ", remainder, y), 0))
+
+
+def _divide_reals(graph: Graph, operation: str, a: Any, b: Any) -> Any:
+    """Return what Python's floats have as quotient, rounded down, or as remainder."""
     x, y = convert(graph, a, Kind.REAL), convert(graph, b, Kind.REAL)
-    remainder = graph.append("fmod", (x.number, y.number), (Kind.REAL,))[0]
-    below = combine("both", combine("unequal", remainder, 0.0),
-                    combine("differ", combine("less", remainder, 0.0), combine("less", y, 0.0)))  # fmt: skip
-    modulo = choose(below, combine("add", remainder, y), remainder)
+    remainder = call_function("fmod", x, y)
+    whole = combine("equal", remainder, 0.0)
+    shifted = combine("both", combine("differ", combine("less", remainder, 0.0), combine("less", y, 0.0)),
+                      combine("unequal", remainder, 0.0))  # fmt: skip
+    modulo = choose(shifted, combine("add", remainder, y), remainder)
     if operation == "modulo":
-        return modulo
-    quotient = combine("divide", combine("subtract", x, modulo), y)
-    return graph.append("round", (quotient.number,), (Kind.REAL,))[0]
+        return choose(whole, call_function("copy_sign", 0.0, y), modulo)
+    quotient = combine("divide", combine("subtract", x, remainder), y)
+    quotient = choose(shifted, combine("subtract", quotient, 1.0), quotient)
+    rounded = call_function("floor", quotient)
+    rounded = choose(
+        combine("greater", combine("subtract", quotient, rounded), 0.5), combine("add", rounded, 1.0), rounded
+    )
+    ratio = combine("divide", x, y)
+    result = choose(combine("equal", quotient, 0.0), call_function("copy_sign", 0.0, ratio), rounded)
+    return choose(combine("equal", y, 0.0), ratio, result)  # as NumPy has it; Python raises an error
 
 
 def choose(condition: Any, a: Any, b: Any) -> Any:
@@ -159,7 +245,10 @@ def choose(condition: Any, a: Any, b: Any) -> Any:
         return a if condition else b
     graph, kind = condition.graph, common_kind(a, b)
     x, y, flag = convert(graph, a, kind), convert(graph, b, kind), convert(graph, condition, Kind.BOOLEAN)
-    return graph.append("select", (flag.number, x.number, y.number), (kind,))[0]
+    result = graph.append("select", (flag.number, x.number, y.number), (kind,))[0]
+    if kind is Kind.INTEGER and is_natural(a) and is_natural(b):
+        graph.natural.add(result.number)
+    return result
 
 
 def negate(x: Any) -> Any:
@@ -171,10 +260,9 @@ def negate(x: Any) -> Any:
 
 
 def invert(x: Any) -> Any:
-    """Return whether a number, as a condition, does not hold."""
-    if not isinstance(x, Value):
-        return not x
-    return combine("equal", x, False) if x.kind is Kind.BOOLEAN else combine("equal", x, 0)
+    """Return whether a condition does not hold."""
+    x = holds(x)
+    return combine("equal", x, False) if isinstance(x, Value) else not x
 
 
 def holds(x: Any) -> Any:
@@ -186,6 +274,8 @@ def absolute(x: Any) -> Any:
     """Return |x|."""
     if not isinstance(x, Value):
         return abs(x)
+    if x.kind in (Kind.WORD, Kind.BOOLEAN):
+        return combine("add", x, 0)
     if x.kind is Kind.REAL:
         return x.graph.append("absolute", (x.number,), (Kind.REAL,))[0]
     return choose(combine("less", x, 0), negate(x), x)
@@ -202,6 +292,8 @@ def largest(*numbers: Any) -> Any:
 
 
 def _extreme(better: Callable[[Any, Any], Any], numbers: tuple[Any, ...]) -> Any:
+    if not all(map(is_number, numbers)):
+        raise TraceError("min or max of more than numbers is not traced")
     graph, kind = graph_of(*numbers), common_kind(*numbers)
     if graph is None:
         return min(numbers) if better(0, 1) else max(numbers)
@@ -215,5 +307,5 @@ def call_function(name: str, *numbers: Any) -> Any:
     """Return a function of reals, of the processor or the C library, by its name in `llvm`; of a float by `math`."""
     graph = graph_of(*numbers)
     if graph is None:
-        return getattr(math, name)(*numbers)
+        return math.copysign(*numbers) if name == "copy_sign" else getattr(math, name)(*numbers)
     return graph.append(name, tuple(convert(graph, x, Kind.REAL).number for x in numbers), (Kind.REAL,))[0]

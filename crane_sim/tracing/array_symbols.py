@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.tracing.arithmetic import choose, combine, convert, number_kind
+from crane_sim.tracing.arithmetic import choose, combine, convert, is_natural, largest, number_kind, smallest
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 
 _KINDS = {"f8": Kind.REAL, "i8": Kind.INTEGER, "i4": Kind.INTEGER, "u8": Kind.WORD, "b1": Kind.BOOLEAN}
@@ -30,6 +30,9 @@ class ArraySymbol:
     def graph(self) -> Graph:
         """The trace that it belongs to."""
         return self.address.graph
+
+    def __bool__(self) -> bool:
+        raise TraceError("an array as a condition")
 
 
 @dataclass(slots=True, eq=False)
@@ -114,11 +117,11 @@ def locate(array: ArraySymbol, index: Any) -> ArraySymbol:
     total, shape, strides = 0, [], []
     for i, length, stride in zip(indices, array.shape, array.strides, strict=False):
         if isinstance(i, slice):
-            first, last = _bounds(i, length)
-            shape.append(combine("subtract", last, first))
-            strides.append(stride)
+            first, count, step = _elements_of(i, length)
+            shape.append(count)
+            strides.append(combine("multiply", stride, step))
         else:
-            first = _from_start(i, length)
+            first = from_start(i, length)
         total = combine("add", total, combine("multiply", first, stride))
     rest = len(indices)
     address, offset = _move(array, total)
@@ -131,17 +134,58 @@ def locate(array: ArraySymbol, index: Any) -> ArraySymbol:
     )
 
 
-def _bounds(part: slice, length: Any) -> tuple[Any, Any]:
-    if part.step is not None:
-        raise TraceError("a slice with a step")
-    first = 0 if part.start is None else _from_start(part.start, length)
-    last = length if part.stop is None else _from_start(part.stop, length)
-    return first, last
+def _elements_of(part: slice, length: Any) -> tuple[Any, Any, int]:
+    """Return (the first index, the number of elements, the step) of a slice, cut to the array as Python does it.
+
+    One whose bounds are known lies in an array whose length is not, so its number of elements is known as well.
+    """
+    step = 1 if part.step is None else part.step
+    bounds = part.start, part.stop
+    if isinstance(step, Value):
+        raise TraceError("a slice whose step is not known")
+    if not any(isinstance(x, Value) for x in (*bounds, length)):
+        known = range(length)[part]
+        return known.start if len(known) else 0, len(known), step
+    start = 0 if part.start is None else part.start
+    if step == 1 and all(isinstance(x, int) and x >= 0 for x in (start, part.stop)):
+        return start, max(part.stop - start, 0), 1
+    first, last = _cut_bounds(bounds, length, step)
+    return first, _count(first, last, step), step
 
 
-def _from_start(i: Any, length: Any) -> Any:
-    """Return an index from the start; symbols are taken as they are, none is negative in what is traced."""
-    return combine("add", length, i) if not isinstance(i, Value) and i < 0 else i
+def _cut_bounds(bounds: tuple[Any, Any], length: Any, step: int) -> tuple[Any, Any]:
+    low, high = (0, length) if step > 0 else (-1, combine("subtract", length, 1))
+    ends = (low, high) if step > 0 else (high, low)
+    return tuple(end if x is None else largest(smallest(from_start(x, length), high), low)
+                 for x, end in zip(bounds, ends, strict=True))  # type: ignore[return-value]  # fmt: skip
+
+
+def _count(first: Any, last: Any, step: int) -> Any:
+    span = combine("subtract", last, first) if step > 0 else combine("subtract", first, last)
+    if abs(step) > 1:
+        span = combine("floor_divide", combine("add", span, abs(step) - 1), abs(step))
+    count = largest(span, 0)
+    if isinstance(count, Value):
+        count.graph.natural.add(count.number)
+    return count
+
+
+def from_start(i: Any, length: Any) -> Any:
+    """Return an index from the start: a negative one counts from the end.
+
+    Raises:
+        TraceError: it is no integer.
+    """
+    if isinstance(i, Value):
+        i = convert(i.graph, i, Kind.INTEGER) if i.kind is Kind.BOOLEAN else i
+        if i.kind is Kind.REAL:
+            raise TraceError("an index that is a real")
+        return (
+            i if is_natural(i) or i.kind is Kind.WORD else choose(combine("less", i, 0), combine("add", i, length), i)
+        )
+    if not hasattr(i, "__index__"):
+        raise TraceError(f"{i!r} as an index is not traced")
+    return combine("add", length, i) if i < 0 else int(i)
 
 
 def _move(array: ArraySymbol, distance: Any) -> tuple[Value, int]:
@@ -164,18 +208,36 @@ def write(address: Value, offset: int, dtype: np.dtype, number: Any) -> None:
     graph.append("write", (value.number, address.number), (), (offset, code))
 
 
+def size_of(array: ArraySymbol) -> Any:
+    """Return the number of elements."""
+    size: Any = 1
+    for length in array.shape:
+        size = combine("multiply", size, length)
+    return size
+
+
 def get_field(owner: ArraySymbol | RecordSymbol, name: str) -> Any:
     """Return a field of a record, or the array of that field of all records."""
-    dtype, offset = owner.dtype.fields[name][:2]  # type: ignore[index]
+    dtype, offset = _field(owner, name)
     if isinstance(owner, RecordSymbol):
         return read(owner.address, owner.offset + offset, dtype)
     return replace(owner, offset=owner.offset + offset, dtype=dtype)
 
 
-def set_field(record: RecordSymbol, name: str, number: Any) -> None:
-    """Store a number in a field of a record."""
-    dtype, offset = record.dtype.fields[name][:2]  # type: ignore[index]
-    write(record.address, record.offset + offset, dtype, number)
+def set_field(owner: ArraySymbol | RecordSymbol, name: str, value: Any) -> None:
+    """Store a number in a field of a record, or elements in that of all records."""
+    if isinstance(owner, ArraySymbol):
+        assign(get_field(owner, name), value)
+        return
+    dtype, offset = _field(owner, name)
+    write(owner.address, owner.offset + offset, dtype, value)
+
+
+def _field(owner: ArraySymbol | RecordSymbol, name: str) -> tuple[np.dtype, int]:
+    fields: Any = owner.dtype.fields
+    if fields is None or name not in fields:
+        raise TraceError(f"a record has no field {name}")
+    return fields[name][0], fields[name][1]
 
 
 def copy_of(array: ArraySymbol) -> ArraySymbol:

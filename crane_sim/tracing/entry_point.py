@@ -14,14 +14,12 @@ from crane_sim.tracing.arguments import FORMATS, describe, kinds_of, pack, rebui
 from crane_sim.tracing.calls import Calls
 from crane_sim.tracing.code_cache import read_entry, write_entry
 from crane_sim.tracing.compile_time import COMPILE_TIMER
+from crane_sim.tracing.frame import CODES
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Kind, Value
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import LoadedCode, compile_text
 from crane_sim.tracing.results import make_builder, take_result
-
-CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
-"""Types in memory of what a call passes, eight bytes each."""
 
 INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
 """Whether entry points run as plain Python."""

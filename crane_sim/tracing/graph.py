@@ -57,8 +57,27 @@ _PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {
 }
 
 
+_PLACES = 3  # that an error names
+
+
 class TraceError(TypeError):
-    """A traced function did with a symbol what only a number can do."""
+    """A traced function did what is not traced, such as with a symbol what only a number can do."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self._message, self._places = message, list[str]()
+        self._call: object = None
+
+    def add_place(self, place: str, call: object) -> None:
+        """Say where it happened: once for each call, from the innermost one on."""
+        if call is not self._call and place not in self._places:
+            self._places.append(place)
+        self._call = call
+
+    def __str__(self) -> str:
+        """Return the message, and the innermost places."""
+        places = ", called by ".join(self._places[:_PLACES])
+        return f"{self._message}, in {places}" if places else self._message
 
 
 FOLDED: dict[str, Callable[..., Any]] = {
@@ -107,6 +126,7 @@ class Graph:
         self.has_allocations = False  # by itself, or in what it calls
         self.has_wide_vectors = False  # the widest of the processor
         self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
+        self.natural = set[int]()  # numbers of integers that are known not to be negative
 
     def new_value(self, kind: Kind) -> "Value":
         """Return a value that no instruction computes: a parameter of a block."""

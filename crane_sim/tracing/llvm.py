@@ -7,12 +7,13 @@ results are used, so that a loop on the side that a lane does not take ends. Wha
 Arrays of one call are distinct memory: where they overlap, an element that is written may be read as it was.
 """
 
+import itertools
 import struct
 from collections.abc import Callable, Iterator
-from itertools import count
 
 from crane_sim.tracing.function import Function, functions_with_callees
 from crane_sim.tracing.graph import Block, Instruction, Kind, TraceError
+from crane_sim.tracing.memory import MEMORY, allocates
 
 _TYPES = {
     Kind.REAL: "double",
@@ -24,10 +25,10 @@ _TYPES = {
 }
 _ARITHMETIC = {"add": "add", "subtract": "sub", "multiply": "mul", "divide": "div"}
 _COMPARISON = {
-    "less": ("fcmp olt", "icmp slt"),
-    "less_equal": ("fcmp ole", "icmp sle"),
-    "equal": ("fcmp oeq", "icmp eq"),
-    "unequal": ("fcmp une", "icmp ne"),
+    "less": ("fcmp olt", "icmp slt", "icmp ult"),
+    "less_equal": ("fcmp ole", "icmp sle", "icmp ule"),
+    "equal": ("fcmp oeq", "icmp eq", "icmp eq"),
+    "unequal": ("fcmp une", "icmp ne", "icmp ne"),
 }
 _BITS = {"both": "and", "either": "or", "differ": "xor", "shift_right": "ashr", "shift_left": "shl"}
 _INTRINSIC = {
@@ -53,7 +54,7 @@ def module_text(*functions: Function, width: int = 1) -> str:
     In lanes they take a real as one for all lanes, and return nothing.
     """
     exported = {function.name for function in functions}
-    nodes = count()  # of metadata
+    nodes = itertools.count()  # of metadata
     texts = [_FunctionText(f, f.name in exported, width, nodes).text for f in functions_with_callees(*functions)]
     entries = [_entry(f, width) for f in functions if width > 1]
     return "\n".join((*_declarations(width), *texts, *entries, ""))
@@ -64,45 +65,13 @@ _MEMORY = {"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p
 
 
 def _declarations(width: int) -> Iterator[str]:
-    yield "declare ptr @malloc(i64)"
-    yield "declare void @free(ptr)"
-    yield _ALLOCATE + (_RELEASE if width == 1 else "")
+    yield MEMORY if width == 1 else ""
     real = _type(Kind.REAL, width)
     for name, count in _INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{_suffix(width)}({', '.join([real] * count)})"
     for name, count in _LIBRARY.values():
-        yield f"declare double @{name}({', '.join(['double'] * count)}) nobuiltin"  # pow(x, 2) is not always x x
-
-
-_ALLOCATE = """
-define internal ptr @allocate(ptr %list, i64 %size) nounwind noinline {
-entry:
- %whole = add i64 %size, 64
- %block = call ptr @malloc(i64 %whole)
- %last = load ptr, ptr %list, align 8
- store ptr %last, ptr %block, align 8
- store ptr %block, ptr %list, align 8
- %address = getelementptr inbounds i8, ptr %block, i64 64
- ret ptr %address
-}"""
-_RELEASE = """
-define void @release(ptr %list) nounwind {
-entry:
- %first = load ptr, ptr %list, align 8
- br label %head
-head:
- %block = phi ptr [%first, %entry], [%next, %body]
- %ends = icmp eq ptr %block, null
- br i1 %ends, label %end, label %body
-body:
- %next = load ptr, ptr %block, align 8
- call void @free(ptr %block)
- br label %head
-end:
- store ptr null, ptr %list, align 8
- ret void
-}"""
-"""Memory that is freed after the call from outside: each block begins with the address of the one before."""
+        known = "nobuiltin" if name == "pow" else "memory(none) nounwind willreturn"  # pow(x, 2) is not always x x
+        yield f"declare double @{name}({', '.join(['double'] * count)}) {known}"
 
 
 def _suffix(width: int) -> str:
@@ -262,7 +231,7 @@ class _FunctionText:
         if operation in _ARITHMETIC:
             return f"{'f' if real else ''}{_ARITHMETIC[operation]} {first} {names}"
         if operation in _COMPARISON:
-            return f"{_COMPARISON[operation][not real]} {first} {names}"
+            return f"{_COMPARISON[operation][0 if real else 2 if kind is Kind.WORD else 1]} {first} {names}"
         typed = ", ".join(map(self._typed, arguments))
         if operation in _INTRINSIC:
             return f"call {first} @llvm.{_INTRINSIC[operation][0]}.{_suffix(self._width)}({typed})"
@@ -272,7 +241,7 @@ class _FunctionText:
             logical = operation == "shift_right" and kind is Kind.WORD
             return f"{'lshr' if logical else _BITS[operation]} {first} {names}"
         if operation in ("quotient", "remainder"):
-            return f"s{'div' if operation == 'quotient' else 'rem'} {first} {names}"
+            return f"{'u' if kind is Kind.WORD else 's'}{'div' if operation == 'quotient' else 'rem'} {first} {names}"
         if operation == "flag_to_integer":
             return f"zext {first} {names} to {_type(Kind.INTEGER, self._width)}"
         if operation in ("to_word", "word_to_integer"):
@@ -451,7 +420,7 @@ class _FunctionText:
     def _write_loop(self, instruction: Instruction) -> None:
         proceed, body = instruction.literal
         head, inside, end = self._new_label("head"), self._new_label("body"), self._new_label("end")
-        before = self._label
+        before, mark = self._label, self._mark_memory(instruction)
         self._write(f"br label %{head}")
         self._begin(head)
         place = len(self._lines)  # of the phis, which name what the body results in
@@ -461,6 +430,8 @@ class _FunctionText:
             condition = self._any_lane(self._lanes)
         self._write(f"br i1 {condition}, label %{inside}, label %{end}")
         self._begin(inside)
+        if mark:
+            self._sweep_memory(mark, instruction)
         access, hint = self._access, self._simd_hint() if self._is_simd(instruction) else ""
         following = [self._name(number) for number in self._write_turn(body, instruction)]
         self._access = access
@@ -473,6 +444,30 @@ class _FunctionText:
         starts = zip(instruction.results, instruction.arguments, following, strict=True)
         self._lines[place:place] = [self._phi(number, first, before, after) for number, first, after in starts]
         self._begin(end)
+
+    def _mark_memory(self, loop: Instruction) -> str:
+        """Return the name of the last block of memory before a loop, none where it allocates nothing."""
+        if self._is_simd(loop) or not allocates(loop.literal[1]):
+            return ""
+        mark = f"%{self._new_label('m')}"
+        self._write(f"{mark} = load ptr, ptr %memory, align 8")
+        return mark
+
+    def _sweep_memory(self, mark: str, loop: Instruction) -> None:
+        """Free what earlier turns of a loop have allocated and the turn that begins cannot reach."""
+        roots = [self._name(number) for number in loop.results if self._kind(number) is Kind.ARRAY]
+        sweep, swept, place = self._new_label("sweep"), self._new_label("swept"), f"%{self._new_label('roots')}"
+        self._slots.append(f" {place} = alloca [{max(len(roots), 1)} x ptr], align 16")
+        self._write(f"{place}.last = load ptr, ptr %memory, align 8")
+        self._write(f"{place}.none = icmp eq ptr {place}.last, {mark}")
+        self._write(f"br i1 {place}.none, label %{swept}, label %{sweep}")
+        self._begin(sweep)
+        for i, root in enumerate(roots):
+            self._write(f"{place}.{i} = getelementptr inbounds ptr, ptr {place}, i64 {i}")
+            self._write(f"store ptr {root}, ptr {place}.{i}, align 8")
+        self._write(f"call void @sweep(ptr %memory, ptr {mark}, ptr {place}, i64 {len(roots)})")
+        self._write(f"br label %{swept}")
+        self._begin(swept)
 
     def _is_simd(self, loop: Instruction) -> bool:
         return bool(loop.results) and loop.results[0] in self._function.graph.simd_loops

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from crane_sim.tracing.arithmetic import common_kind, convert, is_number, number_kind
+from crane_sim.tracing.arithmetic import RANK, common_kind, convert, is_number, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 
@@ -42,12 +42,19 @@ def with_address(part: Any, address: Value, leaves: Iterator[Value]) -> Any:
         return RecordSymbol(address, 0, part.dtype)
     sizes = [next(leaves) if isinstance(x, Value) else x for x in (*part.shape, *part.strides)]
     n = len(part.shape)
+    address.graph.natural.update(x.number for x in sizes[:n] if isinstance(x, Value))
     return ArraySymbol(address, 0, part.dtype, tuple(sizes[:n]), tuple(sizes[n:]))
 
 
 def sizes_of(part: Any) -> list[Value]:
     """Return the sizes and strides of an array that are symbols."""
     return [x for x in (*part.shape, *part.strides) if isinstance(x, Value)] if isinstance(part, ArraySymbol) else []
+
+
+def known_sizes(part: Any) -> list[Any]:
+    """Return the sizes and strides of an array, None for those that are symbols."""
+    sizes = (*part.shape, None, *part.strides) if isinstance(part, ArraySymbol) else ()
+    return [None if isinstance(x, Value) else x for x in sizes]
 
 
 def rebuilt(like: tuple[Any, ...], parts: list[Any]) -> tuple[Any, ...]:
@@ -75,7 +82,7 @@ def split(tree: Any, graph: Graph, variable: bool) -> tuple[list[Value], Rebuild
     return [], lambda it: tree
 
 
-def fit(tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[int]) -> list[Value]:
+def fit(tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[int], what: str) -> list[Value]:
     """Return the leaves of a tree as those of `split(like, graph, True)`, of these kinds.
 
     Raises:
@@ -84,11 +91,11 @@ def fit(tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[i
     """
     if isinstance(like, tuple):
         if type(tree) is not type(like) or len(tree) != len(like):
-            raise TraceError(f"a loop changes the structure of a variable: {_describe(like)}, then {_describe(tree)}")
-        return [leaf for a, b in zip(tree, like, strict=True) for leaf in fit(a, b, graph, kinds, index)]
+            raise TraceError(f"{what} changes the structure of a variable: {_describe(like)}, then {_describe(tree)}")
+        return [leaf for a, b in zip(tree, like, strict=True) for leaf in fit(a, b, graph, kinds, index, what)]
     if isinstance(like, ArraySymbol | RecordSymbol):
-        if type(tree) is not type(like) or tree.dtype != like.dtype or len(sizes_of(tree)) != len(sizes_of(like)):
-            raise TraceError("a loop changes the type or the shape of an array")
+        if type(tree) is not type(like) or tree.dtype != like.dtype or known_sizes(tree) != known_sizes(like):
+            raise TraceError(f"{what} changes the type or the shape of an array")
         leaves = [base_address(graph, tree), *sizes_of(tree)]
         for _ in leaves:
             next(kinds)
@@ -97,19 +104,15 @@ def fit(tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[i
     if is_number(like):
         kind = next(kinds)
         if not is_number(tree):
-            raise TraceError(f"a loop changes a number into {_describe(tree)}")
-        common = max(kind, number_kind(tree), key=_rank)
+            raise TraceError(f"{what} changes a number into {_describe(tree)}")
+        common = max(kind, number_kind(tree), key=RANK.__getitem__)
         if common is not kind:
             raise KindChange(index[0], common)
         index[0] += 1
         return [convert(graph, tree, kind)]
     if tree is not like and tree != like:
-        raise TraceError(f"a loop changes {_describe(like)} into {_describe(tree)}")
+        raise TraceError(f"{what} changes {_describe(like)} into {_describe(tree)}")
     return []
-
-
-def _rank(kind: Kind) -> int:
-    return [Kind.BOOLEAN, Kind.INTEGER, Kind.WORD, Kind.REAL].index(kind)
 
 
 def _describe(tree: Any) -> str:
@@ -137,10 +140,9 @@ class Merge:
             return lambda it: a
         if a is UNDEFINED or b is UNDEFINED:
             return lambda it: UNDEFINED
-        if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
+        if isinstance(a, tuple) and type(a) is type(b) and len(a) == len(b):
             parts = [self.join(x, y) for x, y in zip(a, b, strict=True)]
-            like = a if hasattr(a, "_fields") else b
-            return lambda it: rebuilt(like, [rebuild(it) for rebuild in parts])
+            return lambda it: rebuilt(a, [rebuild(it) for rebuild in parts])
         if isinstance(a, ArraySymbol | RecordSymbol) and type(a) is type(b) and a.dtype == b.dtype:
             return self._join_memory(a, b)
         if is_number(a) and is_number(b):
@@ -159,11 +161,21 @@ class Merge:
         return lambda it: next(it)
 
     def _join_memory(self, a: Any, b: Any) -> Rebuild:
-        if len(sizes_of(a)) != len(sizes_of(b)):
-            raise TraceError("the sides of a branch have arrays of different shapes")
         self.pairs.append((a, b, Kind.ARRAY))
-        self.pairs += [(x, y, Kind.INTEGER) for x, y in zip(sizes_of(a), sizes_of(b), strict=True)]
-        return lambda it: with_address(a, next(it), it)
+        if isinstance(a, RecordSymbol):
+            return lambda it: RecordSymbol(next(it), 0, a.dtype)
+        n = len(a.shape)
+        if len(b.shape) != n:
+            raise TraceError("the sides of a branch have arrays of different dimensions")
+        parts = [self.join(x, y) for x, y in zip((*a.shape, *a.strides), (*b.shape, *b.strides), strict=True)]
+
+        def rebuild(it: Iterator[Value]) -> ArraySymbol:
+            address = next(it)
+            sizes = [part(it) for part in parts]
+            address.graph.natural.update(x.number for x in sizes[:n] if isinstance(x, Value))
+            return ArraySymbol(address, 0, a.dtype, tuple(sizes[:n]), tuple(sizes[n:]))
+
+        return rebuild
 
 
 def leaf_value(graph: Graph, x: Any, kind: Kind) -> Value:

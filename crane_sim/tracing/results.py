@@ -1,4 +1,4 @@
-"""What an entry point returns: its structure, and the result of a call made of the numbers and addresses of that call."""
+"""What an entry point returns: its structure, and the result made of the numbers and addresses of a call."""
 
 import ctypes
 from collections.abc import Callable, Sequence

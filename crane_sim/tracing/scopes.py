@@ -4,9 +4,14 @@ import ast
 import builtins
 import inspect
 import types
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from crane_sim.tracing.graph import TraceError
+
+_VARIABLE = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
 
 class Source:
@@ -19,35 +24,59 @@ class Source:
 
     def __init__(self, function: types.FunctionType, tree: ast.FunctionDef | ast.Lambda) -> None:
         """Take a function and its tree."""
+        code = function.__code__
         self.function, self.name = function, function.__name__
-        self.body: list[ast.stmt] = [ast.Return(tree.body)] if isinstance(tree, ast.Lambda) else tree.body
-        self.signature = inspect.signature(function)
-        names = function.__code__.co_freevars
-        self._cells = dict(zip(names, function.__closure__ or (), strict=True))
+        self.body: list[ast.stmt] = _body_of(tree)
+        self.local_names = frozenset((*code.co_varnames, *code.co_cellvars))
+        self._signature: inspect.Signature | None = None
+        self._cells = dict(zip(code.co_freevars, function.__closure__ or (), strict=True))
         self._later: dict[int, frozenset[str]] = {}
 
+    def bind(self, arguments: list[Any], keywords: dict[str, Any]) -> dict[str, Any]:
+        """Return the arguments of a call by the names of the parameters, with defaults.
+
+        Raises:
+            TypeError: they do not fit.
+        """
+        code = self.function.__code__
+        plain = not keywords and len(arguments) == code.co_argcount
+        if plain and not code.co_kwonlyargcount and not code.co_flags & _VARIABLE:
+            return dict(zip(code.co_varnames, arguments, strict=False))
+        if self._signature is None:
+            self._signature = inspect.signature(self.function)
+        bound = self._signature.bind(*arguments, **keywords)
+        bound.apply_defaults()
+        return dict(bound.arguments)
+
     def look_up(self, name: str) -> Any:
-        """Return what an outer name stands for."""
+        """Return what an outer name stands for.
+
+        Raises:
+            TraceError: for nothing.
+        """
         if name in self._cells:
             return self._cells[name].cell_contents
         variables = self.function.__globals__
+        if name not in variables and not hasattr(builtins, name):
+            raise TraceError(f"{name} is not defined")
         return variables[name] if name in variables else getattr(builtins, name)
 
     def place(self, node: ast.AST) -> str:
         """Return where a part of the function is, for messages."""
         file = Path(self.function.__code__.co_filename).name
-        return f"{self.name} ({file}:{getattr(node, 'lineno', '?')})"
+        return f"{self.name} ({file}:{getattr(node, 'lineno', self.function.__code__.co_firstlineno)})"
 
 
 @cache
-def _functions_of(file: str) -> dict[int, ast.FunctionDef | ast.Lambda]:
-    """Return the functions of a file by the line that their code begins in: that of the first decorator."""
-    found: dict[int, ast.FunctionDef | ast.Lambda] = {}
+def _functions_of(file: str) -> dict[tuple[str, int], list[Any]]:
+    """Return the functions of a file by name and by the line that their code begins in: that of the first decorator."""
+    found: dict[tuple[str, int], list[Any]] = {}
     for node in ast.walk(ast.parse(Path(file).read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef):
-            found[min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])] = node
+            line = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
+            found.setdefault((node.name, line), []).append(node)
         elif isinstance(node, ast.Lambda):
-            found.setdefault(node.lineno, node)
+            found.setdefault(("<lambda>", node.lineno), []).append(node)
     return found
 
 
@@ -56,10 +85,31 @@ def source_of(function: types.FunctionType) -> Source:
     """Return the source of a function.
 
     Raises:
-        OSError: there is no file with it.
+        TraceError: there is no file with it.
     """
     code = function.__code__
-    return Source(function, _functions_of(code.co_filename)[code.co_firstlineno])
+    try:
+        candidates = _functions_of(code.co_filename).get((code.co_name, code.co_firstlineno), [])
+    except (OSError, SyntaxError, ValueError) as error:
+        raise TraceError(f"the source of {function.__name__}, {code.co_filename}, cannot be read: {error}") from error
+    fitting = [tree for tree in candidates if len(candidates) == 1 or _contains(tree, code)]
+    if not fitting:
+        raise TraceError(f"{code.co_filename}:{code.co_firstlineno} no longer has {function.__name__}")
+    return Source(function, min(fitting, key=lambda tree: len(list(ast.walk(tree)))))
+
+
+def _contains(tree: Any, code: types.CodeType) -> bool:
+    """Return whether all of a function's code is from the body of a tree: of several that begin in one line."""
+    first, last = (tree.body, tree.body) if isinstance(tree, ast.Lambda) else (tree.body[0], tree.body[-1])
+    start, end = (first.lineno, first.col_offset), (last.end_lineno, last.end_col_offset)
+    places = [(a, c, b, d) for a, b, c, d in code.co_positions() if None not in (a, b, c, d) and (a, c) != (b, d)]
+    return all(start <= (a, c) and (b, d) <= end for a, c, b, d in places)
+
+
+def _body_of(tree: ast.FunctionDef | ast.Lambda) -> list[ast.stmt]:
+    if isinstance(tree, ast.Lambda):
+        return [ast.copy_location(ast.Return(tree.body), tree.body)]
+    return tree.body
 
 
 @cache
@@ -70,9 +120,39 @@ def assigned_names(node: ast.AST) -> tuple[str, ...]:
 
 
 @cache
-def has_exit(node: ast.AST) -> bool:
-    """Return whether a statement may leave the function or a loop that it is part of."""
-    return any(isinstance(part, ast.Return | ast.Break | ast.Continue) for part in ast.walk(node))
+def has_return(node: ast.AST) -> bool:
+    """Return whether a statement may leave the function."""
+    return any(isinstance(part, ast.Return) for part in ast.walk(node))
+
+
+@cache
+def has_jump(loop: ast.For | ast.While, kinds: Any = ast.Break | ast.Continue) -> bool:
+    """Return whether the body of a loop may leave a turn of this loop, not of one inside it, by such a statement."""
+    return any(isinstance(part, kinds) for statement in loop.body for part in _parts_of_turn(statement))
+
+
+@cache
+def has_exit(statement: ast.stmt) -> bool:
+    """Return whether a statement may leave the function, or a turn of the loop that it is part of."""
+    jumps = any(isinstance(part, ast.Break | ast.Continue) for part in _parts_of_turn(statement))
+    return jumps or has_return(statement)
+
+
+def _parts_of_turn(statement: ast.AST) -> Iterator[ast.AST]:
+    """Yield a statement and its parts without loops."""
+    if isinstance(statement, ast.For | ast.While):
+        return
+    yield statement
+    for part in ast.iter_child_nodes(statement):
+        yield from _parts_of_turn(part)
+
+
+def always_leaves(statements: list[ast.stmt]) -> bool:
+    """Return whether the last of some statements is seen to return or to raise on each way."""
+    last = statements[-1] if statements else None
+    if isinstance(last, ast.If):
+        return always_leaves(last.body) and always_leaves(last.orelse)
+    return isinstance(last, ast.Return | ast.Raise)
 
 
 def names_read_later(source: Source, loop: ast.AST) -> frozenset[str]:

@@ -10,16 +10,16 @@ from shutil import rmtree
 
 import numpy as np
 import pytest
+from crane_sim.numerics.checked_cache import CheckedCache
 from numba import types
 from numba.core import config
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from crane_sim.hardware.instruments import fill_standard_normals
-from crane_sim.tracing import cache, checked_cache
-from crane_sim.tracing.cache import FileLock
-from crane_sim.numerics.checked_cache import CheckedCache
 from crane_sim.numerics.jit import entry_point, watch_compiling
 from crane_sim.simulation.metrics import world_points
+from crane_sim.tracing import cache, checked_cache
+from crane_sim.tracing.cache import FileLock
 
 TIMEOUT = 60.0  # s; the sixty holders take less than one together
 

@@ -9,16 +9,16 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from crane_sim.numerics.linked_library import LinkedLibrary, linked_sources
 from process_helpers import run_to_completion
 
 import crane_sim
 from crane_sim.models.effects import PayloadDrag, add_drag
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.numerics import jit
-from crane_sim.tracing.compile_time import compile_time
-from crane_sim.numerics.linked_library import LinkedLibrary, linked_sources
 from crane_sim.numerics.states import add, add_scaled, dimension, leaves, scale, squared_error_norm, weighted_sum
 from crane_sim.simulation.rollout import simulate
+from crane_sim.tracing.compile_time import compile_time
 
 ROOT = Path(__file__).parents[2]
 PROBE = "import crane_sim; print(crane_sim.energy('knuckle_setpoint', [0, 0, 0, 1, 0, 0], [0] * 6))"

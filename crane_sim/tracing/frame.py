@@ -1,0 +1,173 @@
+"""One call of a function while tracing: its variables, branches between them, and what it returns from inside loops."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from crane_sim.tracing.arithmetic import combine
+from crane_sim.tracing.graph import Block, Graph, Kind, OpenBlock, TraceError, Value, numbers_of
+from crane_sim.tracing.merging import UNDEFINED, KindChange, Merge, Rebuild, fit, leaf_value, split
+from crane_sim.tracing.scopes import Source
+
+if TYPE_CHECKING:
+    from crane_sim.tracing.calls import Calls
+
+RUNS, BREAKS, RETURNS, CONTINUES = range(4)
+"""How statements end inside a loop, or inside a branch of which one side may return, as a number."""
+CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
+"""Types in memory of numbers and addresses that are kept in eight bytes each."""
+
+
+class Returned:
+    """The end of a function, with what it returns."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
+class ResultChange(TraceError):
+    """What a function returns needs other kinds of numbers: it is traced again."""
+
+
+class Frame:
+    """The variables of one call, and where the results of returns that end with a number (`RETURNS`) are stored."""
+
+    def __init__(
+        self, graph: Graph, calls: "Calls", source: Source, variables: dict[str, Any], result_kinds: dict[int, Kind]
+    ) -> None:
+        """Begin with the parameters as variables, and with kinds that stored results need in place of their own."""
+        self.graph, self.calls, self.source, self.variables = graph, calls, source, variables
+        self.depth = 0  # of loops and branches in which a return stores its result
+        self._result: tuple[Rebuild, list[Kind], Value, Any] | None = None
+        self._result_kinds = result_kinds
+
+    @contextmanager
+    def nested(self) -> Iterator[None]:
+        """Have returns store their results meanwhile; the variables become those of before."""
+        before = self.variables
+        self.depth += 1
+        try:
+            yield
+        finally:
+            self.depth -= 1
+            self.variables = before
+
+    # what it returns
+
+    def leave(self, value: Any) -> Any:
+        """Return how a return statement ends; the result is stored where that is a number.
+
+        Raises:
+            ResultChange: results stored before are of other kinds.
+        """
+        if not self.depth:
+            return Returned(value)
+        graph = self.graph
+        if self._result is None:
+            leaves, rebuild = split(value, graph, True)
+            kinds = [self._result_kinds.get(i, leaf.kind) for i, leaf in enumerate(leaves)]
+            self._result = rebuild, kinds, graph.new_slot(len(leaves)), value
+        _, kinds, slot, like = self._result
+        try:
+            leaves = fit(value, like, graph, iter(kinds), [0], "a return")
+        except KindChange as change:
+            self._result_kinds[change.index] = change.kind
+            raise ResultChange(str(change)) from change
+        for i, leaf in enumerate(leaves):
+            graph.append("write", (leaf.number, slot.number), (), (8 * i, CODES[leaf.kind]))
+        return RETURNS
+
+    def _stored_result(self) -> Any:
+        assert self._result is not None
+        rebuild, kinds, slot, _ = self._result
+        reads = [((slot.number,), (kind,), (8 * i, CODES[kind])) for i, kind in enumerate(kinds)]
+        return rebuild(iter([self.graph.append("read", *read)[0] for read in reads]))
+
+    def finish(self, code: Any, following: Callable[[], Any]) -> Any:
+        """Return the outcome of a function after statements that end with a number; what follows may not run."""
+        if self._result is None or (not isinstance(code, Value) and code != RETURNS):
+            return following()
+        if not isinstance(code, Value):
+            return Returned(self._stored_result())
+
+        def rest() -> Any:
+            outcome = following()
+            return outcome.value if isinstance(outcome, Returned) else None
+
+        return Returned(self.branch(combine("equal", code, RETURNS), self._stored_result, rest))
+
+    def stored(self) -> Returned:
+        """Return the outcome of a function that ends with a result that is stored."""
+        return Returned(self._stored_result())
+
+    @property
+    def has_stored(self) -> bool:
+        """Return whether a return has stored its result."""
+        return self._result is not None
+
+    # branches
+
+    def branch(self, condition: Value, then: Callable[[], Any], otherwise: Callable[[], Any]) -> Any:
+        """Return what the side that runs results in; so do the variables.
+
+        Raises:
+            TraceError: the results of the sides differ in structure.
+        """
+        merge, rebuilds, sides = self._record_sides(condition, then, otherwise)
+        rebuild = merge.join(sides[0][1], sides[1][1])
+        leaves = self._close(merge, condition, sides)
+        self._take_variables(rebuilds, leaves)
+        return rebuild(leaves)
+
+    def branch_variables(self, condition: Value, then: Callable[[], Any], otherwise: Callable[[], Any]) -> None:
+        """Have the variables become what the side that runs makes of them."""
+        merge, rebuilds, sides = self._record_sides(condition, then, otherwise)
+        self._take_variables(rebuilds, self._close(merge, condition, sides))
+
+    def _record_sides(self, condition: Value, *functions: Callable[[], Any]) -> tuple[Merge, dict[str, Any], list[Any]]:
+        graph, before, sides, variables = self.graph, self.variables, [], []
+        try:
+            for function in functions:
+                block, self.variables = graph.new_block(), dict(before)
+                with graph.recording(block):
+                    result = function()
+                sides.append((block, result))
+                variables.append(self.variables)
+        finally:
+            self.variables = before
+        merge = Merge()
+        return merge, _join_variables(merge, *variables), sides
+
+    def _take_variables(self, rebuilds: dict[str, Any], leaves: Iterator[Value]) -> None:
+        self.variables = {name: make(leaves) if callable(make) else make[0] for name, make in rebuilds.items()}
+
+    def _close(self, merge: Merge, condition: Value, sides: list[tuple[OpenBlock, Any]]) -> Iterator[Value]:
+        graph, kinds = self.graph, tuple(kind for *_, kind in merge.pairs)
+        blocks = []
+        for side, (block, _) in enumerate(sides):
+            with graph.recording(block):
+                leaves = tuple(leaf_value(graph, pair[side], pair[2]) for pair in merge.pairs)
+            blocks.append(Block(block.instructions, (), numbers_of(leaves)))
+        if not kinds and not any(block.instructions for block in blocks):
+            return iter(())
+        return iter(graph.append("branch", (condition.number,), kinds, tuple(blocks)))
+
+
+def _join_variables(merge: Merge, ours: dict[str, Any], theirs: dict[str, Any]) -> dict[str, Any]:
+    """Return what makes each variable of leaves: a function, or the value alone in a tuple where both sides have it.
+
+    A variable whose values differ in structure is undefined: an error only where it is read.
+    """
+    rebuilds: dict[str, Any] = {}
+    for name in {**ours, **theirs}:
+        mine, other = ours.get(name, UNDEFINED), theirs.get(name, UNDEFINED)
+        if mine is other:
+            rebuilds[name] = (mine,)
+            continue
+        count = len(merge.pairs)
+        try:
+            rebuilds[name] = merge.join(mine, other)
+        except TraceError:
+            del merge.pairs[count:]
+            rebuilds[name] = (UNDEFINED,)
+    return rebuilds

@@ -1,0 +1,120 @@
+"""Loops of independent turns, arrays on the stack, and memory of turns of a loop, against plain Python."""
+
+import resource
+from math import cos, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crane_sim.numerics.jit import entry_point, local_array, routine, simd_range, use_wide_vectors
+from crane_sim.tracing.arguments import describe
+from crane_sim.tracing.entry_point import compile_entry
+
+
+@entry_point
+def fill_waves(n, x, out):
+    """Fill rows of `out` with functions of those of x, by a branch and by functions of the C library."""
+    use_wide_vectors()
+    for k in simd_range(n):
+        wave = sin(x[k]) + cos(x[k])
+        out[0, k] = wave / (1.0 + x[k] * x[k])
+        out[1, k] = x[k] - wave if wave > 0.5 else wave * 0.1
+
+
+@pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 37])
+def test_independent_turns_have_the_bits_of_plain_python(n: int) -> None:
+    """However many turns fall into vectors, each has the bits of Python, and nothing behind them is touched."""
+    x, compiled, plain = np.linspace(-7.0, 9.0, 37), np.full((2, 37), 3.0), np.full((2, 37), 3.0)
+    fill_waves(n, x, compiled)
+    fill_waves.py_func(n, x, plain)
+    assert compiled.tobytes() == plain.tobytes()
+
+
+@entry_point
+def sum_by_hand(x):
+    """Return the sum of products of an array's entries with their numbers, by way of an array on the stack."""
+    row, total = local_array((16,)), 0.0
+    for k in simd_range(16):
+        row[k] = x[k] * k
+    for k in range(16):
+        total += row[k]
+    return total
+
+
+def test_an_array_of_a_function_is_on_the_stack(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its function allocates no memory, and reads what it has written."""
+    x = np.linspace(-1.0, 2.0, 16)
+    assert "call ptr @allocate" not in text_of(sum_by_hand, monkeypatch, x)
+    monkeypatch.undo()
+    assert sum_by_hand(x) == sum_by_hand.py_func(x)
+
+
+@routine
+def moved(x, by):
+    """Return a new array."""
+    return x + by
+
+
+@entry_point
+def go_on(x, steps):
+    """Return the two last arrays of a sequence, and the end of the one before: each turn makes several."""
+    before, now, tail = x.copy(), moved(x, 1.0), x[1:]
+    for k in range(steps):
+        middle = moved(now, 0.25)
+        for _ in range(k % 3):
+            middle = moved(middle, 0.5)
+        tail = moved(before, 2.0)[1:]
+        before, now = now, moved(middle, -0.125) * 0.5
+    return before.copy(), now.copy(), tail.copy()
+
+
+def test_what_a_turn_leaves_behind_stays_as_it_is() -> None:
+    """Arrays that the next turn of a loop reads, parts of arrays too, survive what is freed of the turns before."""
+    x = np.linspace(0.0, 1.0, 9)
+    for compiled, plain in zip(go_on(x, 50), go_on.py_func(x, 50), strict=True):
+        assert compiled.tobytes() == plain.tobytes()
+
+
+@entry_point
+def find_first(x, limit):
+    """Return the first of ever larger arrays whose first entry reaches a limit, from within two loops."""
+    for k in range(len(x), 1000):
+        y = moved(x, 1.0 * k)
+        for j in range(len(x), 1000):
+            z = moved(y, 1.0 * j)
+            if z[0] >= limit:
+                return z
+    return x
+
+
+def test_an_array_that_is_returned_from_within_loops_survives() -> None:
+    """What a loop returns is not freed as that of an earlier turn."""
+    x = np.linspace(0.0, 1.0, 20)
+    assert find_first(x, 1500.0).tobytes() == find_first.py_func(x, 1500.0).tobytes()
+
+
+def test_memory_does_not_grow_with_the_turns_of_a_loop() -> None:
+    """A thousand turns that allocate 100 kB each, several times, need a few of these at a time, not all of them."""
+    x = np.zeros(12_500)
+    go_on(x, 10)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    go_on(x, 1_000)
+    assert (
+        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000
+    )  # kB, of half a million that they allocate
+
+
+def text_of(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -> str:
+    """Return the text that an entry point is compiled from."""
+    texts: list[str] = []
+    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda text: texts.append(text) or b"")
+    compile_entry(function.py_func, describe(arguments, []))
+    return texts[0]
+
+
+def test_what_is_said_of_a_loop_reaches_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its turns are marked as independent, and the function that it ends up in as one of wide vectors."""
+    text = text_of(fill_waves, monkeypatch, 8, np.ones(8), np.ones((2, 8)))
+    assert "llvm.loop.parallel_accesses" in text
+    assert any("@entry" in line and '"prefer-vector-width"="512"' in line for line in text.splitlines())
