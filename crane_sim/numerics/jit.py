@@ -17,6 +17,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from crane_sim.tracing.code_cache import note_implementation
 from crane_sim.tracing.entry_point import EntryPoint
 from crane_sim.tracing.vectors import local_array as local_array
 from crane_sim.tracing.vectors import simd_range as simd_range
@@ -68,6 +69,7 @@ def generic(f: Function) -> TypeDispatched:
     def register(cls: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
             implementations.clear()
+            note_implementation(f, cls, implementation)
             return table.register(cls)(implementation)
 
         return add

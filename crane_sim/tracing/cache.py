@@ -1,13 +1,11 @@
 """Folder of the compiled code, and digest of its sources."""
 
-import fcntl
 import hashlib
 import os
 import shutil
 import stat
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
@@ -44,7 +42,7 @@ def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
 
 
 class SourceState:
-    """Snapshot of the sources, checked before each compiled function is loaded.
+    """Snapshot of the sources, checked before code is read or written.
 
     Attributes:
         digest: of the sources.
@@ -91,53 +89,6 @@ def _sources_below(folder: str, undigested: set[str]) -> Iterator[str]:
             yield entry.path
 
 
-class FileLock:
-    """A lock among processes: a file that one at a time has locked; the operating system frees it if that one dies."""
-
-    def __init__(self, path: Path, timeout: float) -> None:
-        """Acquire it, or go on without it after `timeout` seconds or where the file cannot be written."""
-        self._path, self._file = path, -1
-        deadline = time.monotonic() + timeout
-        try:
-            self._open()
-            while not self._acquire():
-                if time.monotonic() >= deadline:
-                    self._close()
-                    return
-                time.sleep(_LOCK_POLL)
-        except OSError:
-            self._close()
-
-    def release(self) -> None:
-        """Release it, and remove the file, where it was acquired."""
-        if self._file >= 0:
-            with suppress(OSError):  # it is removed already, or the folder has become one that cannot be written
-                self._path.unlink()
-            self._close()
-
-    def _open(self) -> None:
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-
-    def _close(self) -> None:
-        if self._file >= 0:
-            file, self._file = self._file, -1
-            os.close(file)
-
-    def _acquire(self) -> bool:
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        with suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(self._file), self._path.stat()):
-                return True
-        self._close()  # the one before has removed it: another process may have locked a new one
-        self._open()
-        return False
-
-
-_LOCK_POLL = 0.01  # s
 SOURCES_AT_IMPORT = SourceState()
 MAX_CACHES = 8  # folders of compiled code that are kept, one for each state of the sources
 

@@ -34,7 +34,7 @@ class Calls:
         """Begin without functions."""
         self._traced: dict[Any, Traced | None] = {}  # None: it is being traced
         self._names = 0
-        self.files: set[str] = set()  # that the functions are in
+        self.functions: set[types.FunctionType] = set()  # that are traced
 
     def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
         """Return the result of a call of any function or class with symbols, arrays and other objects.
@@ -82,7 +82,7 @@ class Calls:
         self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...], inlined: bool
     ) -> Traced:
         result_kinds: dict[int, Kind] = {}
-        self.files.add(source.function.__code__.co_filename)
+        self.functions.add(source.function)
         while True:
             try:
                 graph, block, result = self._trace_block(source, names, rebuild, kinds, result_kinds)

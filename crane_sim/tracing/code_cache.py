@@ -1,22 +1,41 @@
 """Machine code of entry points on disk, in a folder for each state of the sources.
 
 What is read fits by construction: the folder is named after a digest of the packages' sources, the file after the
-function, the structure of its arguments, the processor and the compiler; functions of other files, such as a law of the
-user's, are named in the file with digests of theirs. A file that is damaged, or cannot be written, costs a compilation.
+function, the structure of its arguments, the processor and the compiler. Of functions of other files, such as a law of
+the user's, the file has what they depend on: digests of their files, and the outer values that they use. A file that is
+damaged, or cannot be written, costs a compilation, and so does code that depends on anything else.
 """
 
 import hashlib
 import os
 import pickle
+import sys
+import types
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from crane_sim.tracing.arguments import text_of
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT, cache_folder
 from crane_sim.tracing.machine_code import compiler_name
 
 _DIGEST = hashlib.sha256().digest_size
+_OTHER_IMPLEMENTATIONS: set[str] = set()
+
+
+class _Unknown(ValueError):
+    """Code depends on something whose state cannot be told."""
+
+
+class _OuterValue(NamedTuple):
+    """What a global name of a module stood for when a function that uses it was traced."""
+
+    module: str
+    name: str
+    state: str
 
 
 def read_entry(function: Any, key: Any) -> Any:
@@ -28,19 +47,26 @@ def read_entry(function: Any, key: Any) -> Any:
         digest, data = content[:_DIGEST], content[_DIGEST:]
         if hashlib.sha256(data).digest() != digest:
             return None
-        files, code = pickle.loads(data)
-        return code if all(_digest_of(file) == known for file, known in files) else None
+        files, values, code = pickle.loads(data)
+        fits = all(_digest_of(file) == known for file, known in files) and all(map(_is_current, values))
+        return code if fits else None
     except Exception:  # a file of code may hold anything: whatever it is, there is none
         return None
 
 
-def write_entry(function: Any, key: Any, code: Any) -> None:
-    """Keep code, where the folder can be written and the code can be read again."""
-    with suppress(OSError, pickle.PicklingError, AttributeError, TypeError):
+def write_entry(function: Any, key: Any, code: Any, functions: Iterable[types.FunctionType]) -> None:
+    """Keep code, where the folder can be written and the code can be read again.
+
+    Args:
+        function: the entry point's.
+        key: structure of its arguments.
+        code: for these.
+        functions: all that are in it.
+    """
+    with suppress(OSError, pickle.PicklingError, AttributeError, TypeError, _Unknown):
         if not SOURCES_AT_IMPORT.is_current():
             return
-        others = [file for file in code.files if not SOURCES_AT_IMPORT.includes(file)]
-        data = pickle.dumps(([(file, _digest_of(file)) for file in others], code))
+        data = pickle.dumps((*_dependencies(functions), code))
         file = _file(function, key)
         part = file.with_suffix(f".{os.getpid()}")
         try:
@@ -50,9 +76,64 @@ def write_entry(function: Any, key: Any, code: Any) -> None:
             part.unlink(missing_ok=True)
 
 
+def note_implementation(function: Any, cls: Any, implementation: Any) -> None:
+    """Note an implementation in another file than the packages' and its type's: code with it is kept apart."""
+    file = implementation.__code__.co_filename
+    of_cls = getattr(sys.modules.get(cls.__module__), "__file__", None) if isinstance(cls, type) else None
+    if file != of_cls and not SOURCES_AT_IMPORT.includes(file):
+        _OTHER_IMPLEMENTATIONS.add(f"{function.__module__}.{function.__qualname__} {cls} {file}")
+
+
 def _file(function: Any, key: Any) -> Path:
-    name = function.__module__, function.__qualname__, function.__code__.co_filename, text_of(key), *compiler_name()
-    return cache_folder() / f"{function.__name__}-{hashlib.sha256(repr(name).encode()).hexdigest()[:24]}.code"
+    text = text_of(key)
+    if function.__closure__ or " at 0x" in text:
+        raise _Unknown  # two functions of one name, and objects that have no text of their own
+    name = function.__module__, function.__qualname__, function.__code__.co_filename, text, *compiler_name()
+    digest = hashlib.sha256(repr((name, sorted(_OTHER_IMPLEMENTATIONS))).encode()).hexdigest()
+    return cache_folder() / f"{function.__name__}-{digest[:24]}.code"
+
+
+def _dependencies(functions: Iterable[types.FunctionType]) -> tuple[list[tuple[str, str]], list[_OuterValue]]:
+    """Return (other files with their digests, outer values) that code of functions depends on."""
+    others = [f for f in functions if not SOURCES_AT_IMPORT.includes(f.__code__.co_filename)]
+    if any(f.__closure__ for f in others):
+        raise _Unknown
+    files = sorted({f.__code__.co_filename for f in others})
+    values = {
+        _OuterValue(f.__module__, name, _state_of(f.__globals__[name]))
+        for f in others
+        for name in _names_of(f.__code__)
+        if name in f.__globals__
+    }
+    return [(file, _digest_of(file)) for file in files], sorted(values)
+
+
+def _names_of(code: types.CodeType) -> Iterator[str]:
+    """Yield the outer names of a function and of those inside it; names of attributes are among them."""
+    yield from code.co_names
+    for inner in code.co_consts:
+        if isinstance(inner, types.CodeType):
+            yield from _names_of(inner)
+
+
+def _is_current(value: _OuterValue) -> bool:
+    return _state_of(vars(sys.modules[value.module])[value.name]) == value.state
+
+
+def _state_of(x: Any) -> str:
+    """Return a text that tells an outer value from others; of a module, class or function, the state of its file."""
+    if x is None or isinstance(x, bool | int | float | str):
+        return repr(x)
+    if isinstance(x, tuple | list):
+        return f"{type(x).__qualname__}({', '.join(map(_state_of, x))})"
+    if isinstance(x, np.ndarray) and not x.dtype.hasobject:
+        return f"{x.dtype} {x.shape} {hashlib.sha256(x.tobytes()).hexdigest()}"
+    module = x if isinstance(x, types.ModuleType) else sys.modules.get(getattr(x, "__module__", None) or "")
+    name = getattr(x, "__qualname__", None) or getattr(x, "__name__", None)
+    if module is None or name is None:
+        raise _Unknown
+    file = getattr(module, "__file__", None)
+    return f"{module.__name__} {name} {_digest_of(file) if file and not SOURCES_AT_IMPORT.includes(file) else ''}"
 
 
 def _digest_of(file: str) -> str:

@@ -6,10 +6,7 @@ from contextlib import AbstractContextManager, contextmanager
 
 
 class CompileTimer:
-    """A timer of this process's compilations, and of its waits for other processes that compile.
-
-    Its blocks may be nested: the outermost one counts.
-    """
+    """A timer of this process's compilations. Its blocks may be nested: the outermost one counts."""
 
     def __init__(self) -> None:
         self._seconds, self._depth, self._started = 0.0, 0, 0.0
@@ -48,7 +45,7 @@ COMPILE_TIMER = CompileTimer()
 
 
 def compile_time() -> float:
-    """Return how long this process has compiled, or waited for another one that compiles the same function [s]."""
+    """Return how long this process has compiled [s]."""
     return COMPILE_TIMER.seconds
 
 

@@ -31,11 +31,10 @@ class Code(NamedTuple):
     object_file: bytes
     results: tuple[Kind, ...]  # of the numbers and addresses that it returns
     structure: Any  # of what it returns
-    files: tuple[str, ...]  # that its functions are in
 
 
-def compile_entry(function: types.FunctionType, key: Any) -> Code:
-    """Trace and compile a function for arguments of a structure.
+def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[types.FunctionType]]:
+    """Return (the code of a function for arguments of a structure, the functions that are in it).
 
     Raises:
         TraceError: it does what is not traced.
@@ -59,7 +58,7 @@ def compile_entry(function: types.FunctionType, key: Any) -> Code:
     block = graph.trace_block(run, (Kind.ARRAY, Kind.ARRAY))
     graph.has_allocations = True
     entry = Function("entry", function, graph, block, None, False, False)
-    return Code(compile_text(module_text(entry)), tuple(results), structure[0], tuple(sorted(calls.files)))
+    return Code(compile_text(module_text(entry)), tuple(results), structure[0]), calls.functions
 
 
 class Call:
@@ -186,8 +185,8 @@ class EntryPoint:
         if isinstance(code, Code):
             return code
         with COMPILE_TIMER:
-            code = compile_entry(self.py_func, key)
-        write_entry(self.py_func, key, code)
+            code, functions = compile_entry(self.py_func, key)
+        write_entry(self.py_func, key, code, functions)
         return code
 
     @property

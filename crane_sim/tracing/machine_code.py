@@ -1,15 +1,7 @@
-"""Traced functions as machine code of this processor, by LLVM; compiled once, then read from a folder.
-
-A file is named by a digest of the code's text, the processor and the compiler, so it fits by construction; one that is
-damaged, or cannot be written, costs a compilation.
-"""
+"""Traced functions as machine code of this processor, by LLVM."""
 
 import ctypes
-import hashlib
-import os
-from contextlib import suppress
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -27,7 +19,6 @@ _C_TYPES: dict[Kind, Any] = {
     Kind.ARRAY: ctypes.c_void_p,
     Kind.FUNCTION: ctypes.c_void_p,
 }
-_DIGEST = hashlib.sha256().digest_size
 
 
 class LoadedCode:
@@ -52,21 +43,14 @@ def compiler_name() -> tuple[str, str, str]:
 class Library:
     """Compiled functions, alive as long as this object."""
 
-    def __init__(self, *functions: Function, width: int = 1, folder: Path | None = None) -> None:
+    def __init__(self, *functions: Function, width: int = 1) -> None:
         """Compile functions of at most one result each, in lanes where `width` is more than 1.
 
         Args:
             functions: that are called from outside.
             width: number of lanes.
-            folder: where compiled code is kept, None: nowhere.
         """
-        text = module_text(*functions, width=width)
-        code = read_code(folder, text) if folder else None
-        if code is None:
-            code = compile_text(text)
-            if folder:
-                write_code(folder, text, code)
-        self._loaded = LoadedCode(code)
+        self._loaded = LoadedCode(compile_text(module_text(*functions, width=width)))
 
     def address(self, function: Function) -> int:
         """Return the address of a compiled function."""
@@ -91,34 +75,6 @@ def compile_text(text: str) -> bytes:
     builder = llvm.create_pass_builder(machine, _tuning())
     builder.getModulePassManager().run(module, builder)
     return machine.emit_object(module)
-
-
-def read_code(folder: Path, text: str) -> bytes | None:
-    """Return the object file of a module's text, None where the folder has none that is whole."""
-    with suppress(OSError):
-        content = (folder / _name(text)).read_bytes()
-        digest, code = content[:_DIGEST], content[_DIGEST:]
-        if hashlib.sha256(code).digest() == digest:
-            return code
-    return None
-
-
-def write_code(folder: Path, text: str, code: bytes) -> None:
-    """Keep the object file of a module's text where the folder can be written."""
-    file = folder / _name(text)
-    part = file.with_suffix(f".{os.getpid()}")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(hashlib.sha256(code).digest() + code)
-        part.replace(file)
-    except OSError:
-        with suppress(OSError):
-            part.unlink()
-
-
-def _name(text: str) -> str:
-    cpu, features = _processor()
-    return hashlib.sha256("\0".join((LLVMLITE, cpu, features, text)).encode()).hexdigest() + ".o"
 
 
 @cache

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from hypothesis import strategies as st
-from numba.core import event
 
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.document import read
@@ -112,16 +111,3 @@ def mutate(document: dict[str, Any], mutations: list[tuple[Callable[..., None], 
         if entries:
             mutation(*entries[number % len(entries)], value)
     return document
-
-
-class Compilations(event.Listener):
-    """A listener that counts numba's compilations."""
-
-    number = 0
-
-    def on_start(self, event: Any) -> None:
-        """Count."""
-        self.number += 1
-
-    def on_end(self, event: Any) -> None:
-        """Do nothing."""

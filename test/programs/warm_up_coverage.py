@@ -6,18 +6,17 @@ Arguments: names of scenes. It is a program of its own because what another test
 import gc
 import sys
 
-from numba.core.dispatcher import Dispatcher
-
 from crane_sim import load_scene
 from crane_sim.laws import with_initial_state
 from crane_sim.ros.plant.warm_up import warm_up
 from crane_sim.simulation.plant import BLOCK, Plant
+from crane_sim.tracing.entry_point import EntryPoint
 
 
 def signatures() -> set[tuple[str, str]]:
     """Return (function, signature) of all that has been compiled, or loaded from the cache, in this process."""
-    dispatchers = [each for each in gc.get_objects() if isinstance(each, Dispatcher)]
-    return {(each.py_func.__qualname__, str(signature)) for each in dispatchers for signature in each.signatures}
+    functions = [each for each in gc.get_objects() if isinstance(each, EntryPoint)]
+    return {(each.__qualname__, str(signature)) for each in functions for signature in each.signatures}
 
 
 def main() -> None:

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from document_mutations import DOCUMENTS, MUTATION, NAMES, TEXTS, Compilations, list_entries, make_nested, mutate
+from document_mutations import DOCUMENTS, MUTATION, NAMES, TEXTS, list_entries, make_nested, mutate
 from fuzz_settings import QUICK, explore
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba.core import event
 
 import crane_sim.simulation.linearisation
 from crane_sim import SceneError, load_scene
 from crane_sim.cli.scene_options import load_scene_with_options
 from crane_sim.scenes.scene import Scene
+from crane_sim.tracing.compile_time import watch_compiling
 
 HANG = 20.0  # s of a processor; the slowest scene takes half a second
 LONGEST = 1500  # characters of an error: all keys that a large group has, and a path
@@ -37,14 +37,14 @@ def nothing_compiled() -> Iterator[None]:
 
     The motion of a deck at the start is compiled for whatever scene comes first.
     """
-    compiled = Compilations()
+    compilations = list[None]()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(crane_sim.simulation.linearisation, "accelerations", linear)
         for document in DOCUMENTS:
             load_scene(document)
-        with event.install_listener("numba:compile", compiled):
+        with watch_compiling(lambda: compilations.append(None)):
             yield
-    assert not compiled.number
+    assert not compilations
 
 
 def outcome(load: Callable[[], Any]) -> str:

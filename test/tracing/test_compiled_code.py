@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from traced_program import INPUTS, OUTPUTS, PROGRAM, program
 
-from crane_sim.tracing import machine_code
 from crane_sim.tracing.c_source import c_source
 from crane_sim.tracing.function import Function, call_address, trace
 from crane_sim.tracing.graph import Kind, TraceError
 from crane_sim.tracing.llvm import module_text
-from crane_sim.tracing.machine_code import Library, compile_text, read_code, write_code
+from crane_sim.tracing.machine_code import Library
 from crane_sim.tracing.operations import branch, power, repeat, repeat_while, to_real
 
 LANES = 4
@@ -201,33 +200,3 @@ def test_functions_that_code_could_not_tell_apart_are_refused() -> None:
         trace(lambda x: x, (Kind.REAL,))
     with pytest.raises(TraceError, match="returns several numbers"):
         Library(trace(lambda x: (x, x), (Kind.REAL,), "f"))
-
-
-def test_compiled_code_is_read_from_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A second library of the same functions compiles nothing."""
-    Library(PROGRAM, folder=tmp_path)
-    monkeypatch.setattr(machine_code, "compile_text", None)
-    x = inputs(1)[0]
-    assert outputs_of(Library(PROGRAM, folder=tmp_path).function(PROGRAM), x).tobytes() == computed(x).tobytes()
-
-
-@pytest.mark.parametrize(
-    "damage", [lambda code: b"", lambda code: code[:-9], lambda code: code[:50] + b"?" + code[51:]]
-)
-def test_a_damaged_file_costs_a_compilation(tmp_path: Path, damage: Any) -> None:
-    """An empty, a cut and a changed file are as none, and are replaced."""
-    text = module_text(PROGRAM)
-    code = compile_text(text)
-    write_code(tmp_path, text, code)
-    (file,) = tmp_path.iterdir()
-    file.write_bytes(damage(file.read_bytes()))
-    assert read_code(tmp_path, text) is None
-    Library(PROGRAM, folder=tmp_path)
-    assert read_code(tmp_path, text) is not None
-
-
-def test_a_folder_that_cannot_be_written_costs_nothing_else(tmp_path: Path) -> None:
-    """Where there can be no folder, code is compiled and used."""
-    (tmp_path / "file").write_text("")
-    assert Library(PROGRAM, folder=tmp_path / "file" / "folder").address(PROGRAM)
-    assert list(tmp_path.iterdir()) == [tmp_path / "file"]

@@ -109,7 +109,7 @@ def text_of(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -> 
     """Return the text that an entry point is compiled from."""
     texts: list[str] = []
     monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda text: texts.append(text) or b"")
-    compile_entry(function.py_func, describe(arguments, []))
+    compile_entry(function.py_func, describe(arguments, [], {}))
     return texts[0]
 
 

@@ -1,0 +1,144 @@
+"""Compiled code on the disk: what damages it, or prevents that it is written, costs compilations and nothing else."""
+
+import errno
+import os
+import random
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crane_sim.hardware.instruments import fill_standard_normals
+from crane_sim.numerics.jit import entry_point
+from crane_sim.tracing import cache
+from crane_sim.tracing.compile_time import compile_time, watch_compiling
+
+
+def test_sources_that_are_no_files_are_left_out(tmp_path: Path) -> None:
+    """A link to nowhere, as an editor leaves beside a file that is being changed, is no source."""
+    (tmp_path / "a.py").write_text("A = 1\n")
+    before = cache.digest((tmp_path,))
+    (tmp_path / ".#a.py").symlink_to("user@host.123")
+    assert cache.digest((tmp_path,)) == before and cache.SourceState((tmp_path,)).is_current()
+
+
+def test_old_folders_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the folders of other states of the sources, the newest few are kept."""
+    root = tmp_path / "crane_sim"
+    for i in range(cache.MAX_CACHES + 2):
+        (root / str(i)).mkdir(parents=True)
+        os.utime(root / str(i), (i, i))
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    folder = cache.cache_folder()
+    kept = {str(i) for i in range(3, cache.MAX_CACHES + 2)}
+    assert {entry.name for entry in root.iterdir()} == {folder.name, *kept}
+
+
+@pytest.mark.parametrize("kind", ["none", "own", "link", "another user's"])
+def test_compiled_code_is_only_taken_from_an_own_folder(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Below the folder of temporary files, one of the user's name that another user made, or a link, is not taken."""
+    usual = tmp_path / f"crane_sim_{os.getuid()}"
+    if kind == "link":
+        (tmp_path / "elsewhere").mkdir()
+        usual.symlink_to(tmp_path / "elsewhere")
+    elif kind != "none":
+        usual.mkdir(mode=0o777)
+    monkeypatch.setattr(cache.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("CRANE_SIM_CACHE", "/dev/null/nowhere")
+    if kind == "another user's":
+        monkeypatch.setattr(cache.os, "getuid", lambda: os.geteuid() + 1)
+        (tmp_path / f"crane_sim_{os.getuid()}").mkdir()
+    cache._temporary_folder.cache_clear()
+    try:
+        root = cache.cache_folder().parent
+    finally:
+        cache._temporary_folder.cache_clear()
+    assert (root == usual) is (kind in ("none", "own"))
+    assert root.stat().st_mode & 0o077 == 0 and root.parent == tmp_path
+
+
+def draw_once() -> tuple[bytes, bool]:
+    """Return what a function draws that is loaded from the cache, or compiled, and whether it was compiled."""
+    function, compilations, drawn = entry_point(fill_standard_normals.py_func), list[None](), np.zeros(4)
+    with watch_compiling(lambda: compilations.append(None)):
+        function(1, 2, 3, drawn)
+    return drawn.tobytes(), bool(compilations)
+
+
+def test_only_compilation_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who watches is called, and time counts, when a function is compiled: not when its code is read, or runs again."""
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    function, seconds, compilations = entry_point(fill_standard_normals.py_func), compile_time(), list[None]()
+    with watch_compiling(lambda: compilations.append(None)):
+        function(1, 2, 3, np.zeros(4))
+        assert len(compilations) == 1 and compile_time() > seconds
+        seconds = compile_time()
+        function(4, 5, 6, np.zeros(7))
+        entry_point(fill_standard_normals.py_func)(1, 2, 3, np.zeros(4))
+    assert len(compilations) == 1 and compile_time() == seconds
+
+
+def flip_bit(content: bytes) -> bytes:
+    """Return bytes with one bit flipped, at a place that follows from them."""
+    place = random.Random(content).randrange(8 * len(content))
+    flipped = bytearray(content)
+    flipped[place // 8] ^= 1 << place % 8
+    return bytes(flipped)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda content: b"",
+        lambda content: content[: len(content) // 2],
+        lambda content: content[:-1],
+        lambda content: bytes(len(content)),
+        lambda content: content[1024:] + content[:1024],
+        flip_bit,
+    ],
+    ids=["empty", "half", "cut", "zeros", "swapped", "flipped"],
+)
+def test_a_damaged_file_costs_a_compilation(
+    damage: Callable[[bytes], bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The function is compiled once more, returns the same, and is whole on the disk from then on."""
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    drawn, compiled = draw_once()
+    assert compiled and draw_once() == (drawn, False)
+    (file,) = tmp_path.rglob("*.code")
+    file.write_bytes(damage(file.read_bytes()))
+    assert draw_once() == (drawn, True) and draw_once() == (drawn, False)
+
+
+def test_a_cache_on_a_full_disk_costs_compilations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a file of the cache cannot be written, whole or in part, each process compiles, and leaves no file."""
+
+    def fail(path: Path, data: bytes) -> None:
+        with open(path, "wb") as file:
+            file.write(data[:100])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    monkeypatch.setattr(Path, "write_bytes", fail)
+    assert draw_once() == draw_once() and draw_once()[1]
+    assert not [entry for entry in tmp_path.rglob("*") if entry.is_file()]
+
+
+def test_a_cache_without_a_folder_costs_compilations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where not even a temporary folder can be made, functions are compiled."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setenv("CRANE_SIM_CACHE", "/dev/null/nowhere")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    monkeypatch.setattr(cache.tempfile, "mkdtemp", fail)
+    cache._temporary_folder.cache_clear()
+    try:
+        assert draw_once() == draw_once() and draw_once()[1]
+    finally:
+        cache._temporary_folder.cache_clear()

@@ -1,0 +1,181 @@
+"""Compiled code is never stale, and is the same for processes and threads that need it at the same time."""
+
+import os
+import shutil
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from threading import Barrier
+
+import numpy as np
+import pytest
+from process_helpers import run_to_completion
+
+from crane_sim.hardware.instruments import fill_standard_normals
+from crane_sim.numerics.jit import entry_point
+from crane_sim.simulation.rollout import simulate
+
+ROOT = Path(__file__).parents[2]
+PROBE = "import crane_sim; print(crane_sim.energy('knuckle_setpoint', [0, 0, 0, 1, 0, 0], [0] * 6))"
+
+
+def probe(tree: Path, cache: Path, code: str = PROBE) -> str:
+    """Return what `code` prints with the package of `tree` and the given cache folder."""
+    left_out = "PYTHONPYCACHEPREFIX"  # the tree's byte code stands in it, and is removed with it
+    inherited = {key: value for key, value in os.environ.items() if key != left_out}
+    environment = inherited | {"PYTHONPATH": str(tree), "CRANE_SIM_CACHE": str(cache)}
+    done = run_to_completion([sys.executable, "-c", code], env=environment, cwd=tree, check=True)
+    return done.stdout.strip()
+
+
+def copied_tree(folder: Path) -> Path:
+    """Return a copy of the packages and scenes, to be edited."""
+    skip = shutil.ignore_patterns("__pycache__")
+    for name in ("crane_sim", "crane_control", "config"):
+        shutil.copytree(ROOT / name, folder / name, ignore=skip)
+    return folder
+
+
+def test_a_change_in_any_file_is_recompiled(tmp_path: Path) -> None:
+    """After a callee in another file changed, even with its old time stamp and size, the next process computes anew."""
+    tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
+    before = float(probe(tree, cache))
+    assert float(probe(tree, cache)) == before  # from the cache
+    callee = tree / "crane_sim" / "models" / "supports" / "knuckle_boom.py"
+    stamp = callee.stat()
+    text = callee.read_text()
+    changed = text.replace("energy + 0.5 * gravity * jib.mass", "energy + 9.5 * gravity * jib.mass")
+    assert changed != text and len(changed) == len(text)
+    callee.write_text(changed)
+    os.utime(callee, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    shutil.rmtree(callee.parent / "__pycache__", ignore_errors=True)  # Python's cache of byte code goes by time stamps
+    # at gamma = 0 the changed term is zero, so lift the jib
+    lifted = PROBE.replace("[0, 0, 0, 1", "[0, 0, 1, 1")
+    assert float(probe(tree, cache, lifted)) != float(probe(ROOT, cache, lifted))
+    assert len(list((cache / "crane_sim").iterdir())) == 2  # one folder for each state of the sources
+
+
+def test_nothing_is_cached_after_sources_have_changed(tmp_path: Path) -> None:
+    """A process whose sources were edited after it imported them writes nothing that a later one could load."""
+    tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
+    edit = (
+        "import crane_sim.simulation.metrics, pathlib;"
+        "p = pathlib.Path('crane_sim/models/rotating_frame.py'); p.write_text(p.read_text() + '#');"
+    )
+    probe(tree, cache, edit + PROBE)
+    assert not list(cache.rglob("*.code"))
+
+
+def test_processes_share_a_cache(tmp_path: Path) -> None:
+    """Three processes that compile the same code at the same time return the same, and leave whole files only."""
+    with ThreadPoolExecutor() as pool:
+        energies = set(pool.map(lambda _: probe(ROOT, tmp_path), range(3)))
+    assert len(energies) == 1
+    assert {file.suffix for file in tmp_path.rglob("*") if file.is_file()} == {".code"}
+    compiled = (
+        "import crane_sim; from crane_sim.tracing.compile_time import compile_time;"
+        f"{PROBE.partition('; ')[2]}; print(compile_time())"
+    )
+    assert probe(ROOT, tmp_path, compiled).split()[-1] == "0.0"
+
+
+def test_threads_share_an_entry_point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Threads that call the same entry point at once, before it is compiled and after, have results of their own."""
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    draw, together = entry_point(fill_standard_normals.py_func), Barrier(4)
+
+    def drawn(thread: int) -> list[bytes]:
+        together.wait(60.0)  # s, of a start of threads
+        found = []
+        for k in range(200):
+            out = np.zeros(3)
+            draw(thread, 1, k, out)
+            found.append(out.tobytes())
+        return found
+
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(drawn, range(4)))
+    for thread, rows in enumerate(found):
+        for k, row in enumerate(rows):
+            out = np.zeros(3)
+            with np.errstate(over="ignore"):  # arithmetic on words
+                draw.py_func(thread, 1, k, out)
+            assert row == out.tobytes()
+
+
+OWN_FUNCTION = """
+from own_constants import GAIN
+from crane_sim.numerics.jit import entry_point
+from crane_sim.tracing.compile_time import compile_time
+
+def twice(x):
+    return 2.0 * x
+
+@entry_point
+def amplified(x):
+    return GAIN * twice(x)
+
+print(amplified(1.5), compile_time() > 0.0)
+"""
+
+
+def test_a_function_of_ones_own_is_compiled_anew_when_it_changes(tmp_path: Path) -> None:
+    """Code of files outside the packages is read again, until they change, or the values that they take from others."""
+    (tmp_path / "own_constants.py").write_text("GAIN = 5.0\n")
+    (tmp_path / "own.py").write_text(OWN_FUNCTION)
+    own = f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(tmp_path)!r}); import own"
+    assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["15.0 True", "15.0 False"]
+    (tmp_path / "own.py").write_text(OWN_FUNCTION.replace("2.0 * x", "3.0 * x"))
+    assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["22.5 True", "22.5 False"]
+    (tmp_path / "own_constants.py").write_text("GAIN = 7.0\n")
+    assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["31.5 True", "31.5 False"]
+
+
+FACTORY = """
+from crane_sim.numerics.jit import entry_point
+
+def multiplied_by(k):
+    @entry_point
+    def multiplied(x):
+        return k * x
+    return multiplied
+
+print(multiplied_by(2.0)(1.5), multiplied_by(3.0)(1.5))
+"""
+
+
+def test_functions_of_one_name_are_not_mixed_up(tmp_path: Path) -> None:
+    """Functions that differ in the variables around them have each their own code, in a second process, too."""
+    (tmp_path / "own.py").write_text(FACTORY)
+    own = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import own"
+    assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["3.0 4.5"] * 2
+
+
+OWN_POTENTIAL = """
+from crane_sim.models.supports import support_potential
+from crane_sim.models.supports.knuckle_boom import Knuckle
+
+@support_potential.register(Knuckle)
+def constant(support, pose, gravity):
+    return 100.0
+"""
+
+
+def test_an_implementation_of_ones_own_stays_in_its_process(tmp_path: Path) -> None:
+    """A process that implements a function for a type of the packages reads no code of others, nor they of it."""
+    (tmp_path / "mine.py").write_text(f"{OWN_POTENTIAL}\n{PROBE}")
+    mine, cache = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine", tmp_path / "cache"
+    own, usual = probe(ROOT, cache, mine), probe(ROOT, cache)
+    assert own == probe(ROOT, cache, mine) != usual == probe(ROOT, cache)
+
+
+def test_without_compilation_the_numbers_are_the_same() -> None:
+    """With CRANE_SIM_INTERPRETED=1 everything runs as plain Python and ends in the same state, bit for bit."""
+    code = (
+        "import crane_sim; r = crane_sim.simulate('knuckle_setpoint', duration=0.05);"
+        "print(r.summary['state_sha256'], r.summary['rhs_evaluations'])"
+    )
+    environment = os.environ | {"CRANE_SIM_INTERPRETED": "1"}
+    plain = run_to_completion([sys.executable, "-c", code], env=environment, check=True)
+    run = simulate("knuckle_setpoint", duration=0.05)
+    assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
