@@ -115,7 +115,7 @@ def common_kind(*numbers: Any) -> Kind:
 def number_kind(x: Any) -> Kind:
     """Return the kind of a number, NumPy's words included."""
     if isinstance(x, np.generic):
-        return Kind.WORD if isinstance(x, np.uint64) else kind_of(x.item())
+        return Kind.WORD if x.dtype == np.uint64 else kind_of(x.item())
     return kind_of(x)
 
 

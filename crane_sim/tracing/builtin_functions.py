@@ -226,14 +226,6 @@ def _use_wide_vectors(graph: Graph) -> None:
     graph.has_wide_vectors = True
 
 
-def _type(graph: Graph, x: Any) -> type:
-    return type_of(x)
-
-
-def _has_attribute(graph: Graph, x: Any, name: str) -> bool:
-    return hasattr(type_of(x), name)
-
-
 def _print(graph: Graph, *_: Any) -> None:
     """Print nothing."""
 
@@ -277,8 +269,6 @@ HANDLERS: dict[Any, Callable[..., Any]] = {
     tuple: _to_tuple,
     list: _to_tuple,
     print: _print,
-    type: _type,
-    hasattr: _has_attribute,
     simd_range: _simd_range,
     local_array: _local_array,
     use_wide_vectors: _use_wide_vectors,
