@@ -10,13 +10,14 @@ import struct
 import types
 from typing import Any, NamedTuple
 
+from crane_sim.files.errors import SceneError
 from crane_sim.tracing.arguments import describe, kinds_of, rebuild_symbols
 from crane_sim.tracing.calls import Calls
 from crane_sim.tracing.code_cache import read_entry, write_entry
 from crane_sim.tracing.compile_time import COMPILE_TIMER
 from crane_sim.tracing.frame import CODES
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Graph, Kind, Value
+from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import LoadedCode, compile_text
 from crane_sim.tracing.results import rebuild_result, take_result
@@ -97,7 +98,11 @@ class EntryPoint:
         self._runners: dict[Any, _Runner] = {}
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run."""
+        """Run.
+
+        Raises:
+            SceneError: it does what is not compiled.
+        """
         if self._interpreted:
             return self.py_func(*arguments)
         leaves: list[Any] = []
@@ -111,8 +116,11 @@ class EntryPoint:
         code = read_entry(self.py_func, key)
         if isinstance(code, Code):
             return code
-        with COMPILE_TIMER:
-            code = compile_entry(self.py_func, key)
+        try:
+            with COMPILE_TIMER:
+                code = compile_entry(self.py_func, key)
+        except (TraceError, RecursionError) as error:  # of a law of the user's
+            raise SceneError(f"cannot be compiled: {error}") from error
         write_entry(self.py_func, key, code)
         return code
 

@@ -84,7 +84,7 @@ class Frame:
         return rebuild(iter([self.graph.append("read", *read)[0] for read in reads]))
 
     def finish(self, code: Any, following: Callable[[], Any]) -> Any:
-        """Return the outcome of a function after statements that end with a number; what follows runs where it is RUNS."""
+        """Return the outcome of a function after statements that end with a number; what follows runs after RUNS."""
         if self._result is None or (not isinstance(code, Value) and code != RETURNS):
             return following()
         if not isinstance(code, Value):
