@@ -56,7 +56,9 @@ def turns_of(frame: Frame, loop: ast.For | ast.While) -> Any:
         return list(iterable)
     if isinstance(iterable, range | Range):
         return iterable
-    raise TraceError(f"a loop over {type(iterable).__name__} is not traced")
+    raise TraceError(
+        f"a loop over {'a number' if isinstance(iterable, Value) else type(iterable).__name__} is not traced"
+    )
 
 
 def known_turns(loop: ast.For | ast.While, turns: Any) -> list[Any] | None:

@@ -7,10 +7,15 @@ from math import copysign, inf, nan
 from typing import Any, NamedTuple
 
 import numpy as np
-import pytest
 from random_programs import bits, compiled, run
 
 from crane_sim.numerics.jit import generic, routine
+from crane_sim.tracing.arithmetic import number_kind
+from crane_sim.tracing.calls import Calls
+from crane_sim.tracing.frame import Frame
+from crane_sim.tracing.graph import Graph
+from crane_sim.tracing.interpreter import run as run_statements
+from crane_sim.tracing.scopes import source_of
 
 REALS = (0.0, -0.0, 1.0, -2.5, 3.75, 1e300, inf, -inf, nan)
 INTEGERS = (-7, -2, -1, 0, 1, 2, 3, 5)
@@ -37,7 +42,7 @@ def check(function: Callable[..., Any], *choices: tuple[Any, ...]) -> None:
 # branches and returns
 
 
-def early_returns(x: float, y: float) -> float:
+def _early_returns(x: float, y: float) -> float:
     if x < 0.0:
         if y < 0.0:
             return -1.0
@@ -52,7 +57,7 @@ def early_returns(x: float, y: float) -> float:
     return x + y
 
 
-def many_partial_returns(x: float, n: int) -> float:
+def _many_partial_returns(x: float, n: int) -> float:
     for k in (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0):
         if x > k:
             if n == 3:
@@ -61,7 +66,7 @@ def many_partial_returns(x: float, n: int) -> float:
     return x
 
 
-def results_of_two_kinds(x: float, n: int) -> Any:
+def _results_of_two_kinds(x: float, n: int) -> Any:
     for i in range(n):
         if x < i:
             return i
@@ -70,19 +75,18 @@ def results_of_two_kinds(x: float, n: int) -> Any:
     return x * 2.0
 
 
-def nothing_or_a_number(x: float, out: Any) -> None:
+def _nothing_or_a_number(x: float, out: Any) -> None:
     if x > 0.0:
         out[0] = x
         return
     out[1] = x
 
 
-@pytest.mark.parametrize("function", [early_returns])
-def test_early_returns(function: Any) -> None:
+def test_early_returns() -> None:
     """Returns in branches of branches end a function; the others go on behind them."""
-    check(function, REALS, REALS)
-    check(many_partial_returns, (0.0, 2.5, 7.0, 100.0), (3, 4))
-    check(nothing_or_a_number, (-1.0, 0.0, 2.0), (np.zeros(2),))
+    check(_early_returns, REALS, REALS)
+    check(_many_partial_returns, (0.0, 2.5, 7.0, 100.0), (3, 4))
+    check(_nothing_or_a_number, (-1.0, 0.0, 2.0), (np.zeros(2),))
 
 
 def test_code_is_as_long_as_its_source() -> None:
@@ -113,13 +117,6 @@ def many_partial_returns_of(count: int) -> Any:
 
 def trace_of(function: Any, *arguments: Any) -> Any:
     """Return the block of a function, traced for such arguments."""
-    from crane_sim.tracing.arithmetic import number_kind
-    from crane_sim.tracing.calls import Calls
-    from crane_sim.tracing.frame import Frame
-    from crane_sim.tracing.graph import Graph
-    from crane_sim.tracing.interpreter import run as run_statements
-    from crane_sim.tracing.scopes import source_of
-
     graph, source = Graph(), source_of(function)
 
     def values(*symbols: Any) -> tuple[Any, ...]:
@@ -138,17 +135,17 @@ def instructions_of(block: Any) -> Any:
                 yield from instructions_of(inner)
 
 
-def conditional_expressions(x: float, y: float, n: int) -> Any:
+def _conditional_expressions(x: float, y: float, n: int) -> Any:
     z = x if x > y else (y if n else n)
     return z, (1.0 if x == y else n) * 2.0, "a" if x is None else x
 
 
 def test_conditional_expressions() -> None:
     """Only the side that is taken is evaluated, and its number becomes what both have in common."""
-    check(conditional_expressions, REALS, (0.5, -1.0), (-1, 2))
+    check(_conditional_expressions, REALS, (0.5, -1.0), (-1, 2))
 
 
-def short_circuits(a: Any, i: int, x: float) -> Any:
+def _short_circuits(a: Any, i: int, x: float) -> Any:
     inside = 0 <= i < len(a) and a[i] > x
     outside = i < 0 or i >= len(a) or a[i] < x
     count = 0
@@ -170,23 +167,23 @@ def poisoned(a: Any, i: int) -> Any:
 
 def test_short_circuits() -> None:
     """The right side of `and`, `or` and a chain is evaluated only where it decides: an index outside is never read."""
-    check(short_circuits, (np.array([3.0, -1.0, 2.0]),), (-1, 0, 1, 2, 3, 9), (0.0, -2.0, 5.0))
+    check(_short_circuits, (np.array([3.0, -1.0, 2.0]),), (-1, 0, 1, 2, 3, 9), (0.0, -2.0, 5.0))
     check(poisoned, (np.array([3.0, 1.0]),), (-2, 0, 1, 3))
 
 
-def chains(x: float, y: float, i: int) -> Any:
+def _chains(x: float, y: float, i: int) -> Any:
     return x < y < i, x <= i == i >= y, x != y != x, (i in (1, 2, x)), (i not in (0, 3))
 
 
 def test_chained_comparisons() -> None:
     """Each number of a chain is compared with its neighbours; NaN with nothing."""
-    check(chains, REALS, REALS, (-1, 0, 1))
+    check(_chains, REALS, REALS, (-1, 0, 1))
 
 
 # loops
 
 
-def ranges(first: int, last: int, step: int) -> Any:
+def _ranges(first: int, last: int, step: int) -> Any:
     total, count, k = 0, 0, -99
     for k in range(first, last, 2):
         total += k * k
@@ -205,10 +202,10 @@ def ranges(first: int, last: int, step: int) -> Any:
 
 def test_ranges() -> None:
     """Bounds and steps that are symbols, negative and of either sign; the variable keeps its last value."""
-    check(ranges, (-3, 0, 5), (-4, 0, 6, 7), (-2, -1, 1, 3))
+    check(_ranges, (-3, 0, 5), (-4, 0, 6, 7), (-2, -1, 1, 3))
 
 
-def leaves_loops(a: Any, limit: float, n: int) -> Any:
+def _leaves_loops(a: Any, limit: float, n: int) -> Any:
     total, last = 0.0, -1
     for i in range(n):
         if a[i % 4] > limit:
@@ -239,7 +236,7 @@ def leaves_loops(a: Any, limit: float, n: int) -> Any:
     return total, last
 
 
-def nested_returns(n: int, x: float) -> Any:
+def _nested_returns(n: int, x: float) -> Any:
     i = 0
     while i < n:
         j = 0
@@ -257,7 +254,7 @@ def nested_returns(n: int, x: float) -> Any:
     return -1, x
 
 
-def breaks_of_known_loops(n: int, x: float) -> Any:
+def _breaks_of_known_loops(n: int, x: float) -> Any:
     total = 0.0
     for value in (1.0, 2.0, 3.0, 4.0):
         if value == n:
@@ -272,7 +269,7 @@ def breaks_of_known_loops(n: int, x: float) -> Any:
     return total, -n
 
 
-def endless(n: int) -> int:
+def _endless(n: int) -> int:
     while True:
         n += 3
         if n % 7 == 2:
@@ -281,19 +278,19 @@ def endless(n: int) -> int:
 
 def test_loops_are_left() -> None:
     """`break`, `continue` and `return` in all kinds of loops and in loops of loops."""
-    check(leaves_loops, (np.array([1.0, 2.0, 0.5, -4.0]),), (-5.0, 0.75, 2.0, 30.0), (0, 2, 9))
-    check(nested_returns, (0, 2, 5, 9), (0.25,))
-    check(breaks_of_known_loops, (1, 3, 4, 5, 9), (2.0, 7.0))
-    check(endless, INTEGERS)
+    check(_leaves_loops, (np.array([1.0, 2.0, 0.5, -4.0]),), (-5.0, 0.75, 2.0, 30.0), (0, 2, 9))
+    check(_nested_returns, (0, 2, 5, 9), (0.25,))
+    check(_breaks_of_known_loops, (1, 3, 4, 5, 9), (2.0, 7.0))
+    check(_endless, INTEGERS)
 
 
-def first_assigned_in_a_loop(n: int, x: float) -> Any:
+def _first_assigned_in_a_loop(n: int, x: float) -> Any:
     for i in range(n):
         y, z = x * i, (i, x)
     return y + z[0] + i
 
 
-def promoted(n: int, x: float) -> Any:
+def _promoted(n: int, x: float) -> Any:
     total, most, flag = 0, 0, False
     for i in range(n):
         total += x
@@ -304,14 +301,14 @@ def promoted(n: int, x: float) -> Any:
 
 
 def test_variables_of_loops() -> None:
-    """What a loop assigns first is read behind it, and an integer that a loop turns into a real is one from the start."""
-    check(first_assigned_in_a_loop, (1, 2, 5), (0.5, -2.0))
-    code = compiled(promoted)
+    """What a loop assigns first is read behind it; an integer that a loop turns into a real is one from the start."""
+    check(_first_assigned_in_a_loop, (1, 2, 5), (0.5, -2.0))
+    code = compiled(_promoted)
     for n, x in itertools.product((0, 1, 4), (0.5, -3.0)):
-        assert code(n, x) == promoted(n, x)  # an integer that is a real now is the same number
+        assert code(n, x) == _promoted(n, x)  # an integer that is a real now is the same number
 
 
-def loops_over(a: Any, m: Any, points: Any) -> Any:
+def _loops_over(a: Any, m: Any, points: Any) -> Any:
     total = 0.0
     for x in a:
         total = 0.5 * total + x
@@ -328,73 +325,73 @@ def loops_over(a: Any, m: Any, points: Any) -> Any:
 def test_loops_over_arrays_and_tuples() -> None:
     """Arrays, rows of arrays, tuples of tuples, `enumerate`, `zip` and comprehensions."""
     points = ((1.0, 2.0), (-3.0, 0.5))
-    code = compiled(loops_over)
+    code = compiled(_loops_over)
     a, m = np.array([1.0, -2.0, 4.0]), np.arange(6.0).reshape(3, 2)
     for array in (a, a[::2], a[::-1]):
         for matrix in (m, m.T, m[1:]):
-            assert bits(code(array, matrix, points)) == bits(loops_over(array, matrix, points))
+            assert bits(code(array, matrix, points)) == bits(_loops_over(array, matrix, points))
 
 
 # numbers
 
 
-def real_arithmetic(x: float, y: float) -> Any:
+def _real_arithmetic(x: float, y: float) -> Any:
     return x + y, x - y, x * y, -x, +x, x // y, x % y, x / y, abs(x), min(x, y), max(y, x), copysign(x, y)
 
 
-def integer_arithmetic(i: int, j: int) -> Any:
+def _integer_arithmetic(i: int, j: int) -> Any:
     return i + j, i - j, i * j, -i, ~i, i & j, i | j, i ^ j, i << 2, i >> 1, abs(i), min(i, j), max(i, j), i / j
 
 
-def integer_division(i: int, j: int) -> Any:
+def _integer_division(i: int, j: int) -> Any:
     return i // j, i % j, i // 3, i % -3, i // -1, i % 1
 
 
-def mixed_arithmetic(i: int, x: float, f: bool) -> Any:
+def _mixed_arithmetic(i: int, x: float, f: bool) -> Any:
     return i + x, x - i, i * x, i / 4, f + f, f * i, f + x, i // x, i % x, f and i < x, -f, f | (i > 0), x**2 * i
 
 
-def functions_of_numbers(x: float, i: int, f: bool) -> Any:
+def _functions_of_numbers(x: float, i: int, f: bool) -> Any:
     return (
         round(x), int(x), float(i), int(f), bool(x), bool(i), np.sign(x), math.floor(x), math.ceil(x), abs(f), round(i),
     )  # fmt: skip
 
 
-def powers(x: float, i: int) -> Any:
+def _powers(x: float, i: int) -> Any:
     return x**1, i**2, i**3, i**0, abs(x) ** 0.5, x**-1.0, i**-1, 2.0**i
 
 
 def test_reals() -> None:
     """Arithmetic of reals with signed zeros, infinities and NaNs; `//` and `%` round down."""
-    check(real_arithmetic, REALS, (*REALS, 0.7, -0.7))
+    check(_real_arithmetic, REALS, (*REALS, 0.7, -0.7))
 
 
 def test_integers() -> None:
     """Arithmetic and bits of integers of either sign; division rounds down, and by 0 it is 0 and ends nothing."""
-    check(integer_arithmetic, INTEGERS, INTEGERS)
-    check(integer_division, INTEGERS, INTEGERS)
-    code = compiled(integer_division)
+    check(_integer_arithmetic, INTEGERS, INTEGERS)
+    check(_integer_division, INTEGERS, INTEGERS)
+    code = compiled(_integer_division)
     assert code(5, 0)[:2] == (0, 0)
     assert code(-(2**63), -1)[1] == 0  # processors trap here
 
 
 def test_numbers_of_several_kinds() -> None:
     """Integers and conditions become what they meet."""
-    check(mixed_arithmetic, INTEGERS, (0.5, -2.0, inf), (False, True))
+    check(_mixed_arithmetic, INTEGERS, (0.5, -2.0, inf), (False, True))
 
 
 def test_functions_of_numbers() -> None:
     """Rounding half to even, conversions, signs."""
-    check(functions_of_numbers, (0.5, 1.5, -2.5, 0.0, -0.0, 3.2, -3.7), (-2, 0, 3), (False, True))
+    check(_functions_of_numbers, (0.5, 1.5, -2.5, 0.0, -0.0, 3.2, -3.7), (-2, 0, 3), (False, True))
     check(lambda x: (np.sign(x), math.isnan(x), math.isfinite(x)), REALS)
 
 
 def test_powers() -> None:
     """A known whole exponent is products, any other one the C library's."""
-    check(powers, (0.5, -2.0, 3.0), (-3, 1, 2))
+    check(_powers, (0.5, -2.0, 3.0), (-3, 1, 2))
 
 
-def words(w: Any, v: Any) -> Any:
+def _words(w: Any, v: Any) -> Any:
     w ^= w >> np.uint64(12)
     w ^= w << np.uint64(25)
     low = w & np.uint64(255)
@@ -404,13 +401,13 @@ def words(w: Any, v: Any) -> Any:
 def test_words() -> None:
     """Words of 64 bits wrap around, shift in zeros, and compare and divide without a sign."""
     numbers = tuple(np.uint64(x) for x in (1, 7, 2**63, 2**64 - 1))
-    check(words, numbers, numbers)
+    check(_words, numbers, numbers)
 
 
 # arrays
 
 
-def elements(a: Any, m: Any, i: int, j: int) -> Any:
+def _elements(a: Any, m: Any, i: int, j: int) -> Any:
     a[i] += 1.5
     a[-1] -= a[i]
     m[i, j] = a[0] * 2
@@ -424,10 +421,10 @@ def test_elements() -> None:
     wide = np.arange(24.0).reshape(4, 6)
     arrays = (np.arange(4.0), np.arange(8.0)[::2], np.arange(4.0)[::-1], wide[:, 1], np.arange(5.0))
     matrices = (wide[:, :3].copy(), wide[:, 1:4], wide[::-1, ::2], wide.T[:4], np.asfortranarray(wide[:, :3]))
-    code = compiled(elements)
+    code = compiled(_elements)
     for a, m, i, j in itertools.product(arrays, matrices, (-4, -1, 0, 2), (-2, 0, 1)):
         (a1, m1), (a2, m2) = [(strided_copy(a), strided_copy(m)) for _ in range(2)]
-        assert bits(code(a1, m1, i, j)) == bits(elements(a2, m2, i, j))
+        assert bits(code(a1, m1, i, j)) == bits(_elements(a2, m2, i, j))
         assert bits([a1, m1]) == bits([a2, m2])
 
 
@@ -439,7 +436,7 @@ def strided_copy(array: np.ndarray) -> np.ndarray:
     return np.ndarray(array.shape, array.dtype, copy, offset, array.strides) if offset >= 0 else array.copy()
 
 
-def slices(a: Any, i: int, j: int) -> Any:
+def _slices(a: Any, i: int, j: int) -> Any:
     middle, tail, back = a[i:j], a[i:], a[::-1]
     total = 0.0
     for x in middle:
@@ -449,7 +446,7 @@ def slices(a: Any, i: int, j: int) -> Any:
     return total, len(middle), len(tail), back[0], back[len(a) - 1], a[1:3][0], len(a[::2]), len(a[j:i:-1]), len(a[:i])
 
 
-def writes_through_views(a: Any, m: Any, i: int) -> Any:
+def _writes_through_views(a: Any, m: Any, i: int) -> Any:
     view = a[i:]
     view[0] = 7.0
     m[:, 1] = a[:3]
@@ -463,11 +460,11 @@ def writes_through_views(a: Any, m: Any, i: int) -> Any:
 
 def test_slices_and_views() -> None:
     """Slices are cut to the array, and share its memory."""
-    check(slices, (np.arange(1.0, 7.0), np.arange(1.0, 13.0)[::2]), (-9, -4, -1, 0, 2, 5, 6, 9), (-8, -1, 0, 3, 6, 8))
-    check(writes_through_views, (np.arange(5.0),), (np.zeros((3, 2)),), (-3, 0, 1, 2))
+    check(_slices, (np.arange(1.0, 7.0), np.arange(1.0, 13.0)[::2]), (-9, -4, -1, 0, 2, 5, 6, 9), (-8, -1, 0, 3, 6, 8))
+    check(_writes_through_views, (np.arange(5.0),), (np.zeros((3, 2)),), (-3, 0, 1, 2))
 
 
-def records(table: Any, i: int) -> Any:
+def _records(table: Any, i: int) -> Any:
     table[i].x += 0.5
     table.n[i] = 3 * table[i].n - 1
     row = table[i]
@@ -481,17 +478,17 @@ def records(table: Any, i: int) -> Any:
 
 
 def test_records() -> None:
-    """Fields of records and of arrays of records are read and written."""
+    """Fields of _records and of arrays of _records are read and written."""
     table = np.zeros(3, RECORD).view(np.recarray)
     table.x, table.n = (0.25, 1.0, 2.0), (4, -5, 6)
-    code = compiled(records)
+    code = compiled(_records)
     for i in (-3, -1, 0, 1, 2):
         one, other = table.copy(), table.copy()
-        assert bits(code(one, i)) == bits(records(other, i))
+        assert bits(code(one, i)) == bits(_records(other, i))
         assert one.tobytes() == other.tobytes()
 
 
-def aliases(a: Any, b: Any) -> Any:
+def _aliases(a: Any, b: Any) -> Any:
     a[0] = 5.0
     first = b[0]
     b[1] = first + a[1]
@@ -500,14 +497,14 @@ def aliases(a: Any, b: Any) -> Any:
 
 def test_arrays_that_share_memory() -> None:
     """What is written to one array is read from another one that shares its memory."""
-    code = compiled(aliases)
+    code = compiled(_aliases)
     for first, second in ((0, 0), (0, 1), (1, 0)):
         one, other = np.arange(1.0, 4.0), np.arange(1.0, 4.0)
-        assert code(one[first:], one[second:]) == aliases(other[first:], other[second:])
+        assert code(one[first:], one[second:]) == _aliases(other[first:], other[second:])
         assert one.tobytes() == other.tobytes()
 
 
-def returned_arrays(a: Any, n: int) -> Any:
+def _returned_arrays(a: Any, n: int) -> Any:
     out = np.zeros((n, 2))
     for i in range(n):
         out[i, 0] = a[i % len(a)]
@@ -519,7 +516,7 @@ def returned_arrays(a: Any, n: int) -> Any:
 
 def test_returned_arrays() -> None:
     """Arrays that the code makes are returned as arrays of Python's own."""
-    check(returned_arrays, (np.arange(3.0), np.arange(6.0)[::2]), (0, 1, 4))
+    check(_returned_arrays, (np.arange(3.0), np.arange(6.0)[::2]), (0, 1, 4))
 
 
 # functions
@@ -533,15 +530,15 @@ class Point(NamedTuple):
     extra: Any = None
 
 
-def moved(point: Any, by: float) -> Any:
+def _moved(point: Any, by: float) -> Any:
     if point.extra is None:
         return point._replace(x=point.x + by)
     return Point(point.x - by, point.y, point.extra)
 
 
-def uses_tuples(point: Any, n: int) -> Any:
+def _uses_tuples(point: Any, n: int) -> Any:
     for _ in range(n):
-        point = moved(point, 0.5)
+        point = _moved(point, 0.5)
     x, y, *rest = point
     other = Point(*(2.0, 3.0)) if x > 1.0 else Point(x=1, y=2.0)
     return point, other, len(point), rest[0] is None, (point + (1,))[-1], point[:2][n % 2]
@@ -549,9 +546,9 @@ def uses_tuples(point: Any, n: int) -> Any:
 
 def test_named_tuples() -> None:
     """Fields that are None leave nothing; tuples are made, changed, unpacked and indexed."""
-    code = compiled(uses_tuples)
+    code = compiled(_uses_tuples)
     for point, n in itertools.product((Point(1.0, 2.0), Point(0.25, -1.0, 3.0)), (0, 1, 3)):
-        result, expected = code(point, n), uses_tuples(point, n)
+        result, expected = code(point, n), _uses_tuples(point, n)
         assert result == expected and type(result[0]) is Point
 
 
@@ -565,35 +562,35 @@ PAIR = (lambda x: x + 1.0), (lambda x: (lambda y: y * x)(2.0))
 
 
 @generic
-def name_of(x: Any) -> Any:
+def _name_of(x: Any) -> Any:
     return 0
 
 
-@name_of.register(float)
+@_name_of.register(float)
 def _(x: Any) -> Any:
     return 1
 
 
-@name_of.register(Point)
+@_name_of.register(Point)
 def _(x: Any) -> Any:
-    return 2 + name_of(x.x)
+    return 2 + _name_of(x.x)
 
 
 @routine
-def apart(x: float, n: int, a: Any) -> Any:
+def _apart(x: float, n: int, a: Any) -> Any:
     a[n] = x
     return (x, n) if n > 1 else (0.0, -n)
 
 
-def calls(x: float, n: int, a: Any) -> Any:
+def _calls(x: float, n: int, a: Any) -> Any:
     arguments = (x, 1.5)
     first = TWICE(x) + THRICE(*arguments) + TWICE(x, sign=-1.0) + THRICE(x, 1.0, 2, 3, **{"sign": x})
-    return first, PAIR[0](x), name_of(x), name_of(Point(x, n)), name_of(n), apart(x, n, a), apart(1.0, 0, a), a[n]
+    return first, PAIR[0](x), _name_of(x), _name_of(Point(x, n)), _name_of(n), _apart(x, n, a), _apart(1.0, 0, a), a[n]
 
 
 def test_calls() -> None:
     """Closures, default, keyword and starred arguments, lambdas of one line, generic functions and routines."""
-    check(calls, (1.0, -0.5), (0, 1, 2), (np.zeros(3),))
+    check(_calls, (1.0, -0.5), (0, 1, 2), (np.zeros(3),))
 
 
 def test_two_lambdas_of_one_line() -> None:
