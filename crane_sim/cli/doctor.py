@@ -29,13 +29,16 @@ def _failures() -> Iterator[Unusual]:
     try:
         yield from _unusual_cache()
         yield from _failed_node()
-    except RuntimeError as error:  # a variable that the compiler rejects, a profile of Fast DDS that does not exist
+    except RuntimeError as error:  # a profile of Fast DDS that does not exist
         yield Unusual("runs", f"do not start: {error}")
 
 
 def _failed_node() -> Iterator[Unusual]:
     """Yield why a node does not start."""
-    from crane_sim.orchestration.ros_environment import node_environment, reserve_domain  # here: the compiler is slow
+    from crane_sim.orchestration.ros_environment import (  # here: it takes long to import
+        node_environment,
+        reserve_domain,
+    )
 
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder, reserve_domain() as domain:
         environment = node_environment(domain, Path(folder))

@@ -143,7 +143,7 @@ def compile_time() -> float:
     return seconds()
 
 
-COMPILING = "compiling this kind of scene (once per kind, group and law: 3 to 20 s, on a busy machine a minute)"
+COMPILING = "compiling this kind of scene (once per kind, group and law: 1 to 10 s, on a busy machine a minute)"
 """What is said while something compiles."""
 
 

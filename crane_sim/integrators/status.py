@@ -20,7 +20,7 @@ class Status(IntEnum):
 
 
 OK, STEP_TOO_SMALL, NOT_FINITE, TOO_MANY_SWITCHES, TOO_MANY_STEPS, TERMINATED = map(int, Status)
-"""The same as plain integers, for compiled code: with members of the enumeration a short run takes a fifth longer."""
+"""The same as plain integers, for compiled code."""
 _CAUSES = {
     Status.STEP_TOO_SMALL: "the step size shrank to nothing",
     Status.NOT_FINITE: "the state is not finite",

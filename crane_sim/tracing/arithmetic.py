@@ -36,6 +36,7 @@ _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
     "unequal": operator.ne,
 }
 """What each operation is on numbers that are known while tracing."""
+_NUMBERS: Any = (Value, float, int, np.number, np.bool_)
 _FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
@@ -56,7 +57,7 @@ def is_symbol(x: Any) -> bool:
 
 def is_number(x: Any) -> bool:
     """Return whether x is a number, known or not."""
-    return isinstance(x, Value | float | int | np.number | np.bool_)
+    return isinstance(x, _NUMBERS)
 
 
 def is_flag(x: Any) -> bool:
@@ -114,7 +115,7 @@ def common_kind(*numbers: Any) -> Kind:
 def number_kind(x: Any) -> Kind:
     """Return the kind of a number, NumPy's words included."""
     if isinstance(x, np.generic):
-        return Kind.WORD if isinstance(x, np.uint64) else kind_of(x.item())
+        return Kind.WORD if x.dtype == np.uint64 else kind_of(x.item())
     return kind_of(x)
 
 

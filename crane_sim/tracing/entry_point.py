@@ -10,13 +10,14 @@ import struct
 import types
 from typing import Any, NamedTuple
 
+from crane_sim.files.errors import SceneError
 from crane_sim.tracing.arguments import FORMATS, describe, kinds_of, pack, rebuild_symbols
 from crane_sim.tracing.calls import Calls
 from crane_sim.tracing.code_cache import read_entry, write_entry
 from crane_sim.tracing.compile_time import COMPILE_TIMER
 from crane_sim.tracing.frame import CODES
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Graph, Kind, Value
+from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import LoadedCode, compile_text
 from crane_sim.tracing.results import make_builder, take_result
@@ -102,8 +103,15 @@ class Call:
                 same = False
         return same
 
+    def forget_large_arrays(self) -> None:
+        """Forget arguments with arrays that would take much memory until the next call."""
+        for i, arrays in enumerate(self.arrays):
+            if arrays and sum([array.nbytes for array in arrays.values()]) > _KEPT:
+                self.arguments[i], self.arrays[i] = UNKNOWN, {}
+
 
 UNKNOWN = object()
+_KEPT = 1_000_000  # bytes of arrays of one argument that a call keeps for the next one
 
 
 class _Runner:
@@ -138,6 +146,8 @@ class _Runner:
                 arrays[address] = array
                 _ADDRESS.pack_into(data, 8 * index, address)
             raw = bytes(data)
+            if sum([array.nbytes for array in arrays.values()]) > _KEPT:
+                return result, {}
         return result, {id(result[i]): (result[i], key, raw[a:b], arrays) for i, key, a, b in self._parts}
 
     def _new_buffer(self) -> tuple[Any, int]:
@@ -163,13 +173,18 @@ class EntryPoint:
         self._results: dict[int, Any] = {}
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run."""
+        """Run.
+
+        Raises:
+            SceneError: it does what is not compiled.
+        """
         if INTERPRETED or len(arguments) != self._count:
             return self.py_func(*arguments)
         call, runner = self._calls.pop() if self._calls else (Call(self._count), None)
         if not call.take(arguments, self._results) or runner is None:
             runner = self._find_runner(tuple, tuple(call.keys))
         result, self._results = runner(call)
+        call.forget_large_arrays()
         self._calls.append((call, runner))
         return result
 
@@ -184,8 +199,11 @@ class EntryPoint:
         code = read_entry(self.py_func, key)
         if isinstance(code, Code):
             return code
-        with COMPILE_TIMER:
-            code, functions = compile_entry(self.py_func, key)
+        try:
+            with COMPILE_TIMER:
+                code, functions = compile_entry(self.py_func, key)
+        except (TraceError, RecursionError) as error:  # of a law of the user's
+            raise SceneError(f"cannot be compiled: {error}") from error
         write_entry(self.py_func, key, code, functions)
         return code
 

@@ -2,15 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from crane_sim.tracing.arithmetic import combine
 from crane_sim.tracing.graph import Block, Graph, Kind, OpenBlock, TraceError, Value, numbers_of
 from crane_sim.tracing.merging import UNDEFINED, KindChange, Merge, Rebuild, fit, leaf_value, split
 from crane_sim.tracing.scopes import Source
-
-if TYPE_CHECKING:
-    from crane_sim.tracing.calls import Calls
 
 RUNS, BREAKS, RETURNS, CONTINUES = range(4)
 """How statements end inside a loop, or inside a branch of which one side may return, as a number."""
@@ -29,11 +26,23 @@ class ResultChange(TraceError):
     """What a function returns needs other kinds of numbers: it is traced again."""
 
 
+class Caller(Protocol):
+    """What traces the functions that a function calls."""
+
+    def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
+        """Return the result of a call."""
+        ...
+
+    def constant_array(self, graph: Graph, array: Any, index: Any) -> Any:
+        """Return what a constant array has at an index."""
+        ...
+
+
 class Frame:
     """The variables of one call, and where the results of returns that end with a number (`RETURNS`) are stored."""
 
     def __init__(
-        self, graph: Graph, calls: "Calls", source: Source, variables: dict[str, Any], result_kinds: dict[int, Kind]
+        self, graph: Graph, calls: Caller, source: Source, variables: dict[str, Any], result_kinds: dict[int, Kind]
     ) -> None:
         """Begin with the parameters as variables, and with kinds that stored results need in place of their own."""
         self.graph, self.calls, self.source, self.variables = graph, calls, source, variables

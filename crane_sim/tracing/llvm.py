@@ -225,35 +225,47 @@ class _FunctionText:
 
     def _expression(self, instruction: Instruction) -> str:
         operation, arguments = instruction.operation, instruction.arguments
-        kind = self._kind(arguments[0])
-        first, real = _type(kind, self._width), kind is Kind.REAL
+        typed = ", ".join(map(self._typed, arguments))
+        if operation in _INTRINSIC:
+            first = _type(self._kind(arguments[0]), self._width)
+            return f"call {first} @llvm.{_INTRINSIC[operation][0]}.{_suffix(self._width)}({typed})"
+        if operation == "select":
+            return f"select {typed}"
         names = ", ".join(map(self._name, arguments))
+        kind = self._kind(arguments[0])
+        return self._conversion(operation, kind, names) or self._operation(operation, kind, names)
+
+    def _conversion(self, operation: str, kind: Kind, name: str) -> str:
+        """Return the expression of an operation that changes the kind of a value, empty for another one."""
+        first = _type(kind, self._width)
+        integer, real = _type(Kind.INTEGER, self._width), _type(Kind.REAL, self._width)
+        match operation:
+            case "flag_to_integer":
+                return f"zext {first} {name} to {integer}"
+            case "to_word" | "word_to_integer":
+                return f"add {first} {name}, 0"
+            case "address_bits":
+                return f"ptrtoint {first} {name} to i64"
+            case "to_real":
+                return f"{'ui' if kind is Kind.WORD else 'si'}tofp {first} {name} to {real}"
+            case "to_integer":
+                return f"fptosi {first} {name} to {integer}"
+            case _:
+                return ""
+
+    def _operation(self, operation: str, kind: Kind, names: str) -> str:
+        first, real = _type(kind, self._width), kind is Kind.REAL
         if operation in _ARITHMETIC:
             return f"{'f' if real else ''}{_ARITHMETIC[operation]} {first} {names}"
         if operation in _COMPARISON:
             return f"{_COMPARISON[operation][0 if real else 2 if kind is Kind.WORD else 1]} {first} {names}"
-        typed = ", ".join(map(self._typed, arguments))
-        if operation in _INTRINSIC:
-            return f"call {first} @llvm.{_INTRINSIC[operation][0]}.{_suffix(self._width)}({typed})"
-        if operation == "select":
-            return f"select {typed}"
         if operation in _BITS:
             logical = operation == "shift_right" and kind is Kind.WORD
             return f"{'lshr' if logical else _BITS[operation]} {first} {names}"
         if operation in ("quotient", "remainder"):
             return f"{'u' if kind is Kind.WORD else 's'}{'div' if operation == 'quotient' else 'rem'} {first} {names}"
-        if operation == "flag_to_integer":
-            return f"zext {first} {names} to {_type(Kind.INTEGER, self._width)}"
-        if operation in ("to_word", "word_to_integer"):
-            return f"add {first} {names}, 0"
-        if operation == "address_bits":
-            return f"ptrtoint {first} {names} to i64"
-        if operation == "negate":
-            return f"fneg {first} {names}" if real else f"sub {first} zeroinitializer, {names}"
-        if operation == "to_real":
-            return f"{'ui' if kind is Kind.WORD else 'si'}tofp {first} {names} to {_type(Kind.REAL, self._width)}"
-        assert operation == "to_integer", operation
-        return f"fptosi {first} {names} to {_type(Kind.INTEGER, self._width)}"
+        assert operation == "negate", operation
+        return f"fneg {first} {names}" if real else f"sub {first} zeroinitializer, {names}"
 
     def _write_constant(self, instruction: Instruction) -> None:
         (number,) = instruction.results

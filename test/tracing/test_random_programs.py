@@ -1,0 +1,53 @@
+"""Random small programs return and write, compiled, the bits that they do in Python."""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+import pytest
+from random_programs import arguments, compiled, run, write_programs
+
+from crane_sim.tracing import machine_code
+
+CASES = 30  # arguments of each program
+
+
+def check(function: Any) -> int:
+    """Assert that a program, compiled, has the bits of Python; return for how many arguments.
+
+    Python raises errors where it divides by zero, takes the root of a negative number or makes a NaN an integer;
+    compiled code raises none, and there is nothing to compare.
+    """
+    code, compared = compiled(function), 0
+    for case in range(CASES):
+        given = arguments(case)
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of NumPy's numbers
+            try:
+                expected = run(function, given)
+            except (ArithmeticError, ValueError):
+                continue
+        assert run(code, given) == expected, (function.__name__, case)
+        compared += 1
+    return compared
+
+
+def check_all(seeds: range, folder: Path) -> None:
+    """Assert that the programs of some seeds have the bits of Python, for most of their arguments."""
+    compared = sum(check(function) for function in write_programs(seeds, folder))
+    assert compared > 0.5 * CASES * len(seeds)
+
+
+def test_programs_have_the_bits_of_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Branches, loops, returns and arithmetic in any combination; not optimised, which takes most of the time."""
+    monkeypatch.setattr(machine_code, "_tuning", lambda: llvm.create_pipeline_tuning_options(speed_level=0))
+    check_all(range(100), tmp_path)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(1000, 3000, 100))
+def test_optimised_programs_have_the_bits_of_python(first: int, tmp_path: Path) -> None:
+    """So do programs with all optimisations of the product."""
+    check_all(range(first, first + 100), tmp_path)
