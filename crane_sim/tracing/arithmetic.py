@@ -36,6 +36,7 @@ _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
     "unequal": operator.ne,
 }
 """What each operation is on numbers that are known while tracing."""
+_NUMBERS: Any = (Value, float, int, np.number, np.bool_)
 _FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
@@ -56,7 +57,7 @@ def is_symbol(x: Any) -> bool:
 
 def is_number(x: Any) -> bool:
     """Return whether x is a number, known or not."""
-    return isinstance(x, Value | float | int | np.number | np.bool_)
+    return isinstance(x, _NUMBERS)
 
 
 def is_flag(x: Any) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.tracing import arithmetic, array_symbols
-from crane_sim.tracing.array_symbols import ArraySymbol
+from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 from crane_sim.tracing.operators import items_of
 from crane_sim.tracing.ranges import SimdRange
@@ -105,6 +105,26 @@ def _sign(graph: Graph, x: Any) -> Any:
 
 def _is_instance(graph: Graph, x: Any, kinds: Any) -> bool:
     return issubclass(type_of(x), kinds)
+
+
+def _class_of(graph: Graph, x: Any) -> type:
+    return type_of(x)
+
+
+def _has_attribute(graph: Graph, x: Any, name: str) -> bool:
+    if isinstance(x, ArraySymbol) and x.dtype.names:
+        return name in x.dtype.names
+    return hasattr(type_of(x) if isinstance(x, Value | ArraySymbol) else x, name)
+
+
+def _attribute(graph: Graph, x: Any, name: str, *default: Any) -> Any:
+    if isinstance(x, Value | ArraySymbol | RecordSymbol):
+        raise TraceError("getattr of a number or an array is not traced")
+    return getattr(x, name, *default)
+
+
+def _reversed(graph: Graph, tree: Any) -> tuple[Any, ...]:
+    return tuple(reversed(items_of(tree)))
 
 
 def _sum(graph: Graph, numbers: Any, start: Any = 0) -> Any:
@@ -239,6 +259,10 @@ HANDLERS: dict[Any, Callable[..., Any]] = {
     math.copysign: _function("copy_sign"),
     np.sign: _sign,
     isinstance: _is_instance,
+    type: _class_of,
+    getattr: _attribute,
+    hasattr: _has_attribute,
+    reversed: _reversed,
     sum: _sum,
     all: _every,
     any: _some,

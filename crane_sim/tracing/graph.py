@@ -100,7 +100,7 @@ OPERANDS: dict[str, set[Kind]] = {
     **dict.fromkeys(("add", "subtract", "multiply", "negate", "less", "less_equal"), _NUMBERS),
     **dict.fromkeys(("equal", "unequal"), {*_NUMBERS, Kind.BOOLEAN}),
     **dict.fromkeys(("divide", "absolute", "sqrt", "exp", "power", "fma", "to_integer"), {Kind.REAL}),
-    "both": {Kind.INTEGER, Kind.BOOLEAN},
+    "both": {Kind.INTEGER, Kind.BOOLEAN, Kind.WORD},
     "to_real": {Kind.INTEGER, Kind.WORD},
 }
 """Kinds that an operation is defined for."""

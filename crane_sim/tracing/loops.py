@@ -10,7 +10,7 @@ from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.expressions import assign, condition_of, evaluate_iterable
 from crane_sim.tracing.frame import CONTINUES, RUNS, Frame
-from crane_sim.tracing.graph import Block, Graph, Kind, TraceError, Value, numbers_of
+from crane_sim.tracing.graph import Block, Kind, TraceError, Value, numbers_of
 from crane_sim.tracing.merging import UNDEFINED, KindChange, fit, rebuilt, split
 from crane_sim.tracing.ranges import Range, SimdRange
 from crane_sim.tracing.scopes import assigned_names, has_jump, has_return, names_read_later
@@ -170,15 +170,15 @@ class _Recorder:
         for name in assigned_names(self._loop):
             value = frame.variables.get(name, UNDEFINED)
             if name not in self._names and value is not UNDEFINED and name in later:
-                raise _LateVariable(name, _zeros_like(frame.graph, value, name))
+                raise _LateVariable(name, _zeros_like(value, name))
 
 
-def _zeros_like(graph: Graph, tree: Any, name: str) -> Any:
-    """Return a tree of zeros of the same kinds, as constants outside of a loop."""
+def _zeros_like(tree: Any, name: str) -> Any:
+    """Return a tree of zeros of the same kinds, which are known."""
     if isinstance(tree, tuple):
-        return rebuilt(tree, [_zeros_like(graph, part, name) for part in tree])
+        return rebuilt(tree, [_zeros_like(part, name) for part in tree])
     if isinstance(tree, Value):
-        return graph.constant(0, tree.kind)
+        return {Kind.REAL: 0.0, Kind.BOOLEAN: False, Kind.WORD: np.uint64(0)}.get(tree.kind, 0)
     if isinstance(tree, ArraySymbol | RecordSymbol):
         raise TraceError(f"{name}, an array that a loop makes, is used behind the loop")
     return tree
