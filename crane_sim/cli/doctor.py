@@ -35,10 +35,7 @@ def _failures() -> Iterator[Unusual]:
 
 def _failed_node() -> Iterator[Unusual]:
     """Yield why a node does not start."""
-    from crane_sim.orchestration.ros_environment import (  # here: it takes long to import
-        node_environment,
-        reserve_domain,
-    )
+    from crane_sim.orchestration.ros_environment import node_environment, reserve_domain  # here: slow to import
 
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder, reserve_domain() as domain:
         environment = node_environment(domain, Path(folder))

@@ -188,6 +188,10 @@ class EntryPoint:
         self._calls.append((call, runner))
         return result
 
+    def __reduce__(self) -> str:
+        """Return the name that another process finds it by."""
+        return self.__qualname__
+
     def _find_runner(self, whole: type, keys: tuple[Any, ...]) -> _Runner:
         key = whole, *keys
         runner = self._runners.get(key)
