@@ -20,7 +20,7 @@ def _mix(matrix: Any, row: Any, j: int) -> Any:
 
 
 def _fold(values: Any) -> float:
-    """Return the sum of an array (8,), which is overwritten, by halves: of the first four and the last four, and so on."""
+    """Return the sum of an array (8,), which is overwritten: of first and last four, and so on."""
     for j in simd_range(STAGES // 2):
         values[j] += values[j + STAGES // 2]
     return (values[0] + values[2]) + (values[1] + values[3])
