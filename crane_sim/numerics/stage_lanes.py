@@ -6,7 +6,7 @@ Sums have an order of their own: that in which vectors of the processor add them
 from typing import Any
 
 from crane_sim.numerics.elementary import fma
-from crane_sim.numerics.jit import simd_range
+from crane_sim.numerics.jit import local_array, simd_range
 
 STAGES = 8  # a vector of the widest processors
 
@@ -19,10 +19,11 @@ def _mix(matrix: Any, row: Any, j: int) -> Any:
     return even + odd
 
 
-def _fold(values: Any) -> Any:
-    """Return the sum by halves: of the first four and the last four, and so on."""
-    half = len(values) // 2
-    return _fold([a + b for a, b in zip(values[:half], values[half:], strict=True)]) if half else values[0]
+def _fold(values: Any) -> float:
+    """Return the sum of an array (8,), which is overwritten: of first and last four, and so on."""
+    for j in simd_range(STAGES // 2):
+        values[j] += values[j + STAGES // 2]
+    return (values[0] + values[2]) + (values[1] + values[3])
 
 
 def mix_stages(matrix: Any, source: Any, i: int, to: Any, k: int, scale: float) -> None:
@@ -41,12 +42,17 @@ def reach_stages(matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[
 
 def take_row(source: Any, to: Any, i: int) -> float:
     """Copy the stages of row i from `source` to `to`; return the sum of the squares of what changes there."""
-    changes = [source[i, j] - to[i, j] for j in range(STAGES)]
+    squares = local_array((STAGES,))
     for j in simd_range(STAGES):
+        change = source[i, j] - to[i, j]
         to[i, j] = source[i, j]
-    return _fold([change * change for change in changes])
+        squares[j] = change * change
+    return _fold(squares)
 
 
 def weigh_stages(weights: Any, source: Any, i: int) -> float:
     """Return the sum of weights (8,) times the stages of row i."""
-    return _fold([weights[j] * source[i, j] for j in range(STAGES)])
+    products = local_array((STAGES,))
+    for j in simd_range(STAGES):
+        products[j] = weights[j] * source[i, j]
+    return _fold(products)

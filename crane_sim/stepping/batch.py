@@ -157,7 +157,7 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         grid, arrays, first, last: see `simulate_range`.
     """
     use_wide_vectors()
-    for block in range(first, last, LANES):
+    for block in range(max(first, 0), last, LANES):  # an index that may be negative would be a gather
         like = first_lane(cranes, arrays, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in simd_range(LANES):

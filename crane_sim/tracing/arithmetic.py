@@ -289,7 +289,10 @@ def smallest(*numbers: Any) -> Any:
 
 def largest(*numbers: Any) -> Any:
     """Return what Python's max does of numbers."""
-    return _extreme(lambda x, most: combine("greater", x, most), numbers)
+    result = _extreme(lambda x, most: combine("greater", x, most), numbers)
+    if isinstance(result, Value) and result.kind is Kind.INTEGER and any(map(is_natural, numbers)):
+        result.graph.natural.add(result.number)
+    return result
 
 
 def _extreme(better: Callable[[Any, Any], Any], numbers: tuple[Any, ...]) -> Any:

@@ -1,6 +1,7 @@
 """Calls while tracing: a function is traced once for each structure of its arguments, and called from then on."""
 
 import types
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,6 +77,8 @@ class Calls:
         graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
         numbers = tuple(leaf.number for leaf in leaves)
         results = graph.append("call", numbers, traced.function.result_kinds, traced.function)
+        inner = zip(results, traced.function.block.results, strict=True)
+        graph.natural.update(result.number for result, number in inner if number in traced.function.graph.natural)
         return traced.result(iter(results))
 
     def _trace(
@@ -198,8 +201,16 @@ def take_apart(tree: Any, graph: Graph, integers: bool) -> tuple[list[Value], An
         key = type(tree), str(tree.dtype), tuple(None if isinstance(x, Value) else x for x in sizes)
         return leaves, key, lambda it: with_address(tree, next(it), it)
     if isinstance(tree, Value):
-        return [graph.lift(tree, tree.kind)], tree.kind, lambda it: next(it)
+        natural = arithmetic.is_natural(tree)
+        return [graph.lift(tree, tree.kind)], (tree.kind, natural), _take_natural if natural else next
     if isinstance(tree, float) or (integers and type(tree) is int):
-        value = graph.constant(tree, arithmetic.number_kind(tree))
-        return [value], value.kind, lambda it: next(it)
+        value, natural = graph.constant(tree, arithmetic.number_kind(tree)), type(tree) is int and tree >= 0
+        return [value], (value.kind, natural), _take_natural if natural else next
     return [], (type(tree), tree), lambda it: tree
+
+
+def _take_natural(leaves: Iterator[Value]) -> Value:
+    """Return the next leaf, an integer that is not negative."""
+    leaf = next(leaves)
+    leaf.graph.natural.add(leaf.number)
+    return leaf

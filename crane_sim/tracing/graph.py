@@ -147,6 +147,8 @@ class Graph:
         literal = _PYTHON_TYPES[kind](number)
         (value,) = self.append("constant", (), (kind,), literal)
         self.constants[value.number] = literal
+        if kind is Kind.INTEGER and literal >= 0:
+            self.natural.add(value.number)
         return value
 
     def append(self, operation: str, arguments: tuple[int, ...], kinds: tuple[Kind, ...], literal: Any = None) -> Any:

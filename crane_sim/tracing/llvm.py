@@ -486,12 +486,13 @@ class _FunctionText:
 
     def _simd_hint(self) -> str:
         """Have what follows marked as part of a loop of independent turns; return what marks the loop's end."""
-        accesses, independent, loop = (next(self._nodes) for _ in range(3))
+        accesses, independent, whole, loop = (next(self._nodes) for _ in range(4))
         self._access = f", !llvm.access.group !{accesses}"
         self._metadata += [
             f"!{accesses} = distinct !{{}}",
             f'!{independent} = !{{!"llvm.loop.parallel_accesses", !{accesses}}}',
-            f"!{loop} = distinct !{{!{loop}, !{independent}}}",
+            f'!{whole} = !{{!"llvm.loop.unroll.disable"}}',  # turns that were written out would become no lanes
+            f"!{loop} = distinct !{{!{loop}, !{independent}, !{whole}}}",
         ]
         return f", !llvm.loop !{loop}"
 
