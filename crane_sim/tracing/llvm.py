@@ -268,18 +268,24 @@ class _FunctionText:
             return f"{'lshr' if logical else _BITS[operation]} {first} {names}"
         if operation in ("quotient", "remainder"):
             return f"{'u' if kind is Kind.WORD else 's'}{'div' if operation == 'quotient' else 'rem'} {first} {names}"
-        if operation == "flag_to_integer":
-            return f"zext {first} {names} to {_type(Kind.INTEGER, self._width)}"
-        if operation in ("to_word", "word_to_integer"):
-            return f"add {first} {names}, 0"
-        if operation == "address_bits":
-            return f"ptrtoint {first} {names} to i64"
         if operation == "negate":
             return f"fneg {first} {names}" if real else f"sub {first} zeroinitializer, {names}"
-        if operation == "to_real":
-            return f"{'ui' if kind is Kind.WORD else 'si'}tofp {first} {names} to {_type(Kind.REAL, self._width)}"
-        assert operation == "to_integer", operation
-        return f"fptosi {first} {names} to {_type(Kind.INTEGER, self._width)}"
+        return self._conversion(operation, kind, f"{first} {names}")
+
+    def _conversion(self, operation: str, kind: Kind, operand: str) -> str:
+        integer, real = _type(Kind.INTEGER, self._width), _type(Kind.REAL, self._width)
+        match operation:
+            case "flag_to_integer":
+                return f"zext {operand} to {integer}"
+            case "to_word" | "word_to_integer":
+                return f"add {operand}, 0"
+            case "address_bits":
+                return f"ptrtoint {operand} to i64"
+            case "to_real":
+                return f"{'ui' if kind is Kind.WORD else 'si'}tofp {operand} to {real}"
+            case _:
+                assert operation == "to_integer", operation
+                return f"fptosi {operand} to {integer}"
 
     def _write_constant(self, instruction: Instruction) -> None:
         (number,) = instruction.results
