@@ -80,8 +80,10 @@ def convert(graph: Graph, x: Any, kind: Kind) -> Value:
     """
     if not isinstance(x, Value):
         return graph.constant(_to_python(x, kind), kind)
+    if x.graph is not graph:
+        return graph.lift(x, kind)  # an error
     if x.kind is kind:
-        return graph.lift(x, kind)
+        return x
     path = (x.kind, kind)
     if path == (Kind.BOOLEAN, Kind.REAL):
         return convert(graph, convert(graph, x, Kind.INTEGER), Kind.REAL)

@@ -197,8 +197,9 @@ def take_apart(tree: Any, graph: Graph, integers: bool) -> tuple[list[Value], An
         key = type(tree), str(tree.dtype), tuple(None if isinstance(x, Value) else x for x in sizes)
         return leaves, key, lambda it: with_address(tree, next(it), it)
     if isinstance(tree, Value):
-        return [graph.lift(tree, tree.kind)], tree.kind, lambda it: next(it)
+        kind = tree.kind
+        return [tree if tree.graph is graph else graph.lift(tree, kind)], kind, next
     if isinstance(tree, float) or (integers and type(tree) is int):
         value = graph.constant(tree, arithmetic.number_kind(tree))
-        return [value], value.kind, lambda it: next(it)
+        return [value], value.kind, next
     return [], (type(tree), tree), lambda it: tree

@@ -68,14 +68,35 @@ class Source:
 
 
 @cache
+def _tree_of(file: str) -> ast.Module:
+    return ast.parse(Path(file).read_text(encoding="utf-8"))
+
+
+@cache
 def _functions_of(file: str) -> dict[tuple[str, int], list[Any]]:
     """Return the functions of a file by name and by the line that their code begins in: that of the first decorator."""
     found: dict[tuple[str, int], list[Any]] = {}
-    for node in ast.walk(ast.parse(Path(file).read_text(encoding="utf-8"))):
+    for node in _statements(_tree_of(file)):
         if isinstance(node, ast.FunctionDef):
             line = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
             found.setdefault((node.name, line), []).append(node)
-        elif isinstance(node, ast.Lambda):
+    return found
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the statements that a module or a statement consists of, but not their expressions."""
+    for name in ("body", "orelse", "finalbody", "handlers"):
+        for part in getattr(node, name, ()):
+            yield part
+            yield from _statements(part)
+
+
+@cache
+def _lambdas_of(file: str) -> dict[tuple[str, int], list[Any]]:
+    """Return the lambdas of a file by their line."""
+    found: dict[tuple[str, int], list[Any]] = {}
+    for node in ast.walk(_tree_of(file)):
+        if isinstance(node, ast.Lambda):
             found.setdefault(("<lambda>", node.lineno), []).append(node)
     return found
 
@@ -89,7 +110,8 @@ def source_of(function: types.FunctionType) -> Source:
     """
     code = function.__code__
     try:
-        candidates = _functions_of(code.co_filename).get((code.co_name, code.co_firstlineno), [])
+        functions = _lambdas_of if code.co_name == "<lambda>" else _functions_of
+        candidates = functions(code.co_filename).get((code.co_name, code.co_firstlineno), [])
     except (OSError, SyntaxError, ValueError) as error:
         raise TraceError(f"the source of {function.__name__}, {code.co_filename}, cannot be read: {error}") from error
     fitting = [tree for tree in candidates if len(candidates) == 1 or _contains(tree, code)]
