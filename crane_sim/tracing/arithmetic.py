@@ -37,6 +37,8 @@ _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
 }
 """What each operation is on numbers that are known while tracing."""
 _NUMBERS: Any = (Value, float, int, np.number, np.bool_)
+_SCALARS: Any = np.generic
+_WORDS: Any = np.uint64
 _FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
@@ -78,8 +80,10 @@ def convert(graph: Graph, x: Any, kind: Kind) -> Value:
     """
     if not isinstance(x, Value):
         return graph.constant(_to_python(x, kind), kind)
+    if x.graph is not graph:
+        return graph.lift(x, kind)  # an error
     if x.kind is kind:
-        return graph.lift(x, kind)
+        return x
     path = (x.kind, kind)
     if path == (Kind.BOOLEAN, Kind.REAL):
         return convert(graph, convert(graph, x, Kind.INTEGER), Kind.REAL)
@@ -114,9 +118,9 @@ def common_kind(*numbers: Any) -> Kind:
 
 def number_kind(x: Any) -> Kind:
     """Return the kind of a number, NumPy's words included."""
-    if isinstance(x, np.generic):
-        return Kind.WORD if x.dtype == np.uint64 else kind_of(x.item())
-    return kind_of(x)
+    if isinstance(x, _WORDS):
+        return Kind.WORD
+    return kind_of(x.item()) if isinstance(x, _SCALARS) else kind_of(x)
 
 
 def combine(operation: str, a: Any, b: Any) -> Any:

@@ -65,14 +65,25 @@ class SourceState:
         """Return whether the digest includes a file; "" and names in brackets, of code that no file has, are none."""
         return os.path.realpath(file) in self._stamps
 
+    def is_unchanged(self, file: str) -> bool:
+        """Return whether the digest includes a file that is as it was then."""
+        with suppress(OSError):
+            return self._stamps.get(os.path.realpath(file)) == _stamp_of(file)
+        return False
+
     def _read_stamps(self) -> dict[str, tuple[int, ...]]:
         """Return the file attributes that change on a write, by path."""
         stamps: dict[str, tuple[int, ...]] = {}
         for file in (file for folder in map(str, self._folders) for file in _sources(folder)):
             with suppress(FileNotFoundError):  # a file that is removed meanwhile
-                stat = os.stat(file)
-                stamps[file] = stat.st_ino, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns
+                stamps[file] = _stamp_of(file)
         return stamps
+
+
+def _stamp_of(file: str) -> tuple[int, ...]:
+    """Return the attributes of a file that change on a write."""
+    status = os.stat(file)
+    return status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def _sources(package: str) -> Iterator[str]:

@@ -23,6 +23,8 @@ class Kind(Enum):
     ARRAY = "array"  # the address of reals
     FUNCTION = "function"  # its address
 
+    __hash__ = object.__hash__  # as each is one object; that of an Enum takes longer
+
 
 class Instruction(NamedTuple):
     """One instruction; values are called by their number."""

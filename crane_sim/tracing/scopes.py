@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from crane_sim.tracing.cache import SOURCES_AT_IMPORT
 from crane_sim.tracing.graph import TraceError
 
 _VARIABLE = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
@@ -69,15 +70,15 @@ class Source:
 
 
 @cache
-def _read(file: str, time_stamp: int) -> tuple[dict[tuple[str, int], list[Any]], frozenset[types.CodeType]]:
-    """Return (a file's functions by name and by the line that their code begins in, the code of all of them).
+def _tree_of(file: str, time_stamp: int) -> ast.Module:
+    """Return the tree of a file that was changed last at a time stamp: a module may be imported anew."""
+    return ast.parse(Path(file).read_text(encoding="utf-8"))
 
-    Args:
-        file: that was changed last at the time stamp.
-        time_stamp: of the version that is wanted: a module may be imported anew.
-    """
-    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
-    return _functions_of(tree), frozenset(_codes_in(compile(tree, file, "exec", dont_inherit=True)))
+
+@cache
+def _codes_of(file: str, time_stamp: int) -> frozenset[types.CodeType]:
+    """Return the code of all functions of a file."""
+    return frozenset(_codes_in(compile(_tree_of(file, time_stamp), file, "exec", dont_inherit=True)))
 
 
 def _codes_in(code: types.CodeType) -> Iterator[types.CodeType]:
@@ -87,14 +88,31 @@ def _codes_in(code: types.CodeType) -> Iterator[types.CodeType]:
             yield from _codes_in(inner)
 
 
-def _functions_of(tree: ast.Module) -> dict[tuple[str, int], list[Any]]:
+@cache
+def _functions_of(file: str, time_stamp: int) -> dict[tuple[str, int], list[Any]]:
     """Return functions by name and by the line that their code begins in: that of the first decorator."""
     found: dict[tuple[str, int], list[Any]] = {}
-    for node in ast.walk(tree):
+    for node in _statements(_tree_of(file, time_stamp)):
         if isinstance(node, ast.FunctionDef):
             line = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
             found.setdefault((node.name, line), []).append(node)
-        elif isinstance(node, ast.Lambda):
+    return found
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the statements that a module or a statement consists of, but not their expressions."""
+    for name in ("body", "orelse", "finalbody", "handlers"):
+        for part in getattr(node, name, ()):
+            yield part
+            yield from _statements(part)
+
+
+@cache
+def _lambdas_of(file: str, time_stamp: int) -> dict[tuple[str, int], list[Any]]:
+    """Return the lambdas of a file by their line."""
+    found: dict[tuple[str, int], list[Any]] = {}
+    for node in ast.walk(_tree_of(file, time_stamp)):
+        if isinstance(node, ast.Lambda):
             found.setdefault(("<lambda>", node.lineno), []).append(node)
     return found
 
@@ -107,13 +125,16 @@ def source_of(function: types.FunctionType) -> Source:
         TraceError: there is no file with it, or the file is no longer that which was imported.
     """
     code = function.__code__
+    file = code.co_filename
     try:
-        functions, codes = _read(code.co_filename, os.stat(code.co_filename).st_mtime_ns)
+        version = file, os.stat(file).st_mtime_ns
+        is_imported = SOURCES_AT_IMPORT.is_unchanged(file) or code in _codes_of(*version)
+        functions = _lambdas_of if code.co_name == "<lambda>" else _functions_of
+        candidates = functions(*version).get((code.co_name, code.co_firstlineno), [])
     except (OSError, SyntaxError, ValueError) as error:
-        raise TraceError(f"the source of {function.__name__}, {code.co_filename}, cannot be read: {error}") from error
-    if code not in codes:
-        raise TraceError(f"{code.co_filename} has changed since {function.__name__} was imported from it: start anew")
-    candidates = functions[code.co_name, code.co_firstlineno]
+        raise TraceError(f"the source of {function.__name__}, {file}, cannot be read: {error}") from error
+    if not is_imported:
+        raise TraceError(f"{file} has changed since {function.__name__} was imported from it: start anew")
     fitting = [tree for tree in candidates if len(candidates) == 1 or _contains(tree, code)]
     return Source(function, min(fitting, key=lambda tree: len(list(ast.walk(tree)))))
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_programs import compiled, load
+from random_programs import compiled
 
 from crane_sim.files.errors import SceneError
 from crane_sim.tracing.entry_point import EntryPoint
@@ -136,13 +136,3 @@ def test_the_innermost_places_are_named() -> None:
         entry(1.0)
     places = str(raised.value).partition(", in ")[2].split(", called by ")
     assert [place.split()[0] for place in places] == ["_tries", "_middle", "_outer"]
-
-
-def test_a_file_that_has_changed_is_noticed(tmp_path: Path) -> None:
-    """A function that is no longer where it was when its module was imported is not taken for another one."""
-    file = tmp_path / "own_law.py"
-    file.write_text("def law(x):\n    return x\n")
-    law = load(file).law
-    file.write_text("import math\n\n\ndef law(x):\n    return 2.0 * x\n")
-    with pytest.raises(TraceError, match="no longer has law"):
-        compiled(law)(1.0)
