@@ -442,14 +442,13 @@ class _FunctionText:
             condition = self._any_lane(self._lanes)
         self._write(f"br i1 {condition}, label %{inside}, label %{end}")
         self._begin(inside)
-        if mark:
-            self._sweep_memory(mark, instruction)
+        self._sweep_memory(mark, instruction)
         access, hint = self._access, self._simd_hint() if self._is_simd(instruction) else ""
         following = [self._name(number) for number in self._write_turn(body, instruction)]
         self._access = access
         if self._width > 1:
-            self._check_purity(proceed)
-            self._check_purity(body)
+            for block in instruction.literal:
+                self._check_purity(block)
             following = self._keep_ended_lanes(instruction.results, following)
         self._lanes = outside
         self._write(f"br label %{head}{hint}")
@@ -467,6 +466,8 @@ class _FunctionText:
 
     def _sweep_memory(self, mark: str, loop: Instruction) -> None:
         """Free what earlier turns of a loop have allocated and the turn that begins cannot reach."""
+        if not mark:
+            return
         roots = [self._name(number) for number in loop.results if self._kind(number) is Kind.ARRAY]
         sweep, swept, place = self._new_label("sweep"), self._new_label("swept"), f"%{self._new_label('roots')}"
         self._slots.append(f" {place} = alloca [{max(len(roots), 1)} x ptr], align 16")

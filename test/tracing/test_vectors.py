@@ -118,3 +118,22 @@ def test_what_is_said_of_a_loop_reaches_the_compiler(monkeypatch: pytest.MonkeyP
     text = text_of(fill_waves, monkeypatch, 8, np.ones(8), np.ones((2, 8)))
     assert "llvm.loop.parallel_accesses" in text
     assert any("@entry" in line and '"prefer-vector-width"="512"' in line for line in text.splitlines())
+
+
+@routine
+def element(x, i):
+    """Return an element, from the end where i is negative."""
+    return x[i]
+
+
+@entry_point
+def pick(x, i):
+    """Return elements at an index of either sign, at the same one where it is positive, else the first, and at 2."""
+    return element(x, i), element(x, max(i, 0)), element(x, 2)
+
+
+@pytest.mark.parametrize("i", [-3, -1, 0, 4])
+def test_an_index_that_is_never_negative_is_told_from_one_that_may_be(i: int) -> None:
+    """A function that is called with both kinds of index takes each as Python does."""
+    x = np.linspace(1.0, 2.0, 5)
+    assert pick(x, i) == pick.py_func(x, i)
