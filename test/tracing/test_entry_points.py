@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from process_helpers import run_to_completion
 
+from crane_sim.files.errors import SceneError
 from crane_sim.hardware.instruments import fill_standard_normals
 from crane_sim.numerics.jit import entry_point
 from crane_sim.simulation.rollout import simulate
-from crane_sim.tracing.graph import TraceError
 
 ROOT = Path(__file__).parents[2]
 PROBE = "import crane_sim; print(crane_sim.energy('knuckle_setpoint', [0, 0, 0, 1, 0, 0], [0] * 6))"
@@ -144,7 +144,7 @@ def test_a_file_that_has_changed_is_not_traced_in_place_of_the_imported_one(
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     module = importlib.import_module("edited_module")
     file.write_text(source.replace("2.0", "3.0"))
-    with pytest.raises(TraceError, match="edited_module.py has changed since scaled was imported"):
+    with pytest.raises(SceneError, match="edited_module.py has changed since scaled was imported"):
         module.scaled(1.0)
     assert importlib.reload(module).scaled(1.0) == 3.0
 
