@@ -42,6 +42,14 @@ _WORDS: Any = np.uint64
 _FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
+_CONVERSIONS = {
+    (Kind.INTEGER, Kind.REAL): "to_real",
+    (Kind.WORD, Kind.REAL): "to_real",
+    (Kind.REAL, Kind.INTEGER): "to_integer",
+    (Kind.BOOLEAN, Kind.INTEGER): "flag_to_integer",
+    (Kind.INTEGER, Kind.WORD): "to_word",
+    (Kind.WORD, Kind.INTEGER): "word_to_integer",
+}
 _OF_FLAGS = {"both", "either", "differ", "equal", "unequal"}
 _KEEP_NATURAL = {"add", "multiply", "both", "either", "differ", "shift_right"}
 _OPERATORS = {
@@ -91,14 +99,7 @@ def convert(graph: Graph, x: Any, kind: Kind) -> Value:
         return convert(graph, convert(graph, x, Kind.INTEGER), kind)
     if kind is Kind.BOOLEAN:
         return combine("unequal", x, 0)
-    operation = {
-        (Kind.INTEGER, Kind.REAL): "to_real",
-        (Kind.WORD, Kind.REAL): "to_real",
-        (Kind.REAL, Kind.INTEGER): "to_integer",
-        (Kind.BOOLEAN, Kind.INTEGER): "flag_to_integer",
-        (Kind.INTEGER, Kind.WORD): "to_word",
-        (Kind.WORD, Kind.INTEGER): "word_to_integer",
-    }.get(path)
+    operation = _CONVERSIONS.get(path)
     if operation is None:
         raise TraceError(f"a value of kind {x.kind.name} where one of kind {kind.name} is needed")
     result = graph.append(operation, (x.number,), (kind,))[0]
