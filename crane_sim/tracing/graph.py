@@ -126,7 +126,7 @@ class Graph:
         self._count = 1  # of blocks
         self._open = [0]  # numbers of the blocks that are being recorded
         self.has_allocations = False  # by itself, or in what it calls
-        self.natural = set[int]()  # numbers of integers that are known not to be negative
+        self.least: dict[int, int] = {}  # what integers are known not to be less than
 
     def new_value(self, kind: Kind) -> "Value":
         """Return a value that no instruction computes: a parameter of a block."""
