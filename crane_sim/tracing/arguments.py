@@ -74,7 +74,7 @@ def rebuild_symbols(key: Any, leaves: Any) -> Any:
         dtype, ndim, contiguous = parts
         address = next(leaves)
         shape = tuple(next(leaves) for _ in range(ndim))
-        address.graph.natural.update(size.number for size in shape)
+        address.graph.least.update((size.number, 0) for size in shape)
         strides = contiguous_strides(shape, dtype.itemsize) if contiguous else tuple(next(leaves) for _ in range(ndim))
         return ArraySymbol(address, 0, dtype, shape, strides)
     if kind is np.record:

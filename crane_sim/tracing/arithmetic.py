@@ -42,8 +42,16 @@ _WORDS: Any = np.uint64
 _FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
+_CONVERSIONS = {
+    (Kind.INTEGER, Kind.REAL): "to_real",
+    (Kind.WORD, Kind.REAL): "to_real",
+    (Kind.REAL, Kind.INTEGER): "to_integer",
+    (Kind.BOOLEAN, Kind.INTEGER): "flag_to_integer",
+    (Kind.INTEGER, Kind.WORD): "to_word",
+    (Kind.WORD, Kind.INTEGER): "word_to_integer",
+}
 _OF_FLAGS = {"both", "either", "differ", "equal", "unequal"}
-_KEEP_NATURAL = {"add", "multiply", "both", "either", "differ", "shift_right"}
+_KEEP_NATURAL = {"multiply", "both", "either", "differ", "shift_right"}
 _OPERATORS = {
     **dict(add="a sum", subtract="a difference", multiply="a product", divide="a quotient", power="a power"),
     **dict(floor_divide="a quotient", modulo="a remainder", both="&", either="|", differ="^"),
@@ -69,7 +77,13 @@ def is_flag(x: Any) -> bool:
 
 def is_natural(x: Any) -> bool:
     """Return whether x is an integer that is known not to be negative."""
-    return x.number in x.graph.natural if isinstance(x, Value) else x >= 0
+    least = least_of(x)
+    return least is not None and least >= 0
+
+
+def least_of(x: Any) -> int | None:
+    """Return what an integer is known not to be less than, None where nothing is known."""
+    return x.graph.least.get(x.number) if isinstance(x, Value) else int(x)
 
 
 def convert(graph: Graph, x: Any, kind: Kind) -> Value:
@@ -91,19 +105,12 @@ def convert(graph: Graph, x: Any, kind: Kind) -> Value:
         return convert(graph, convert(graph, x, Kind.INTEGER), kind)
     if kind is Kind.BOOLEAN:
         return combine("unequal", x, 0)
-    operation = {
-        (Kind.INTEGER, Kind.REAL): "to_real",
-        (Kind.WORD, Kind.REAL): "to_real",
-        (Kind.REAL, Kind.INTEGER): "to_integer",
-        (Kind.BOOLEAN, Kind.INTEGER): "flag_to_integer",
-        (Kind.INTEGER, Kind.WORD): "to_word",
-        (Kind.WORD, Kind.INTEGER): "word_to_integer",
-    }.get(path)
+    operation = _CONVERSIONS.get(path)
     if operation is None:
         raise TraceError(f"a value of kind {x.kind.name} where one of kind {kind.name} is needed")
     result = graph.append(operation, (x.number,), (kind,))[0]
     if path == (Kind.BOOLEAN, Kind.INTEGER):
-        graph.natural.add(result.number)
+        graph.least[result.number] = 0
     return result
 
 
@@ -141,9 +148,19 @@ def combine(operation: str, a: Any, b: Any) -> Any:
         kind = Kind.INTEGER
     x, y = convert(graph, a, kind), convert(graph, b, kind)
     result = graph.append(operation, (x.number, y.number), (Kind.BOOLEAN if operation in _COMPARISONS else kind,))[0]
-    if kind is Kind.INTEGER and operation in _KEEP_NATURAL and is_natural(a) and is_natural(b):
-        graph.natural.add(result.number)
+    if kind is Kind.INTEGER:
+        _note_least(operation, a, b, result)
     return result
+
+
+def _note_least(operation: str, a: Any, b: Any, result: Value) -> None:
+    least, other = least_of(a), least_of(b)
+    if operation == "add" and least is not None and other is not None:
+        result.graph.least[result.number] = least + other
+    elif operation == "subtract" and least is not None and not isinstance(b, Value):
+        result.graph.least[result.number] = least - int(b)
+    elif operation in _KEEP_NATURAL and is_natural(a) and is_natural(b):
+        result.graph.least[result.number] = 0
 
 
 def _compute(operation: str, a: Any, b: Any) -> Any:
@@ -199,7 +216,7 @@ def divide_with_remainder(graph: Graph, operation: str, a: Any, b: Any) -> Any:
         result = result if kind is Kind.WORD else choose(combine("equal", y, -1), negate(x), result)
     result = choose(combine("equal", y, 0), 0, result)
     if kind is Kind.INTEGER and is_natural(b) and (operation == "modulo" or is_natural(a)):
-        graph.natural.add(result.number)
+        graph.least[result.number] = 0
     return result
 
 
@@ -252,7 +269,7 @@ def choose(condition: Any, a: Any, b: Any) -> Any:
     x, y, flag = convert(graph, a, kind), convert(graph, b, kind), convert(graph, condition, Kind.BOOLEAN)
     result = graph.append("select", (flag.number, x.number, y.number), (kind,))[0]
     if kind is Kind.INTEGER and is_natural(a) and is_natural(b):
-        graph.natural.add(result.number)
+        graph.least[result.number] = 0
     return result
 
 
@@ -295,7 +312,7 @@ def largest(*numbers: Any) -> Any:
     """Return what Python's max does of numbers."""
     result = _extreme(lambda x, most: combine("greater", x, most), numbers)
     if isinstance(result, Value) and result.kind is Kind.INTEGER and any(map(is_natural, numbers)):
-        result.graph.natural.add(result.number)
+        result.graph.least[result.number] = 0
     return result
 
 

@@ -166,7 +166,7 @@ def _count(first: Any, last: Any, step: int) -> Any:
         span = combine("floor_divide", combine("add", span, abs(step) - 1), abs(step))
     count = largest(span, 0)
     if isinstance(count, Value):
-        count.graph.natural.add(count.number)
+        count.graph.least[count.number] = 0
     return count
 
 

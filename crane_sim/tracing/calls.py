@@ -78,7 +78,8 @@ class Calls:
         numbers = tuple(leaf.number for leaf in leaves)
         results = graph.append("call", numbers, traced.function.result_kinds, traced.function)
         inner = zip(results, traced.function.block.results, strict=True)
-        graph.natural.update(result.number for result, number in inner if number in traced.function.graph.natural)
+        least = traced.function.graph.least
+        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
         return traced.result(iter(results))
 
     def _trace(
@@ -212,5 +213,5 @@ def take_apart(tree: Any, graph: Graph, integers: bool) -> tuple[list[Value], An
 def _take_natural(leaves: Iterator[Value]) -> Value:
     """Return the next leaf, an integer that is not negative."""
     leaf = next(leaves)
-    leaf.graph.natural.add(leaf.number)
+    leaf.graph.least[leaf.number] = 0
     return leaf

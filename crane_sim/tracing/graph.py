@@ -128,7 +128,7 @@ class Graph:
         self.has_allocations = False  # by itself, or in what it calls
         self.has_wide_vectors = False  # the widest of the processor
         self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
-        self.natural = set[int]()  # numbers of integers that are known not to be negative
+        self.least: dict[int, int] = {}  # what integers are known not to be less than
 
     def new_value(self, kind: Kind) -> "Value":
         """Return a value that no instruction computes: a parameter of a block."""
@@ -149,8 +149,8 @@ class Graph:
         literal = _PYTHON_TYPES[kind](number)
         (value,) = self.append("constant", (), (kind,), literal)
         self.constants[value.number] = literal
-        if kind is Kind.INTEGER and literal >= 0:
-            self.natural.add(value.number)
+        if kind is Kind.INTEGER:
+            self.least[value.number] = int(number)
         return value
 
     def append(self, operation: str, arguments: tuple[int, ...], kinds: tuple[Kind, ...], literal: Any = None) -> Any:

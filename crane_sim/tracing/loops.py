@@ -131,8 +131,8 @@ class _Recorder:
         with graph.recording(block):
             parameters = tuple(graph.new_value(kind) for kind in self._kinds)
             values, index, code = self._rebuild(iter(parameters))
-            if self._steps and self._steps.counts_from_zero:
-                graph.natural.add(index.number)
+            if self._steps and self._steps.least is not None:
+                graph.least[index.number] = self._steps.least
             frame.variables = {**before, **dict(zip(self._names, values, strict=True))}
             results = function(index, code)
         frame.variables = before

@@ -42,7 +42,7 @@ def with_address(part: Any, address: Value, leaves: Iterator[Value]) -> Any:
         return RecordSymbol(address, 0, part.dtype)
     sizes = [next(leaves) if isinstance(x, Value) else x for x in (*part.shape, *part.strides)]
     n = len(part.shape)
-    address.graph.natural.update(x.number for x in sizes[:n] if isinstance(x, Value))
+    address.graph.least.update((x.number, 0) for x in sizes[:n] if isinstance(x, Value))
     return ArraySymbol(address, 0, part.dtype, tuple(sizes[:n]), tuple(sizes[n:]))
 
 
@@ -172,7 +172,7 @@ class Merge:
         def rebuild(it: Iterator[Value]) -> ArraySymbol:
             address = next(it)
             sizes = [part(it) for part in parts]
-            address.graph.natural.update(x.number for x in sizes[:n] if isinstance(x, Value))
+            address.graph.least.update((x.number, 0) for x in sizes[:n] if isinstance(x, Value))
             return ArraySymbol(address, 0, a.dtype, tuple(sizes[:n]), tuple(sizes[n:]))
 
         return rebuild

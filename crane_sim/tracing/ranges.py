@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from crane_sim.tracing.arithmetic import choose, combine, is_natural
+from crane_sim.tracing.arithmetic import choose, combine, is_natural, least_of
 from crane_sim.tracing.graph import TraceError, Value
 
 
@@ -20,9 +20,9 @@ class Range:
             raise TraceError("a range with a step of 0")
 
     @property
-    def counts_from_zero(self) -> bool:
-        """Return whether no index is negative."""
-        return is_natural(self.first) and is_natural(self.step)
+    def least(self) -> int | None:
+        """Return what no index is known to be less than, None where nothing is known."""
+        return least_of(self.first) if is_natural(self.step) else None
 
     def includes(self, index: Any) -> Any:
         """Return whether an index that a turn may begin with is one of the range."""

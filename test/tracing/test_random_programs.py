@@ -43,7 +43,7 @@ def check_all(seeds: range, folder: Path) -> None:
 def test_programs_have_the_bits_of_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Branches, loops, returns and arithmetic in any combination; not optimised, which takes most of the time."""
     monkeypatch.setattr(machine_code, "_tuning", lambda: llvm.create_pipeline_tuning_options(speed_level=0))
-    check_all(range(100), tmp_path)
+    check_all(range(50), tmp_path)
 
 
 @pytest.mark.long
