@@ -168,7 +168,7 @@ class EntryPoint:
         self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
         self.__qualname__ = function.__qualname__
         self._runners: dict[Any, _Runner] = {}
-        self._count = function.__code__.co_argcount
+        self._count, self._defaults = function.__code__.co_argcount, function.__defaults__ or ()
         self._calls: list[tuple[Call, Any]] = []  # that are not under way, each with the code of its structure
         self._results: dict[int, Any] = {}
 
@@ -178,8 +178,11 @@ class EntryPoint:
         Raises:
             SceneError: it does what is not compiled.
         """
-        if INTERPRETED or len(arguments) != self._count:
-            return self.py_func(*arguments)
+        missing = self._count - len(arguments)
+        if INTERPRETED or missing < 0 or missing > len(self._defaults):
+            return self.py_func(*arguments)  # which says what is wrong with their number
+        if missing:
+            arguments += self._defaults[-missing:]
         call, runner = self._calls.pop() if self._calls else (Call(self._count), None)
         if not call.take(arguments, self._results) or runner is None:
             runner = self._find_runner(tuple, tuple(call.keys))

@@ -197,3 +197,18 @@ def test_without_compilation_the_numbers_are_the_same() -> None:
     plain = run_to_completion([sys.executable, "-c", code], env=environment, check=True)
     run = simulate("knuckle_setpoint", duration=0.05)
     assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
+
+
+@entry_point
+def with_a_default(x, factor=2.0):
+    """Return a product."""
+    return x * factor
+
+
+def test_arguments_that_are_left_out_have_their_defaults() -> None:
+    """What Python fills in is compiled as any other argument; too few or too many arguments are Python's own error."""
+    assert (with_a_default(3.0), with_a_default(3.0, 0.5)) == (6.0, 1.5)
+    assert len(with_a_default.signatures) == 1
+    for arguments in ((), (1.0, 2.0, 3.0)):
+        with pytest.raises(TypeError, match="with_a_default"):
+            with_a_default(*arguments)
