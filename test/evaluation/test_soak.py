@@ -180,8 +180,8 @@ def test_other_files_are_no_data_of_a_soak(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("part", "key", "value", "missing"),
     [
-        ("kill", "machine", {}, "'versions'"),
-        ("kill", "machine", {"versions": {}}, "'processor'"),
+        ("kill", "machine", {}, "'processor'"),
+        ("kill", "machine", {"processor": "any"}, "'cores'"),
         ("kill", "data", {}, "'back_s'"),
         ("inprocess", "data", {"Plant.advance": {}, "simulate": {}}, "'steps'"),
     ],
