@@ -33,7 +33,13 @@ def _to_float(graph: Graph, x: Any) -> Any:
     return arithmetic.convert(graph, x, Kind.REAL) if isinstance(x, Value) else float(x)
 
 
+def _symbol_unless_finite(graph: Graph, x: Any) -> Any:
+    """Return a number that has no integer as a symbol: the code that rounds it may never run."""
+    return graph.constant(x) if isinstance(x, float) and not math.isfinite(x) else x
+
+
 def _to_int(graph: Graph, x: Any) -> Any:
+    x = _symbol_unless_finite(graph, x)
     return arithmetic.convert(graph, x, Kind.INTEGER) if isinstance(x, Value) else int(x)
 
 
@@ -46,6 +52,7 @@ def _to_flag(graph: Graph, x: Any) -> Any:
 
 
 def _round(graph: Graph, x: Any) -> Any:
+    x = _symbol_unless_finite(graph, x)
     if not isinstance(x, Value):
         return round(x)
     return _to_int(graph, arithmetic.call_function("round", x) if x.kind is Kind.REAL else x)
@@ -53,6 +60,7 @@ def _round(graph: Graph, x: Any) -> Any:
 
 def _rounded(name: str) -> Callable[..., Any]:
     def handler(graph: Graph, x: Any) -> Any:
+        x = _symbol_unless_finite(graph, x)
         if not isinstance(x, Value):
             return getattr(math, name)(x)
         return _to_int(graph, arithmetic.call_function(name, x) if x.kind is Kind.REAL else x)

@@ -596,3 +596,15 @@ def test_calls() -> None:
 def test_two_lambdas_of_one_line() -> None:
     """Each is traced from its own part of the line."""
     check(lambda x: PAIR[1](x) if False else PAIR[0](x), (1.0, 3.0))
+
+
+def without_an_integer(x: float) -> int:
+    """Return a number; no argument reaches those that have no integer."""
+    if x > 1e300:
+        return int(math.nan) + round(math.inf) + math.floor(math.nan)
+    return 3
+
+
+def test_known_numbers_without_an_integer_may_be_in_code_that_never_runs() -> None:
+    """Tracing computes with what is known, on both sides of a branch, and fails on neither."""
+    check(without_an_integer, (0.0, -1.5))
