@@ -108,5 +108,5 @@ def text_of(key: Any) -> str:
     if isinstance(key, tuple):
         return f"({', '.join(map(text_of, key))})"
     if isinstance(key, type):
-        return f"{key.__module__}.{key.__qualname__}"
+        return f"{key.__module__}.{key.__qualname__}{getattr(key, '_fields', '')}"
     return str(key.descr) if isinstance(key, np.dtype) else repr(key)

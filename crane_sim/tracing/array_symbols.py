@@ -272,11 +272,11 @@ def elementwise(function: Any, *operands: Any) -> ArraySymbol:
 
 
 def extreme(array: ArraySymbol, name: str) -> Value:
-    """Return the smallest ("min") or the largest element of an array (n,)."""
+    """Return the smallest ("min") or the largest element of an array (n,), or what is not a number among them."""
     better = "less" if name == "min" else "greater"
 
     def turn(best: Any, x: Any) -> Any:
-        return choose(combine(better, x, best), x, best)
+        return choose(combine("either", combine(better, x, best), combine("unequal", x, x)), x, best)
 
     return _reduce(array, turn, get_item(array, 0))
 

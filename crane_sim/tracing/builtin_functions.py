@@ -9,6 +9,7 @@ import numpy as np
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.operations import fma
 from crane_sim.tracing.operators import items_of
 from crane_sim.tracing.ranges import SimdRange
 from crane_sim.tracing.vectors import local_array, simd_range, use_wide_vectors
@@ -225,6 +226,8 @@ def _simd_range(graph: Graph, count: Any) -> SimdRange:
 
 
 def _local_array(graph: Graph, shape: tuple[int, ...]) -> ArraySymbol:
+    if graph.is_in_a_block:
+        raise TraceError("an array of a function's own inside a loop or a branch: it is one for all turns")
     dtype = np.dtype(float)
     strides = array_symbols.contiguous_strides(shape, dtype.itemsize)
     return ArraySymbol(graph.new_slot(math.prod(shape)), 0, dtype, shape, strides)
@@ -277,6 +280,7 @@ HANDLERS: dict[Any, Callable[..., Any]] = {
     tuple: _to_tuple,
     list: _to_tuple,
     print: _print,
+    fma: _fma,
     simd_range: _simd_range,
     local_array: _local_array,
     use_wide_vectors: _use_wide_vectors,

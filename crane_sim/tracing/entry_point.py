@@ -73,6 +73,7 @@ class Call:
         """Begin without arguments."""
         self.keys: list[Any] = [UNKNOWN] * count
         self.arguments: list[Any] = [UNKNOWN] * count
+        self.shapes: list[Any] = [None] * count  # of arrays, which may be set
         self.parts: list[bytes] = [b""] * count
         self.arrays: list[dict[int, Any]] = [{}] * count  # of each argument, by address
 
@@ -86,7 +87,7 @@ class Call:
         """
         same = True
         for i, argument in enumerate(arguments):
-            if argument is self.arguments[i]:
+            if argument is self.arguments[i] and getattr(argument, "shape", None) == self.shapes[i]:
                 continue
             found = results.get(id(argument))
             if found is not None and found[0] is argument:
@@ -97,7 +98,7 @@ class Call:
                 part = pack(key, leaves)
             self.arrays[i] = arrays
             self.parts[i] = part
-            self.arguments[i] = argument
+            self.arguments[i], self.shapes[i] = argument, getattr(argument, "shape", None)
             if key != self.keys[i]:
                 self.keys[i] = key
                 same = False

@@ -130,6 +130,11 @@ class Graph:
         self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
         self.least: dict[int, int] = {}  # what integers are known not to be less than
 
+    @property
+    def is_in_a_block(self) -> bool:
+        """Whether what is noted now may run several times, or not at all."""
+        return len(self._open) > 2
+
     def new_value(self, kind: Kind) -> "Value":
         """Return a value that no instruction computes: a parameter of a block."""
         self.kinds.append(kind)

@@ -11,6 +11,8 @@ import ast
 from typing import Any
 
 from crane_sim.tracing import arithmetic
+from crane_sim.tracing.array_symbols import ArraySymbol
+from crane_sim.tracing.array_symbols import assign as assign_elements
 from crane_sim.tracing.expressions import assign, condition_of, evaluate, evaluate_operation
 from crane_sim.tracing.frame import BREAKS, CONTINUES, RETURNS, RUNS, Frame, Returned
 from crane_sim.tracing.graph import TraceError, Value
@@ -81,7 +83,10 @@ def _assign(frame: Frame, statement: ast.Assign) -> None:
 def _assign_augmented(frame: Frame, statement: ast.AugAssign) -> None:
     before = evaluate(frame, statement.target)  # evaluation does not look at contexts
     result = evaluate_operation(statement.op, before, evaluate(frame, statement.value))
-    assign(frame, statement.target, result)
+    if isinstance(before, ArraySymbol):
+        assign_elements(before, result)
+    else:
+        assign(frame, statement.target, result)
 
 
 def _assign_annotated(frame: Frame, statement: ast.AnnAssign) -> None:

@@ -458,7 +458,7 @@ class _FunctionText:
 
     def _mark_memory(self, loop: Instruction) -> str:
         """Return the name of the last block of memory before a loop, none where it allocates nothing."""
-        if self._is_simd(loop) or not allocates(loop.literal[1]):
+        if self._is_simd(loop) or not any(map(allocates, loop.literal)):
             return ""
         mark = f"%{self._new_label('m')}"
         self._write(f"{mark} = load ptr, ptr %memory, align 8")

@@ -8,7 +8,7 @@ import numpy as np
 
 from crane_sim.tracing.arithmetic import convert, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Kind, Value
 from crane_sim.tracing.merging import base_address, rebuilt
 
 
@@ -21,29 +21,30 @@ class _Array(NamedTuple):
 
     dtype: np.dtype
     dimensions: int
+    dense: bool  # else strides follow the sizes
 
 
 def take_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
-    """Return the structure of a result, and append its numbers, addresses and sizes to `leaves`.
-
-    Raises:
-        TraceError: an array of the result is a part of a larger one.
-    """
+    """Return the structure of a result, and append its numbers, addresses and sizes to `leaves`."""
     if isinstance(tree, tuple):
         return rebuilt(tree, [take_result(part, leaves, graph) for part in tree])
     if isinstance(tree, list):
         return tuple([take_result(part, leaves, graph) for part in tree])
     if isinstance(tree, ArraySymbol):
-        if tree.strides and not isinstance(tree.strides[-1], Value) and tree.strides[-1] != tree.dtype.itemsize:
-            raise TraceError("a column of an array is returned: return a copy")
+        dense = len(tree.shape) == 1 and _is_known(tree.strides[0], tree.dtype.itemsize)
         leaves.append(base_address(graph, tree))
-        leaves += [size if isinstance(size, Value) else graph.constant(size, Kind.INTEGER) for size in tree.shape]
-        return _Array(tree.dtype, len(tree.shape))
+        sizes = tree.shape if dense else (*tree.shape, *tree.strides)
+        leaves += [size if isinstance(size, Value) else graph.constant(size, Kind.INTEGER) for size in sizes]
+        return _Array(tree.dtype, len(tree.shape), dense)
     if isinstance(tree, Value | float | int):
         kind = number_kind(tree)
         leaves.append(convert(graph, tree, kind))
         return _Number
     return tree
+
+
+def _is_known(x: Any, number: int) -> bool:
+    return not isinstance(x, Value) and x == number
 
 
 Part = tuple[int, Any, int, int]
@@ -87,10 +88,11 @@ class _Builder:
             self.place += 1
             return f"v[{self.place - 1}]"
         if isinstance(structure, _Array):
-            first = self.place
-            self.place += 1 + structure.dimensions
-            sizes = "".join(f"v[{first + 1 + i}], " for i in range(structure.dimensions))
-            return f"take(arrays, taken, {first}, {self._name(structure.dtype)}, v[{first}], ({sizes}))"
+            first, n = self.place, structure.dimensions
+            sizes = [f"v[{first + 1 + i}], " for i in range(n if structure.dense else 2 * n)]
+            self.place += 1 + len(sizes)
+            shape, strides = "".join(sizes[:n]), "".join(sizes[n:])
+            return f"take(arrays, taken, {first}, {self._name(structure.dtype)}, v[{first}], ({shape}), ({strides}))"
         if isinstance(structure, tuple):
             inner = "".join(f"{self.expression(part)}, " for part in structure)
             plain = f"({inner})"
@@ -108,8 +110,9 @@ class _Builder:
         if structure is None:
             return None, place
         if isinstance(structure, _Array):
-            key = np.ndarray, structure.dtype, structure.dimensions, True
-            return key, place + 1 + structure.dimensions
+            if not structure.dense:
+                return _NO_KEY, place
+            return (np.ndarray, structure.dtype, structure.dimensions, True), place + 1 + structure.dimensions
         if not isinstance(structure, tuple):
             return _NO_KEY, place
         keys = []
@@ -130,16 +133,26 @@ _NO_KEY = object()
 
 
 def _take_array(
-    arguments: list[dict[int, Any]], taken: list[Any], index: int, dtype: np.dtype, address: int, shape: tuple[int, ...]
-) -> Any:
+    arguments: list[dict[int, Any]], taken: list[Any], index: int, dtype: np.dtype, address: int,
+    shape: tuple[int, ...], strides: tuple[int, ...],
+) -> Any:  # fmt: skip
     """Return the array at an address: one of the arguments', or a new one with a copy of what is there."""
+    strides = strides or (dtype.itemsize,)
     for arrays in arguments:
         found = arrays.get(address)
-        if found is not None and found.shape == shape and found.dtype == dtype:
+        if found is not None and found.shape == shape and found.dtype == dtype and found.strides == strides:
             taken.append((index, address, found))
             return found
-    array = np.empty(shape, dtype)
-    new = array.__array_interface__["data"][0]
-    ctypes.memmove(new, address, array.nbytes)
-    taken.append((index, new, array))
+    array = _copy(dtype, address, shape, strides)
+    taken.append((index, array.__array_interface__["data"][0], array))
     return array
+
+
+def _copy(dtype: np.dtype, address: int, shape: tuple[int, ...], strides: tuple[int, ...]) -> Any:
+    if 0 in shape:
+        return np.empty(shape, dtype)
+    reach = [(n - 1) * stride for n, stride in zip(shape, strides, strict=True)]
+    before = -sum([min(x, 0) for x in reach])  # bytes of elements before the first one
+    size = before + sum([max(x, 0) for x in reach]) + dtype.itemsize
+    memory: Any = (ctypes.c_char * size).from_address(address - before)
+    return np.ndarray(shape, dtype, memory, before, strides).copy()

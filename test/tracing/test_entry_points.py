@@ -212,3 +212,47 @@ def test_arguments_that_are_left_out_have_their_defaults() -> None:
     for arguments in ((), (1.0, 2.0, 3.0)):
         with pytest.raises(TypeError, match="with_a_default"):
             with_a_default(*arguments)
+
+
+@entry_point
+def views_of(a, n):
+    """Return views of an array (4, 4), and an array as it is."""
+    return a.T, a[:, 0:2], a[1:n], a[0][::-1], a
+
+
+def test_views_that_are_returned_have_their_own_elements() -> None:
+    """Whatever the strides of what is returned: it is what Python returns, and an argument is that argument."""
+    a = np.arange(16.0).reshape(4, 4)
+    results = views_of(a, 3)
+    for result, expected in zip(results, views_of.py_func(a, 3), strict=True):
+        assert result.tolist() == expected.tolist()
+    assert results[-1] is a
+
+
+@entry_point
+def size_of(a):
+    """Return the sizes of an array."""
+    return a.shape
+
+
+def test_an_array_may_have_another_shape_in_the_next_call() -> None:
+    """The same array whose shape was set is not taken for what it was."""
+    a = np.zeros((2, 3))
+    assert size_of(a) == (2, 3)
+    a.shape = (3, 2)
+    assert size_of(a) == (3, 2)
+
+
+@entry_point
+def add_in_place(a, x):
+    """Add to an array and return its largest entry."""
+    a += x
+    return a.max()
+
+
+def test_augmented_assignment_changes_an_array() -> None:
+    """As in Python the array is changed, not the variable alone; what is not a number is the largest entry."""
+    a = np.array([1.0, 5.0, 2.0])
+    assert add_in_place(a, 1.5) == 6.5
+    assert a.tolist() == [2.5, 6.5, 3.5]
+    assert np.isnan(add_in_place(np.array([1.0, np.nan, 2.0]), 0.0))
