@@ -156,9 +156,12 @@ def runs() -> dict[str, Run]:
 @pytest.mark.long
 @pytest.mark.parametrize("name", POINT)
 def test_the_suspension_point_stops_at_its_limits(runs: dict[str, Run], name: str) -> None:
-    """A point that accelerates by 1 m/s² towards a limit half a metre away ends the run after one second."""
+    """A point that accelerates by 1 m/s² towards a limit half a metre away ends the run after one second.
+
+    A drive whose effort rises by 100 1/s from 0 reaches that acceleration after 10 ms, which costs half of that time.
+    """
     run, (_, axis) = runs[f"point {name}"], POINT[name]
-    assert run.end == pytest.approx(1.0, abs=DIGITS)
+    assert run.end == pytest.approx(1.005 if name == "drives" else 1.0, abs=DIGITS)
     assert f"the suspension point along {axis} reached its travel limit; change suspension.limits.{axis}" in run.error
 
 
