@@ -60,11 +60,6 @@ _OPERATORS = {
 }
 
 
-def is_symbol(x: Any) -> bool:
-    """Return whether x is a number that is known only when the code runs."""
-    return isinstance(x, Value)
-
-
 def is_number(x: Any) -> bool:
     """Return whether x is a number, known or not."""
     return isinstance(x, _NUMBERS)

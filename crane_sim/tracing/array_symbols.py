@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.tracing.arithmetic import choose, combine, convert, is_natural, largest, number_kind, smallest
+from crane_sim.tracing.arithmetic import choose, combine, convert, is_natural, largest, smallest
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 
 _KINDS = {"f8": Kind.REAL, "i8": Kind.INTEGER, "i4": Kind.INTEGER, "u8": Kind.WORD, "b1": Kind.BOOLEAN}
@@ -245,11 +245,6 @@ def copy_of(array: ArraySymbol) -> ArraySymbol:
     copy = allocate(array.graph, array.shape, array.dtype)
     assign(copy, array)
     return copy
-
-
-def element_type(number: Any) -> np.dtype:
-    """Return the type of the elements of an array that numbers like this one are stored in."""
-    return np.dtype({Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.BOOLEAN: "?", Kind.WORD: "u8"}[number_kind(number)])
 
 
 def elementwise(function: Any, *operands: Any) -> ArraySymbol:

@@ -244,8 +244,6 @@ class _FunctionText:
                 return f"zext {first} {name} to {integer}"
             case "to_word" | "word_to_integer":
                 return f"add {first} {name}, 0"
-            case "address_bits":
-                return f"ptrtoint {first} {name} to i64"
             case "to_real":
                 return f"{'ui' if kind is Kind.WORD else 'si'}tofp {first} {name} to {real}"
             case "to_integer":
@@ -359,9 +357,6 @@ class _FunctionText:
         self._define(
             instruction.results[0], f"call ptr @allocate(ptr %memory, {self._typed(instruction.arguments[0])})"
         )
-
-    def _write_list_start(self, instruction: Instruction) -> None:
-        self._define(instruction.results[0], "getelementptr inbounds i8, ptr %memory, i64 0")
 
     def _write_move(self, instruction: Instruction) -> None:
         self._write_place(instruction.arguments, instruction.literal, self._name(instruction.results[0]))
