@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim.tracing.trees import rebuilt
+
 Array = npt.NDArray[Any]
 
 
@@ -167,7 +169,7 @@ def arrays_of(tree: Any, n: int) -> Any:
     if isinstance(tree, Column):
         return np.ascontiguousarray(tree.values)
     if isinstance(tree, tuple):
-        return _rebuilt(tree, [arrays_of(part, n) for part in tree])
+        return rebuilt(tree, [arrays_of(part, n) for part in tree])
     if isinstance(tree, np.ndarray) and tree.dtype == object:
         entries = [arrays_of(entry, n) for entry in tree.flat]
         return np.stack(entries, axis=1).reshape(n, *tree.shape).astype(np.float64)
@@ -181,11 +183,7 @@ def entry_of(tree: Any, i: int) -> Any:
         entry = tree.values[i]
         return entry.item() if entry.ndim == 0 else entry
     if isinstance(tree, tuple):
-        return _rebuilt(tree, [entry_of(part, i) for part in tree])
+        return rebuilt(tree, [entry_of(part, i) for part in tree])
     if isinstance(tree, np.ndarray) and tree.dtype == object:
         return np.array([entry_of(entry, i) for entry in tree.flat], np.float64).reshape(tree.shape)
     return tree
-
-
-def _rebuilt(like: Any, parts: list[Any]) -> Any:
-    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)

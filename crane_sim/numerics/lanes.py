@@ -7,20 +7,17 @@ arithmetic of one crane alone.
 from typing import Any
 
 from crane_sim.numerics.states import leaves
+from crane_sim.tracing.trees import rebuilt
 
 LANES = 16
 """Cranes that move in step: two of the widest vectors, and few enough to stay in the first cache."""
-
-
-def _rebuilt(like: Any, parts: Any) -> Any:
-    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
 
 
 def take_entry(columns: Any, i: int) -> Any:
     """Return crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
     if not isinstance(columns, tuple):
         return None if columns is None else columns[i]
-    return _rebuilt(columns, [take_entry(part, i) for part in columns])
+    return rebuilt(columns, [take_entry(part, i) for part in columns])
 
 
 def put_entry(columns: Any, i: int, tree: Any) -> None:
@@ -45,7 +42,7 @@ def _read_lane(like: Any, buffer: Any, j: int, row: int) -> tuple[Any, int]:
     for part in like:
         value, row = _read_lane(part, buffer, j, row)
         parts = (*parts, value)
-    return _rebuilt(like, parts), row
+    return rebuilt(like, parts), row
 
 
 def put_lane(buffer: Any, j: int, x: Any) -> None:

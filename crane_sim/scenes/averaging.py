@@ -16,6 +16,7 @@ import numpy as np
 from crane_sim.models.supports.hoist import PrescribedHoist
 from crane_sim.models.supports.rails import PrescribedAxis
 from crane_sim.scenes.scene import Scene
+from crane_sim.tracing.trees import rebuilt
 from crane_sim.trajectories.base_motion import Base, SplineBase
 from crane_sim.trajectories.inputs import Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import Motion
@@ -39,7 +40,7 @@ def average(part: Any) -> Any:
     means = [average(each) for each in part]
     if all(mean is each for mean, each in zip(means, part, strict=True)):
         return part
-    return type(part)(*means) if hasattr(part, "_fields") else tuple(means)
+    return rebuilt(part, means)
 
 
 @average.register

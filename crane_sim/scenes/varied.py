@@ -34,6 +34,7 @@ from crane_sim.scenes.scene import (
     read_file,
 )
 from crane_sim.scenes.schema.integrator import Auto
+from crane_sim.tracing.trees import rebuilt
 
 
 class SceneColumns(NamedTuple):
@@ -56,7 +57,7 @@ class SceneColumns(NamedTuple):
 def _select(tree: Any, chosen: npt.NDArray[np.bool_]) -> Any:
     if isinstance(tree, tuple):
         parts = [_select(part, chosen) for part in tree]
-        return type(tree)(*parts) if hasattr(tree, "_fields") else tuple(parts)
+        return rebuilt(tree, parts)
     return None if tree is None else tree[chosen]
 
 

@@ -9,6 +9,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import Scene
 from crane_sim.stepping.batch import Driven, Sampled
+from crane_sim.tracing.trees import rebuilt
 
 ONE_KIND = "a batch takes one kind of model, method and law"
 
@@ -33,7 +34,7 @@ def stack_columns(trees: Sequence[Any], path: str = "") -> Any:
         return np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
     names = getattr(first, "_fields", range(len(first)))
     parts = [stack_columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
-    return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
+    return rebuilt(first, parts)
 
 
 def group_indices(keys: Iterable[Hashable]) -> list[list[int]]:

@@ -13,8 +13,9 @@ from crane_sim.tracing.frame import Frame, ResultChange, Returned
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Block, Graph, Kind, TraceError, Value
 from crane_sim.tracing.interpreter import run
-from crane_sim.tracing.merging import Rebuild, base_address, rebuilt, sizes_of, split, with_address
+from crane_sim.tracing.merging import Rebuild, base_address, sizes_of, split, with_address
 from crane_sim.tracing.scopes import Source, source_of
+from crane_sim.tracing.trees import rebuilt
 
 _LIBRARIES = {"builtins", "math", "numpy", "operator", "_operator", "functools"}
 """Modules whose functions of what is known are called while tracing: they have one result for the same arguments."""

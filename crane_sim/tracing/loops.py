@@ -11,9 +11,10 @@ from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.expressions import assign, condition_of, evaluate_iterable
 from crane_sim.tracing.frame import CONTINUES, RUNS, Frame
 from crane_sim.tracing.graph import Block, Kind, TraceError, Value, numbers_of
-from crane_sim.tracing.merging import UNDEFINED, KindChange, fit, rebuilt, split
+from crane_sim.tracing.merging import UNDEFINED, KindChange, fit, split
 from crane_sim.tracing.ranges import Range, SimdRange
 from crane_sim.tracing.scopes import assigned_names, has_jump, has_return, names_read_later
+from crane_sim.tracing.trees import rebuilt
 
 UNROLLED = 16
 """Turns of a loop of known length up to which it is unrolled."""

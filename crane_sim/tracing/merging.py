@@ -6,6 +6,7 @@ from typing import Any
 from crane_sim.tracing.arithmetic import RANK, common_kind, convert, is_number, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.trees import rebuilt
 
 Rebuild = Callable[[Iterator[Value]], Any]
 """A function that makes a tree of leaves that it takes from an iterator."""
@@ -55,11 +56,6 @@ def known_sizes(part: Any) -> list[Any]:
     """Return the sizes and strides of an array, None for those that are symbols."""
     sizes = (*part.shape, None, *part.strides) if isinstance(part, ArraySymbol) else ()
     return [None if isinstance(x, Value) else x for x in sizes]
-
-
-def rebuilt(like: tuple[Any, ...], parts: list[Any]) -> tuple[Any, ...]:
-    """Return a tuple of the class of another one."""
-    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
 
 
 def split(tree: Any, graph: Graph, variable: bool) -> tuple[list[Value], Rebuild]:

@@ -9,7 +9,8 @@ import numpy as np
 from crane_sim.tracing.arithmetic import convert, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol
 from crane_sim.tracing.graph import Graph, Kind, Value
-from crane_sim.tracing.merging import base_address, rebuilt
+from crane_sim.tracing.merging import base_address
+from crane_sim.tracing.trees import rebuilt
 
 
 class _Number:

@@ -12,13 +12,17 @@ def flatten(tree: Any) -> list[Any]:
     return [tree]
 
 
+def rebuilt(like: tuple[Any, ...], parts: Any) -> tuple[Any, ...]:
+    """Return a tuple of the class of another one."""
+    return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
+
+
 def unflatten(tree: Any, leaves: Any) -> Any:
     """Return the tree with its leaves replaced by those of an iterator, as many as there are."""
     if tree is None:
         return None
     if isinstance(tree, tuple):
-        parts = [unflatten(part, leaves) for part in tree]
-        return type(tree)(*parts) if hasattr(tree, "_fields") else tuple(parts)
+        return rebuilt(tree, [unflatten(part, leaves) for part in tree])
     return next(leaves)
 
 
