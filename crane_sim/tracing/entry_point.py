@@ -15,7 +15,7 @@ from crane_sim.tracing.arguments import FORMATS, describe, kinds_of, pack, rebui
 from crane_sim.tracing.calls import Calls
 from crane_sim.tracing.code_cache import read_entry, write_entry
 from crane_sim.tracing.compile_time import COMPILE_TIMER
-from crane_sim.tracing.frame import CODES
+from crane_sim.tracing.frame import read_leaves, write_leaves
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 from crane_sim.tracing.llvm import module_text
@@ -44,16 +44,12 @@ def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[typ
     structure: list[Any] = []
 
     def run(source: Value, target: Value) -> tuple[Value, ...]:
-        reads = [(source.number,), *kinds]
-        leaves = [
-            graph.append("read", reads[0], (kind,), (8 * i, CODES[kind]))[0] for i, kind in enumerate(kinds)
-        ]  # fmt: skip
-        result = calls.call_traced(graph, function, list(rebuild_symbols(key, iter(leaves))), {}, True)
+        arguments = rebuild_symbols(key, iter(read_leaves(source, kinds)))
+        result = calls.call_traced(graph, function, list(arguments), {}, True)
         stored: list[Value] = []
         structure.append(take_result(result, stored, graph))
-        for i, leaf in enumerate(stored):
-            results.append(leaf.kind)
-            graph.append("write", (leaf.number, target.number), (), (8 * i, CODES[leaf.kind]))
+        results.extend(leaf.kind for leaf in stored)
+        write_leaves(target, stored)
         return ()
 
     block = graph.trace_block(run, (Kind.ARRAY, Kind.ARRAY))
@@ -76,6 +72,7 @@ class Call:
         self.shapes: list[Any] = [None] * count  # of arrays, which may be set
         self.parts: list[bytes] = [b""] * count
         self.arrays: list[dict[int, Any]] = [{}] * count  # of each argument, by address
+        self.large: list[int] = []  # arguments whose arrays would take much memory until the next call
 
     def take(self, arguments: tuple[Any, ...], results: dict[int, Any]) -> bool:
         """Take the arguments of a call; return whether they have the structure of those before.
@@ -96,8 +93,9 @@ class Call:
                 leaves, arrays = list[Any](), dict[int, Any]()
                 key = describe(argument, leaves, arrays)
                 part = pack(key, leaves)
-            self.arrays[i] = arrays
-            self.parts[i] = part
+            self.arrays[i], self.parts[i] = arrays, part
+            if _is_large(arrays):
+                self.large.append(i)
             self.arguments[i], self.shapes[i] = argument, getattr(argument, "shape", None)
             if key != self.keys[i]:
                 self.keys[i] = key
@@ -106,13 +104,17 @@ class Call:
 
     def forget_large_arrays(self) -> None:
         """Forget arguments with arrays that would take much memory until the next call."""
-        for i, arrays in enumerate(self.arrays):
-            if arrays and sum([array.nbytes for array in arrays.values()]) > _KEPT:
-                self.arguments[i], self.arrays[i] = UNKNOWN, {}
+        for i in self.large:
+            self.arguments[i], self.arrays[i] = UNKNOWN, {}
+        self.large.clear()
 
 
 UNKNOWN = object()
-_KEPT = 1_000_000  # bytes of arrays of one argument that a call keeps for the next one
+_KEPT = 1_000_000  # bytes of arrays of one argument, or of a result, that are kept for the next call
+
+
+def _is_large(arrays: dict[int, Any]) -> bool:
+    return sum([array.nbytes for array in arrays.values()]) > _KEPT
 
 
 class _Runner:
@@ -147,7 +149,7 @@ class _Runner:
                 arrays[address] = array
                 _ADDRESS.pack_into(data, 8 * index, address)
             raw = bytes(data)
-            if sum([array.nbytes for array in arrays.values()]) > _KEPT:
+            if _is_large(arrays):
                 return result, {}
         return result, {id(result[i]): (result[i], key, raw[a:b], arrays) for i, key, a, b in self._parts}
 
@@ -186,7 +188,7 @@ class EntryPoint:
             arguments += self._defaults[-missing:]
         call, runner = self._calls.pop() if self._calls else (Call(self._count), None)
         if not call.take(arguments, self._results) or runner is None:
-            runner = self._find_runner(tuple, tuple(call.keys))
+            runner = self._find_runner((tuple, *call.keys))
         result, self._results = runner(call)
         call.forget_large_arrays()
         self._calls.append((call, runner))
@@ -196,8 +198,7 @@ class EntryPoint:
         """Return the name that another process finds it by."""
         return self.__qualname__
 
-    def _find_runner(self, whole: type, keys: tuple[Any, ...]) -> _Runner:
-        key = whole, *keys
+    def _find_runner(self, key: Any) -> _Runner:
         runner = self._runners.get(key)
         if runner is None:
             runner = self._runners[key] = _Runner(self._find_code(key))

@@ -1,6 +1,6 @@
 """One call of a function while tracing: its variables, branches between them, and what it returns from inside loops."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
@@ -13,6 +13,18 @@ RUNS, BREAKS, RETURNS, CONTINUES = range(4)
 """How statements end inside a loop, or inside a branch of which one side may return, as a number."""
 CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
 """Types in memory of numbers and addresses that are kept in eight bytes each."""
+
+
+def read_leaves(address: Value, kinds: Iterable[Kind]) -> list[Value]:
+    """Return numbers and addresses that are kept one behind the other, eight bytes each."""
+    append = address.graph.append
+    return [append("read", (address.number,), (kind,), (8 * i, CODES[kind]))[0] for i, kind in enumerate(kinds)]
+
+
+def write_leaves(address: Value, leaves: Iterable[Value]) -> None:
+    """Keep numbers and addresses one behind the other, eight bytes each."""
+    for i, leaf in enumerate(leaves):
+        address.graph.append("write", (leaf.number, address.number), (), (8 * i, CODES[leaf.kind]))
 
 
 class Returned:
@@ -82,15 +94,13 @@ class Frame:
         except KindChange as change:
             self._result_kinds[change.index] = change.kind
             raise ResultChange(str(change)) from change
-        for i, leaf in enumerate(leaves):
-            graph.append("write", (leaf.number, slot.number), (), (8 * i, CODES[leaf.kind]))
+        write_leaves(slot, leaves)
         return RETURNS
 
     def _stored_result(self) -> Any:
         assert self._result is not None
         rebuild, kinds, slot, _ = self._result
-        reads = [((slot.number,), (kind,), (8 * i, CODES[kind])) for i, kind in enumerate(kinds)]
-        return rebuild(iter([self.graph.append("read", *read)[0] for read in reads]))
+        return rebuild(iter(read_leaves(slot, kinds)))
 
     def finish(self, code: Any, following: Callable[[], Any]) -> Any:
         """Return the outcome of a function after statements that end with a number; what follows may not run."""
