@@ -8,6 +8,7 @@ from crane_control.tracking.tip_servo import Servo, compute_suspension_efforts
 from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum
 from crane_sim.files.errors import SceneError
+from crane_sim.models.supports.support import structure_of
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.trajectory import Trajectory
@@ -70,7 +71,7 @@ def make_tip_servo(
     """
     if nominal.crane == "knuckle":
         return make_boom_servo(name, servo or Servo(), nominal, base)
-    plant_servo = nominal.model.support.servo
+    plant_servo = structure_of(nominal.model.support).servo
     if plant_servo is None:
         return servo or Servo()
     if servo is not None:

@@ -18,11 +18,8 @@ from crane_sim.hardware.records import TOTALS, ideal_sensors, make_records
 from crane_sim.hardware.reference_profiles import PHASES
 from crane_sim.hardware.servos import Servos
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
-from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.actuated_support import ActuatedSupport
-from crane_sim.models.supports.backlash import GearedSupport
-from crane_sim.models.supports.flexible import FlexibleSupport
-from crane_sim.models.supports.swaying_tower import SwayingTower
+from crane_sim.models.supports.flexible import without_bending
+from crane_sim.models.supports.support import Support, trailing_count
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
@@ -89,22 +86,9 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
 
 def stiffened(model: Any, q: Array) -> tuple[Any, Array]:
     """Return (model, positions) without play of drives and bending, which would hide joints' inertia; else both."""
-    support, further = getattr(model, "support", None), 0
-    if isinstance(support, GearedSupport):
-        further, support = len(support.drives.inertia), support.support
-    bent = support.support if isinstance(support, ActuatedSupport) else support
-    if isinstance(bent, FlexibleSupport | SwayingTower):
-        bending = coordinate_count(bent) - coordinate_count(bent.support)
-        further, support = further + bending, stiff_support(support, bending)
-    return (model._replace(support=support), q[:-further]) if further else (model, q)
-
-
-def stiff_support(support: Any, bending: int) -> Any:
-    """Return a support without its bending, friction and motors of its drives kept."""
-    if isinstance(support, ActuatedSupport):
-        motors = support.motors and support.motors[:-bending]
-        return support._replace(support=support.support.support, motors=motors)
-    return support.support
+    support = getattr(model, "support", None)
+    further = trailing_count(support) if isinstance(support, Support) else 0
+    return (model._replace(support=without_bending(support)), q[:-further]) if further else (model, q)
 
 
 def joint_mechanics(scene: Scene) -> JointMechanics:

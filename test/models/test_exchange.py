@@ -16,7 +16,7 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.driven_point import Lift, Servo
-from crane_sim.models.supports.driven_point import Point as DrivenPoint
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane

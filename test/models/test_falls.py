@@ -18,7 +18,7 @@ from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports import forward_kinematics
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
-from crane_sim.models.supports.driven_point import Lift, Point
+from crane_sim.models.supports.driven_point import DrivenPoint, Lift
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane, tip_motion
@@ -150,7 +150,7 @@ def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
 
     strain = strain_energy(lambda t, q: (point(t), mpf(0)), lambda q: mpf(2), lambda q: (tuple(q[:3]), q[3:]))
     joints, rates, second = moved(q, v, accelerations(places, now, q, v, np.zeros(6), Extras(potential=strain)), 3)
-    crane = FallsCrane(Point(None, Lift()), falls(), rigid(), base=base())
+    crane = FallsCrane(DrivenPoint(None, Lift()), falls(), rigid(), base=base())
     x = system.state(crane, now, np.array([*tip, *joints]), np.array([*MOVES[0], *rates]))
     assert x[-4:].tolist() == [1.0] * 4
     got = system.acceleration(crane, now, x, MOVES[1])

@@ -29,7 +29,7 @@ from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.driven_point import Lift, Servo
-from crane_sim.models.supports.driven_point import Point as DrivenPoint
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.friction_list import FrictionList
 from crane_sim.models.supports.friction_modes import constraint_efforts

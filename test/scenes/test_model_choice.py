@@ -10,7 +10,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports.actuated_support import ActuatedSupport, bare_support
 from crane_sim.models.supports.backlash import GearedSupport
-from crane_sim.models.supports.driven_point import Point as DrivenPoint
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.layout import layout_of_scene

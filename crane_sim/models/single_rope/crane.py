@@ -77,7 +77,7 @@ from crane_sim.models.supports import (
     with_wind,
     yaw,
 )
-from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic
@@ -91,7 +91,7 @@ SwingFriction = QuadraticFriction | LinearFriction | PaperFriction
 class Crane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Any  # a Knuckle or a Point, see `crane_sim.models.supports`
+    support: Any  # a Knuckle or a DrivenPoint, see `crane_sim.models.supports`
     cable: ForceRope | MotionRope | LockedRope
     load: PointLoad
     gravity: float = 9.81  # m/s²
@@ -355,7 +355,7 @@ def _(p, t, x, out):
 @system.with_meter.register(Crane)
 def _(p, held):
     lossy = any(part is not None for part in (p.swing_friction, p.drag, p.force, p.wind, p.friction))
-    imposed = isinstance(p.cable, MotionRope) or isinstance(p.support, Point) or p.base is not None
+    imposed = isinstance(p.cable, MotionRope) or isinstance(p.support, DrivenPoint) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 

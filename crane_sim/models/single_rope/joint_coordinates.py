@@ -15,9 +15,8 @@ from crane_sim.models.supports import (
     state_from_joints,
     tip_acceleration,
 )
-from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.knuckle_boom import Knuckle
-from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.numerics.jit import generic
 
 POLE = 1e-9
@@ -25,7 +24,6 @@ POLE = 1e-9
 
 
 @joint_coordinates.register(Knuckle)
-@joint_coordinates.register(TelescopicBoom)
 def _(support, p, x):
     xs, xc = x[0], x[1]
     rope_state = rope_kinematics(forward_kinematics(p.support, xs), xc)
@@ -46,7 +44,6 @@ def _(rope, rope_state):
 
 
 @actuated_joints.register(Knuckle)
-@actuated_joints.register(TelescopicBoom)
 def _(support, p, x):
     q, v = winch_joint(p.cable, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
     return (*x[0][:3], *q), (*x[0][3:], *v)
@@ -64,13 +61,11 @@ def _(rope, row):
 
 
 @efforts_from_row.register(Knuckle)
-@efforts_from_row.register(TelescopicBoom)
 def _(support, p, row):
     return (row[0], row[1], row[2], *winch_effort(p.cable, row))
 
 
 @state_from_joints.register(Knuckle)
-@state_from_joints.register(TelescopicBoom)
 def _(support, p, q, v):
     d, s1, c1, s2, c2 = q[3], sin(q[4]), cos(q[4]), sin(q[5]), cos(q[5])
     rate, w1, w2 = v[3], d * c2 * v[4], d * v[5]
@@ -86,7 +81,6 @@ def _(support, p, q, v):
 
 
 @joint_accelerations.register(Knuckle)
-@joint_accelerations.register(TelescopicBoom)
 def _(support, p, motion):
     rope_state = motion.rope_state
     tip, _ = tip_acceleration(p.support, motion.pose, motion.support_acceleration)
@@ -108,7 +102,7 @@ def _(support, p, motion):
     return (*motion.support_acceleration, rope, first / max(c2, POLE), second)
 
 
-@joint_coordinates.register(Point)
+@joint_coordinates.register(DrivenPoint)
 def _(support, p, x):
     rope_state = rope_kinematics(forward_kinematics(support, x[0]), x[1])
     return (*x[0][:3], *rope_state.n), (*x[0][3:], *_direction_rates(rope_state))
@@ -124,7 +118,7 @@ def _direction_rates(rope_state):
     )
 
 
-@joint_accelerations.register(Point)
+@joint_accelerations.register(DrivenPoint)
 def _(support, p, motion):
     rope_state, tip = motion.rope_state, motion.support_acceleration
     (nx, ny, nz), (wx, wy, wz) = rope_state.n, _direction_rates(rope_state)
@@ -139,7 +133,7 @@ def _(support, p, motion):
     return (*tip, x, y, (az - along * nz - 2.0 * rope_state.rate * wz) / rope_state.length)
 
 
-@state_from_joints.register(Point)
+@state_from_joints.register(DrivenPoint)
 def _(support, p, q, v):
     inverse, length = 1.0 / sqrt(q[3] * q[3] + q[4] * q[4] + q[5] * q[5]), p.cable.length
     nx, ny, nz = q[3] * inverse, q[4] * inverse, q[5] * inverse
