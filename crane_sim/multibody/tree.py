@@ -215,7 +215,7 @@ def body_motions(tree: Tree, kinematics: Kinematics) -> tuple[tuple[int, Body, V
     return motions
 
 
-def base_reaction(tree: Tree, inertia: Inertia, qdd: tuple[Any, ...], gravity: Any) -> Wrench:
+def tree_reaction(tree: Tree, inertia: Inertia, qdd: tuple[Any, ...], gravity: Any) -> Wrench:
     """Return the wrench of a base at rest on the tree, on which no other forces act, at accelerations qdd (n,)."""
     total = inertia.bias
     for momentum, joint in zip(inertia.momenta, tree.joints, strict=True):

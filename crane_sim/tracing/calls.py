@@ -17,6 +17,9 @@ from crane_sim.tracing.merging import Rebuild, base_address, sizes_of, split, wi
 from crane_sim.tracing.scopes import Source, source_of
 from crane_sim.tracing.trees import rebuilt
 
+_DEPTH = 60
+"""Functions run in place that are inside one another at most: one that calls itself is then refused."""
+_ARRAYS: Any = (list, np.ndarray)
 _LIBRARIES = {"builtins", "math", "numpy", "operator", "_operator", "functools"}
 """Modules whose functions of what is known are called while tracing: they have one result for the same arguments."""
 _LIBRARY_SOURCES = ("crane_sim.tracing", "functools", "typing", "numpy", "collections")
@@ -36,6 +39,7 @@ class Calls:
         """Begin without functions."""
         self._traced: dict[Any, Traced | None] = {}  # None: it is being traced
         self._names = 0
+        self._depth = 0  # of functions that are run in place
         self.functions: set[types.FunctionType] = set()  # that are traced
 
     def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
@@ -64,6 +68,8 @@ class Calls:
         """
         source = source_of(function)
         variables = source.bind(arguments, keywords)
+        if inlined and source.is_straight and self._depth < _DEPTH:
+            return self._run_in_place(graph, source, variables)
         tree = tuple([self._as_argument(graph, x) for x in variables.values()])
         leaves, key, rebuild = take_apart(tree, graph, not inlined)
         whole = function, key
@@ -82,6 +88,17 @@ class Calls:
         least = traced.function.graph.least
         graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
         return traced.result(iter(results))
+
+    def _run_in_place(self, graph: Graph, source: Source, variables: dict[str, Any]) -> Any:
+        """Return the result of a short function without branches, whose instructions become the caller's own."""
+        self.functions.add(source.function)
+        arrays = {name: self._as_argument(graph, x) for name, x in variables.items() if isinstance(x, _ARRAYS)}
+        self._depth += 1
+        try:
+            outcome = run(Frame(graph, self, source, variables | arrays, {}), source.body)
+        finally:
+            self._depth -= 1
+        return outcome.value if isinstance(outcome, Returned) else None
 
     def _trace(
         self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...], inlined: bool

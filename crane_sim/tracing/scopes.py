@@ -13,6 +13,8 @@ from typing import Any
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT
 from crane_sim.tracing.graph import TraceError
 
+STRAIGHT = 12
+"""Statements that a function consists of at most that is run in place: no branch, no loop, one return at its end."""
 _VARIABLE = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
 
@@ -33,6 +35,11 @@ class Source:
         self._signature: inspect.Signature | None = None
         self._cells = dict(zip(code.co_freevars, function.__closure__ or (), strict=True))
         self._later: dict[int, frozenset[str]] = {}
+        self.is_straight = (
+            len(self.body) <= STRAIGHT
+            and all(map(_is_straight, self.body[:-1]))
+            and isinstance(self.body[-1], ast.Return)
+        )
 
     def bind(self, arguments: list[Any], keywords: dict[str, Any]) -> dict[str, Any]:
         """Return the arguments of a call by the names of the parameters, with defaults.
@@ -67,6 +74,10 @@ class Source:
         """Return where a part of the function is, for messages."""
         file = Path(self.function.__code__.co_filename).name
         return f"{self.name} ({file}:{getattr(node, 'lineno', self.function.__code__.co_firstlineno)})"
+
+
+def _is_straight(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Assign | ast.AnnAssign | ast.AugAssign | ast.Expr)
 
 
 @cache

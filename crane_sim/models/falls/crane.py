@@ -43,12 +43,14 @@ from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_mode
 from crane_sim.models.supports.joint_modes import write_friction_rates
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.support import (
+    Dynamics,
     Posture,
     Support,
     accelerations,
     arm_of,
     bare_tip,
     base_efforts,
+    compute_dynamics,
     compute_posture,
     coordinate_count,
     drive_power,
@@ -136,6 +138,7 @@ class FallsSolution(NamedTuple):
     """Motion and forces at one instant."""
 
     pose: Posture  # of the support
+    dynamics: Dynamics
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the falls' common length
     centre: tuple[float, float, float]  # m/s², of the load
@@ -273,18 +276,19 @@ def solve_dynamics(p, t, x, tau):
     load, body, turn = body_state(p, x), body_of(p, x), pose.kinematics.turn
     pull, flow = sum_falls(p, x, pose, bare_tip(pose), load), airflow_at(p.wind, p.base, t, 0.0)
     given = load_force(p, body, t, flow, base, load)
+    dynamics = compute_dynamics(p.support, pose)
     efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
     efforts = linear.add(efforts, wind_efforts(pose, flow, base))
     efforts = linear.add(efforts, yaw_efforts(pose, pull.couple))
     tip_force = scale(-1.0, to_tree_axes(turn, pull.force))
-    net = linear.add(net_efforts(pose, p.gravity, efforts), tip_efforts(pose, tip_force))
-    qdd = accelerations(pose, net, prescribed_accelerations(p.support, pose, tau))
+    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, tip_force))
+    qdd = accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
     motion, at = (*common_length(p.hoist, p, x, nq), p.gravity), (nq + coordinate_count(p.support), winch_index(p))
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
     centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
     return FallsSolution(
-        pose, qdd, length, centre, alpha, load, pull, given, tip_force, efforts, net, tau, base, normal_forces
+        pose, dynamics, qdd, length, centre, alpha, load, pull, given, tip_force, efforts, net, tau, base, normal_forces
     )
 
 

@@ -277,7 +277,7 @@ def sticking_joints_guard(p, t, x, u, best):
     if not any_joint_sticks(p.support, read_state(p.support, x, falls_layout(p)[0])):
         return best, 0
     solved = solve_dynamics(p, t, x, system.effort(u, p, t, x))
-    return sticking_guard(p.support, best, solved.pose, solved.net, solved.support), 1
+    return sticking_guard(p.support, best, solved.pose.state, solved), 1
 
 
 @routine

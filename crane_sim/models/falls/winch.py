@@ -77,7 +77,7 @@ def after_joint_guard(p, t, x, tau, joint):
     mode_before = x[k]
     x[nq + joint], x[k] = (0.0 if mode_before != 0.0 else x[nq + joint]), 0.0
     solved = solve_dynamics(p, t, x, tau)
-    x[k] = mode_after_guard(p.support, joint, mode_before, solved.pose, solved.net, solved.support)
+    x[k] = mode_after_guard(p.support, joint, mode_before, solved)
     return x, friction_event(joint, x[k])
 
 

@@ -17,7 +17,6 @@ from crane_sim.models.supports.friction import (
     step_control_of,
 )
 from crane_sim.models.supports.support import (
-    Posture,
     Support,
     SupportState,
     constraint_effort,
@@ -75,17 +74,17 @@ def support_guard(support: Support, best: Any, state: SupportState) -> Any:
     return best
 
 
-def sticking_guard(support: Support, best: Any, posture: Posture, net: tuple[Any, ...], qdd: tuple[Any, ...]) -> Any:
+def sticking_guard(support: Support, best: Any, state: SupportState, solved: Any) -> Any:
     """Return the smallest one of `best` and of the guards of joints that friction holds.
 
     Args:
-        support, best: the support, and the smallest other guard.
-        posture, net, qdd: with its `net_efforts` (n,) and accelerations (n,).
+        support, best, state: the support, the smallest other guard, and the support's state.
+        solved: a solution of the crane's equations with `dynamics`, `net` and `support`, the accelerations (n,).
     """
-    for (i, friction), friction_state in zip(frictions_of(support), posture.state.friction, strict=True):
+    for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
         if joint_sticks(friction, friction_state):
-            held = constraint_effort(posture, net, qdd, i)
-            value = friction_guard(friction, posture.state.v[i], friction_state, held)
+            held = constraint_effort(solved.dynamics, solved.net, solved.support, i)
+            value = friction_guard(friction, state.v[i], friction_state, held)
             best = smaller_guard(best, value, encode(Guard.FRICTION, i))
     return best
 
@@ -99,15 +98,16 @@ def friction_state_index(support: Support, x: Any, joint: Any) -> Any:
     return index
 
 
-def mode_after_guard(support: Support, joint: Any, mode_before: Any, posture: Posture, net: Any, qdd: Any) -> Any:
+def mode_after_guard(support: Support, joint: Any, mode_before: Any, solved: Any) -> Any:
     """Return the mode of a joint at rest after its guard has failed in mode `mode_before`.
 
-    Posture, net efforts and accelerations are those with the joint held.
+    `solved` is the solution with the joint held, as of `sticking_guard`.
     """
     mode = mode_before
     for i, friction in frictions_of(support):
         if i == joint:
-            mode = breakaway_mode(friction, mode_before, constraint_effort(posture, net, qdd, i))
+            held = constraint_effort(solved.dynamics, solved.net, solved.support, i)
+            mode = breakaway_mode(friction, mode_before, held)
     return mode
 
 
@@ -134,5 +134,3 @@ def switch_drive(support: Support, x: Any, state: SupportState, number: Any) -> 
             mode = mode_of(shaft_of(drive, state.drives[k], state.q[i], state.v[i]))
     y[first_friction_state(support, x) - drive_count(support) + which] = mode
     return y, encode(Guard.BACKLASH, which, outcome_of(mode)), True
-
-

@@ -36,6 +36,7 @@ from crane_sim.multibody.tree import (
     point_velocity,
     to_base_axes,
     to_tree_axes,
+    tree_reaction,
     velocity_at_rates,
     wrench_at,
 )
@@ -103,19 +104,25 @@ class SupportState(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """A support in a state."""
+    """A support in a state: its kinematics."""
 
     state: SupportState
     mechanism: Mechanism
     kinematics: Kinematics
-    inertia: Inertia
-    matrix: linear.Matrix  # (n, n), with the motors
-    free: tuple[Any, ...]  # (n,) which coordinates move: neither held by friction nor prescribed
-    factors: linear.Factors  # of the matrix of the free ones
     tip: Vector  # m, from the base's origin
     tip_velocity: Vector  # m/s, relative to the base
     heading: tuple[Any, Any]  # sine and cosine of the yaw
     yaw_rate: Any  # rad/s
+
+
+class Dynamics(NamedTuple):
+    """The inertia of a support in a posture."""
+
+    inertia: Inertia
+    matrix: linear.Matrix  # (n, n), with the motors
+    prescribed: tuple[bool, ...]  # (n,) or empty, as of the mechanism
+    free: tuple[Any, ...]  # (n,) which coordinates move: neither held by friction nor prescribed
+    factors: linear.Factors  # of the matrix of the free ones
 
 
 # state
@@ -201,24 +208,27 @@ def takes_energy(support: Support) -> bool:
 
 def compute_posture(support: Support, state: SupportState) -> Posture:
     """Return the posture of a support in a state."""
-    mechanism, n = support.structure.mechanism(), len(state.q)
+    mechanism = support.structure.mechanism()
     tree = mechanism.tree
     kinematics = compute_kinematics(tree, state.q, state.v)
-    inertia = compute_inertia(tree, kinematics, n)
-    matrix, free = _add_to_diagonal(inertia.matrix, support.motors), _free_coordinates(support, mechanism, state)
     return Posture(
         state,
         mechanism,
         kinematics,
-        inertia,
-        matrix,
-        free,
-        linear.factor(_of_free(matrix, free)),
         point_position(kinematics, tree.tip),
         point_velocity(kinematics, tree.tip),
         _heading(mechanism, kinematics, state.q),
         sum(state.v[i] for i in mechanism.yaw),
     )
+
+
+def compute_dynamics(support: Support, posture: Posture) -> Dynamics:
+    """Return the inertia of a support in a posture, with motors, and without what friction holds."""
+    mechanism = posture.mechanism
+    inertia = compute_inertia(mechanism.tree, posture.kinematics, len(posture.state.q))
+    matrix = _add_to_diagonal(inertia.matrix, support.motors)
+    free = _free_coordinates(support, mechanism, posture.state)
+    return Dynamics(inertia, matrix, mechanism.prescribed, free, linear.factor(_of_free(matrix, free)))
 
 
 def yaw(support: Support, q: tuple[Any, ...]) -> Any:
@@ -266,7 +276,7 @@ def _entry_if(condition: Any, entry: Any) -> Any:
 
 
 def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the efforts (n,) of drives, springs and friction at commands; a drive that prescribes a motion has none."""
+    """Return the efforts (n,) of drives, springs and friction at commands; a prescribed motion has none."""
     state, mechanism = posture.state, posture.mechanism
     prescribed = mechanism.prescribed or (False,) * len(state.q)
     commanded = zip(prescribed, _by_coordinate(mechanism, command), strict=True)
@@ -307,16 +317,33 @@ def base_efforts(posture: Posture, base: Any) -> tuple[Any, ...]:
 
     `base` is that of `moving_base.base_kinematics_at`, None at rest.
     """
-    total: tuple[Any, ...] = (0,) * len(posture.state.q)
-    if base is None:
-        return total
     tree, kinematics = posture.mechanism.tree, posture.kinematics
-    turned = turn_base(base, kinematics.turn)
-    for joint, body, place, velocity, inertia, omega in body_motions(tree, kinematics):
+    total: tuple[Any, ...] = (0,) * len(posture.state.q)
+    for joint, wrench in _imposed_wrenches(posture, base):
+        total = linear.add(total, efforts_of(tree, kinematics, len(total), joint, wrench))
+    return total
+
+
+def _imposed_wrenches(posture: Posture, base: Any) -> tuple[tuple[int, Wrench], ...]:
+    """Return (joint, wrench) of what a moving base imposes on each body; none of a base at rest."""
+    if base is None:
+        return ()
+    turned, wrenches = turn_base(base, posture.kinematics.turn), ()
+    for joint, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):
         force = scale(body.mass, imposed_acceleration(turned, place, velocity))
         moment = scale(-1.0, _imposed_spin(turned, inertia, omega))
-        wrench = Wrench(force, add(moment, cross(place, force)))
-        total = linear.add(total, efforts_of(tree, kinematics, len(total), joint, wrench))
+        wrenches = (*wrenches, (joint, Wrench(force, add(moment, cross(place, force)))))
+    return wrenches
+
+
+def base_reaction(posture: Posture, dynamics: Dynamics, gravity: Any, base: Any, qdd: tuple[Any, ...]) -> Wrench:
+    """Return force [N] and moment [N m] of the base on the structure without what hangs at its tip, in the tree's axes.
+
+    It balances what moves the bodies at accelerations qdd (n,) of the coordinates (d'Alembert); motors have no part.
+    """
+    total = tree_reaction(posture.mechanism.tree, dynamics.inertia, qdd, gravity)
+    for _, wrench in _imposed_wrenches(posture, base):
+        total = Wrench(subtract(total.force, wrench.force), subtract(total.moment, wrench.moment))
     return total
 
 
@@ -370,34 +397,34 @@ def tip_efforts(posture: Posture, force: Vector) -> tuple[Any, ...]:
     return efforts_of(tree, posture.kinematics, n, tree.tip.joint, wrench_at(posture.tip, force))
 
 
-def net_efforts(posture: Posture, gravity: Any, efforts: tuple[Any, ...]) -> tuple[Any, ...]:
+def net_efforts(dynamics: Dynamics, gravity: Any, efforts: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return what accelerates the coordinates (n,): efforts less bias and weight."""
-    inertia = posture.inertia
+    inertia = dynamics.inertia
     return linear.subtract(linear.subtract(efforts, inertia.bias_efforts), linear.scale(gravity, inertia.weights))
 
 
-def accelerations(posture: Posture, net: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
+def accelerations(dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return the accelerations (n,) of the coordinates under `net_efforts`, 0 of those that friction holds.
 
     `given` are those of prescribed coordinates (n,), empty where there is none.
     """
     if not given:
-        return responses(posture, net)
-    prescribed = posture.mechanism.prescribed
+        return responses(dynamics, net)
+    prescribed = dynamics.prescribed
     own = tuple(a if p else 0 for p, a in zip(prescribed, given, strict=True))
-    rest = linear.subtract(net, linear.product(posture.matrix, own))
-    return linear.add(own, responses(posture, rest))
+    rest = linear.subtract(net, linear.product(dynamics.matrix, own))
+    return linear.add(own, responses(dynamics, rest))
 
 
-def responses(posture: Posture, levers: tuple[Any, ...]) -> tuple[Any, ...]:
+def responses(dynamics: Dynamics, levers: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return how efforts (n,) accelerate the coordinates (n,): those that are not free do not answer."""
-    return linear.solve(posture.factors, tuple(_entry_if(f, b) for f, b in zip(posture.free, levers, strict=True)))
+    return linear.solve(dynamics.factors, tuple(_entry_if(f, b) for f, b in zip(dynamics.free, levers, strict=True)))
 
 
-def mobility(posture: Posture, levers: tuple[Any, ...], answer: tuple[Any, ...]) -> Any:
+def mobility(dynamics: Dynamics, levers: tuple[Any, ...], answer: tuple[Any, ...]) -> Any:
     """Return the acceleration along levers (n,) for a unit effort along them, whose `responses` are the answer."""
     total = 0.0
-    for free, lever, rate in zip(posture.free, levers, answer, strict=True):
+    for free, lever, rate in zip(dynamics.free, levers, answer, strict=True):
         total += lever * _entry_if(free, rate)
     return total
 
@@ -414,10 +441,10 @@ def tip_rate(posture: Posture, rates: tuple[Any, ...]) -> Vector:
     return to_base_axes(posture.kinematics.turn, velocity_at_rates(tree, posture.kinematics, tree.tip, rates))
 
 
-def constraint_effort(posture: Posture, net: tuple[Any, ...], qdd: tuple[Any, ...], i: int) -> Any:
+def constraint_effort(dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...], i: int) -> Any:
     """Return what friction bears [N or N m] where it holds coordinate i: what would accelerate it."""
     others = tuple(0 if k == i else qdd[k] for k in range(len(qdd)))
-    return net[i] - linear.product(posture.matrix, others)[i]
+    return net[i] - linear.product(dynamics.matrix, others)[i]
 
 
 # power and energy
@@ -437,14 +464,14 @@ def drive_power(posture: Posture, efforts: tuple[Any, ...], force: Vector) -> An
     return linear.inner(efforts, state.v)
 
 
-def kinetic_energy(posture: Posture) -> Any:
+def kinetic_energy(posture: Posture, dynamics: Dynamics) -> Any:
     """Return the kinetic energy [J] of structure and motors relative to the base."""
-    return 0.5 * linear.inner(posture.state.v, linear.product(posture.matrix, posture.state.v))
+    return 0.5 * linear.inner(posture.state.v, linear.product(dynamics.matrix, posture.state.v))
 
 
-def potential_energy(posture: Posture, gravity: Any) -> Any:
+def potential_energy(posture: Posture, dynamics: Dynamics, gravity: Any) -> Any:
     """Return the potential energy [J] of gravity and springs."""
-    total = gravity * posture.inertia.first_moment[2]
+    total = gravity * dynamics.inertia.first_moment[2]
     for spring in posture.mechanism.springs:
         total = total + 0.5 * spring.stiffness * _deflection(spring, posture.state.q) ** 2
     return total

@@ -39,11 +39,13 @@ from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_mode
 from crane_sim.models.supports.joint_modes import write_friction_rates
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.support import (
+    Dynamics,
     Posture,
     Support,
     accelerations,
     bare_tip,
     base_efforts,
+    compute_dynamics,
     compute_posture,
     coordinate_count,
     drive_count,
@@ -123,6 +125,7 @@ class SuspendedSolution(NamedTuple):
     """Support, load and base at one instant, in addition to the work arrays."""
 
     pose: Posture  # of the support
+    dynamics: Dynamics
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the first link's length
     tip_force: tuple[float, float, float]  # N, of rope and torsion on the tip, in the axes of the base
@@ -269,19 +272,20 @@ def solve_dynamics(p, t, x, tau, work):
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
+    dynamics = compute_dynamics(p.support, pose)
     efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
     efforts = linear.add(efforts, wind_efforts(pose, flow, base))
     efforts = linear.add(efforts, twist_efforts(twist, pose))
     beside = to_tree_axes(pose.kinematics.turn, twist_tip(twist, links, (0, 0, 0)))
-    net = linear.add(net_efforts(pose, p.gravity, efforts), tip_efforts(pose, beside))
-    qdd = accelerations(pose, net, prescribed_accelerations(p.support, pose, tau))
+    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, beside))
+    qdd = accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
     first = links.units[0, 0], links.units[0, 1], links.units[0, 2]
     levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, first))
-    answer = responses(pose, levers)
+    answer = responses(dynamics, levers)
     at = nq + coordinate_count(p.support), end
     hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, (length, rate, p.gravity))
-    top = SupportEnd(mobility(pose, levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
+    top = SupportEnd(mobility(dynamics, levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     length_acc = hoisted_length_acceleration(links, top, acc, tension)
     pull = twist_tip(twist, links, (tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]))
@@ -294,7 +298,7 @@ def solve_dynamics(p, t, x, tau, work):
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
     return SuspendedSolution(
-        pose, qdd, length_acc, pull, efforts, net, tau, load, base, power, given, moment, twist
+        pose, dynamics, qdd, length_acc, pull, efforts, net, tau, load, base, power, given, moment, twist
     )
 
 

@@ -28,6 +28,7 @@ from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.supports.joint_modes import reset_friction_modes, switch_drive
 from crane_sim.models.supports.support import (
     bare_tip,
+    compute_dynamics,
     compute_posture,
     coordinate_count,
     drive_power,
@@ -153,8 +154,9 @@ def add_jumps(p, load, x, y, state, joined):
     turn = pose.kinematics.turn
     winch, _ = hoist_response(p.hoist, 0.0, nothing, x, nq + ns)
     levers = tip_efforts(pose, to_tree_axes(turn, upper))
-    answer = responses(pose, levers)
-    top = SupportEnd(mobility(pose, levers, answer), winch, 0.0, 0.0)
+    dynamics = compute_dynamics(p.support, pose)
+    answer = responses(dynamics, levers)
+    top = SupportEnd(mobility(dynamics, levers, answer), winch, 0.0, 0.0)
     solve_tensions(links, top, acc, impulse, ratio)
     lost = 0.5 * impulse[n - 1] * dot(last, joined.jump)
     if first > ns:

@@ -23,6 +23,7 @@ from crane_sim.models.supports.joint_modes import (
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
 from crane_sim.models.supports.support import (
     bare_tip,
+    compute_dynamics,
     compute_posture,
     coordinate_count,
     energy_by_base,
@@ -154,7 +155,8 @@ def suspended_energies(p, base, x):
 def support_energies(support, pose, gravity):
     """Return (kinetic, potential) energy [J] of structure and drives, relative to the base."""
     kinetic, potential = drive_energies(support.drives, pose.state)
-    return kinetic_energy(pose) + kinetic, potential_energy(pose, gravity) + potential
+    dynamics = compute_dynamics(support, pose)
+    return kinetic_energy(pose, dynamics) + kinetic, potential_energy(pose, dynamics, gravity) + potential
 
 
 def support_added_energy(base, pose, gravity):
@@ -304,7 +306,7 @@ def suspended_guard(p, t, x, u, work):
     if forces:
         solved = solve_dynamics(p, t, x, tau, work)
         acceleration = solved.length
-        best = sticking_guard(p.support, best, solved.pose, solved.net, solved.support)
+        best = sticking_guard(p.support, best, solved.pose.state, solved)
     if stops.taut > 0.0:
         for k in range(len(work.tension)):
             best = smaller_guard(best, work.tension[k], encode(Guard.LINK, k))
@@ -346,7 +348,7 @@ def after_joint_guard(p, t, x, tau, joint):
     mode_before = x[k]
     x[nq + joint], x[k] = (0.0 if mode_before != 0.0 else x[nq + joint]), 0.0
     solved = solve_dynamics(p, t, x, tau, work)
-    x[k] = mode_after_guard(p.support, joint, mode_before, solved.pose, solved.net, solved.support)
+    x[k] = mode_after_guard(p.support, joint, mode_before, solved)
     return x, friction_event(joint, x[k])
 
 
