@@ -18,6 +18,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from crane_sim.tracing.calls import forget_functions
 from crane_sim.tracing.code_cache import note_implementation
 from crane_sim.tracing.entry_point import EntryPoint
 from crane_sim.tracing.machine_code import LIGHT as LIGHT
@@ -83,6 +84,7 @@ def generic(f: Function) -> TypeDispatched:
     def register(cls: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
             implementations.clear()
+            forget_functions()
             note_implementation(f, cls, implementation)
             return table.register(cls)(implementation)
 
