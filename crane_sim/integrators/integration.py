@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.integrators.status import NOT_FINITE, OK
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import generic, routine, simd_range
 from crane_sim.numerics.states import replace_field, squared_error_norm
 from crane_sim.system import project, workspace
 
@@ -96,7 +96,7 @@ def is_finite(x):
 @is_finite.register(np.ndarray)
 def _(x):
     overflows = 0  # counted, not left at the first one: a loop without a jump becomes vectors
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         overflows += 0 if x[i] * x[i] < inf else 1
     return overflows == 0
 

@@ -4,6 +4,7 @@ A function of plain Python that an entry point calls is compiled with it: there 
 it computes with floats. What may be said of a function:
 
 - `entry_point`: Python calls it, and it runs as machine code, cached on disk.
+- `optimisation`: an entry point that runs for some instants of a run only is compiled quickly, to slower code.
 - `routine`: it is not inlined into its callers: a long one, of which copies would cost time to compile.
 - `generic`: it has single dispatch, one implementation for each type of its first argument, like
   functools.singledispatch; the type is known when a call is traced.
@@ -17,8 +18,12 @@ import functools
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from crane_sim.tracing.calls import forget_functions
 from crane_sim.tracing.code_cache import note_implementation
 from crane_sim.tracing.entry_point import EntryPoint
+from crane_sim.tracing.machine_code import LIGHT as LIGHT
+from crane_sim.tracing.machine_code import NONE as NONE
+from crane_sim.tracing.machine_code import Optimisation
 from crane_sim.tracing.vectors import local_array as local_array
 from crane_sim.tracing.vectors import simd_range as simd_range
 from crane_sim.tracing.vectors import use_wide_vectors as use_wide_vectors
@@ -29,6 +34,16 @@ Function = Callable[..., Any]
 def entry_point(f: Any) -> EntryPoint:
     """Return `f` as a function that runs as machine code."""
     return EntryPoint(f)
+
+
+def optimisation(level: Optimisation) -> Callable[[Function], Function]:
+    """Return a decorator of an entry point's function, which is compiled with this optimisation."""
+
+    def note(f: Function) -> Function:
+        f.optimisation = level  # type: ignore[attr-defined]
+        return f
+
+    return note
 
 
 def routine(f: Function) -> Function:
@@ -69,6 +84,7 @@ def generic(f: Function) -> TypeDispatched:
     def register(cls: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
             implementations.clear()
+            forget_functions()
             note_implementation(f, cls, implementation)
             return table.register(cls)(implementation)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crane_sim.models.moving_base import base_kinematics_at, pose_at
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import NONE, entry_point, optimisation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,6 +29,7 @@ class BaseState(NamedTuple):
 
 
 @entry_point
+@optimisation(NONE)
 def fill_base_state(base, gravity, t, out):
     """Fill out (8, 3) with the fields of `BaseState`, in their order, of a moving base at time t [s]."""
     pose, motion = pose_at(base, t), base_kinematics_at(base, gravity, t)

@@ -15,7 +15,7 @@ from scipy.linalg import block_diag, null_space
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.numerics.column import NotVectorisable, arrays_of, as_float
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene, load_scene
@@ -54,6 +54,7 @@ def without_dry_friction(scene: Scene) -> Scene:
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_accelerations(models, points, out):
     """Fill out (n, m, nq) with the accelerations of n cranes at m points each.
 

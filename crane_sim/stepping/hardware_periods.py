@@ -34,7 +34,7 @@ from crane_sim.integrators import (
     restart,
 )
 from crane_sim.numerics.arrays import copy_into, store
-from crane_sim.numerics.jit import entry_point, generic, routine
+from crane_sim.numerics.jit import NONE, entry_point, generic, optimisation, routine
 from crane_sim.numerics.states import replace_entry
 from crane_sim.stepping.periods import finish, integrate_period, integrate_source_to, integrate_to_breakpoints, write
 from crane_sim.trajectories.breakpoints import PiecewiseSource
@@ -116,6 +116,7 @@ def read_measurements(p, hardware, x):
 
 
 @entry_point
+@optimisation(NONE)
 def sample_first_state(p, hardware, integration, period):
     """Sample the state at the start of a run; return the measured (q, v)."""
     sample_sensors(p, hardware, integration.x, 0, period)

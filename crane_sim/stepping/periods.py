@@ -20,7 +20,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry_point, generic, routine
+from crane_sim.numerics.jit import NONE, entry_point, generic, optimisation, routine
 from crane_sim.numerics.states import replace_field
 from crane_sim.trajectories.breakpoints import PiecewiseSource, last_instant_before, next_breakpoint
 
@@ -48,6 +48,7 @@ class Output(NamedTuple):
 
 
 @entry_point
+@optimisation(NONE)
 def begin(p, q, v):
     """Return the integration at t = 0, before its first step, and the joints q, v of its state.
 

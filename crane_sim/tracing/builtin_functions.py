@@ -221,8 +221,8 @@ def _fma(graph: Graph, a: Any, b: Any, c: Any) -> Any:
     return arithmetic.call_function("fma", a, b, c)
 
 
-def _simd_range(graph: Graph, count: Any) -> SimdRange:
-    return SimdRange(count)
+def _simd_range(graph: Graph, *bounds: Any) -> SimdRange:
+    return SimdRange(*bounds)
 
 
 def _local_array(graph: Graph, shape: tuple[int, ...]) -> ArraySymbol:

@@ -1,7 +1,12 @@
-"""Calls while tracing: a function is traced once for each structure of its arguments, and called from then on."""
+"""Calls while tracing: a function is traced once for each structure of its arguments, and called from then on.
 
+Entry points of one kind of scene share most functions: what has been traced is kept for those that follow.
+"""
+
+import itertools
 import types
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +14,7 @@ import numpy as np
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.builtin_functions import HANDLERS, type_of
+from crane_sim.tracing.cache import SOURCES_AT_IMPORT
 from crane_sim.tracing.frame import Frame, ResultChange, Returned
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Block, Graph, Kind, TraceError, Value
@@ -30,6 +36,17 @@ class Traced(NamedTuple):
 
     function: Function
     result: Rebuild
+    functions: set[types.FunctionType]  # that are in it
+
+
+_MOST = 1_500  # functions that are kept: those of two or three kinds of scene, about 20 MB
+_TRACED: dict[Any, Traced] = {}
+_NUMBERS = itertools.count(1)  # of functions, which are part of their names
+
+
+def forget_functions() -> None:
+    """Forget what has been traced: a call means another function from now on."""
+    _TRACED.clear()
 
 
 class Calls:
@@ -37,8 +54,8 @@ class Calls:
 
     def __init__(self) -> None:
         """Begin without functions."""
-        self._traced: dict[Any, Traced | None] = {}  # None: it is being traced
-        self._names = 0
+        self._own: dict[Any, Traced] = {}
+        self._under_way: set[Any] = set()
         self._depth = 0  # of functions that are run in place
         self.functions: set[types.FunctionType] = set()  # that are traced
 
@@ -73,13 +90,14 @@ class Calls:
         tree = tuple([self._as_argument(graph, x) for x in variables.values()])
         leaves, key, rebuild = take_apart(tree, graph, not inlined)
         whole = function, key
-        if whole not in self._traced:
-            kinds = tuple(leaf.kind for leaf in leaves)
-            self._traced[whole] = None
-            self._traced[whole] = self._trace(source, tuple(variables), rebuild, kinds, inlined)
-        traced = self._traced[whole]
+        traced = self._own.get(whole) or _TRACED.get(whole)
         if traced is None:
-            raise TraceError(f"{source.name} calls itself: recursion is not traced")
+            if whole in self._under_way:
+                raise TraceError(f"{source.name} calls itself: recursion is not traced")
+            self._under_way.add(whole)
+            traced = self._trace(source, tuple(variables), rebuild, tuple(leaf.kind for leaf in leaves), inlined)
+            self._keep(whole, traced)
+        self.functions |= traced.functions
         graph.has_allocations |= traced.function.graph.has_allocations
         graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
         numbers = tuple(leaf.number for leaf in leaves)
@@ -104,15 +122,22 @@ class Calls:
         self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...], inlined: bool
     ) -> Traced:
         result_kinds: dict[int, Kind] = {}
-        self.functions.add(source.function)
+        outer, self.functions = self.functions, {source.function}
         while True:
             try:
                 graph, block, result = self._trace_block(source, names, rebuild, kinds, result_kinds)
             except ResultChange:
                 continue
-            self._names += 1
-            name = f"{source.name.strip('<>')}.{self._names}"
-            return Traced(Function(name, source.function, graph, block, None, inlined, False), result)
+            inner, self.functions = self.functions, outer
+            name = f"{source.name.strip('<>')}.{next(_NUMBERS)}"
+            return Traced(Function(name, source.function, graph, block, None, inlined, False), result, inner)
+
+    def _keep(self, whole: Any, traced: Traced) -> None:
+        if all(_is_of_packages(function.__code__.co_filename) for function in traced.functions):
+            if len(_TRACED) >= _MOST:
+                _TRACED.clear()
+            _TRACED[whole] = traced
+        self._own[whole] = traced
 
     def _trace_block(
         self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...],
@@ -162,6 +187,11 @@ def resolve(function: Any, arguments: list[Any]) -> tuple[Any, bool]:
         implementation = function.dispatch(type_of(arguments[0]))
         return implementation, inlined and getattr(implementation, "inlined", True)
     return getattr(function, "py_func", function), inlined
+
+
+@cache
+def _is_of_packages(file: str) -> bool:
+    return SOURCES_AT_IMPORT.includes(file)
 
 
 def _handler_of(function: Any) -> Any:

@@ -19,7 +19,7 @@ from crane_sim.tracing.frame import read_leaves, write_leaves
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
 from crane_sim.tracing.llvm import module_text
-from crane_sim.tracing.machine_code import LoadedCode, compile_text
+from crane_sim.tracing.machine_code import LoadedCode, Optimisation, compile_text
 from crane_sim.tracing.results import make_builder, take_result
 
 INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
@@ -55,7 +55,8 @@ def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[typ
     block = graph.trace_block(run, (Kind.ARRAY, Kind.ARRAY))
     graph.has_allocations = True
     entry = Function("entry", function, graph, block, None, False, False)
-    return Code(compile_text(module_text(entry)), tuple(results), structure[0]), calls.functions
+    machine_code = compile_text(module_text(entry), getattr(function, "optimisation", Optimisation.FULL))
+    return Code(machine_code, tuple(results), structure[0]), calls.functions
 
 
 class Call:

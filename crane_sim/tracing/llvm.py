@@ -438,7 +438,7 @@ class _FunctionText:
         self._write(f"br i1 {condition}, label %{inside}, label %{end}")
         self._begin(inside)
         self._sweep_memory(mark, instruction)
-        access, hint = self._access, self._simd_hint() if self._is_simd(instruction) else ""
+        access, hint = self._access, self._loop_hint(instruction)
         following = [self._name(number) for number in self._write_turn(body, instruction)]
         self._access = access
         if self._width > 1:
@@ -480,17 +480,23 @@ class _FunctionText:
     def _is_simd(self, loop: Instruction) -> bool:
         return bool(loop.results) and loop.results[0] in self._function.graph.simd_loops
 
-    def _simd_hint(self) -> str:
-        """Have what follows marked as part of a loop of independent turns; return what marks the loop's end."""
-        accesses, independent, whole, loop = (next(self._nodes) for _ in range(4))
+    def _loop_hint(self, loop: Instruction) -> str:
+        """Have what follows marked where a loop's turns are independent; return what marks the loop's end."""
+        hint, node = next(self._nodes), next(self._nodes)
+        if not self._is_simd(loop):
+            self._metadata += [
+                f'!{hint} = !{{!"llvm.loop.vectorize.enable", i1 false}}',  # most are short: lanes take long to compile
+                f"!{node} = distinct !{{!{node}, !{hint}}}",
+            ]
+            return f", !llvm.loop !{node}"
+        accesses = next(self._nodes)
         self._access = f", !llvm.access.group !{accesses}"
         self._metadata += [
             f"!{accesses} = distinct !{{}}",
-            f'!{independent} = !{{!"llvm.loop.parallel_accesses", !{accesses}}}',
-            f'!{whole} = !{{!"llvm.loop.unroll.disable"}}',  # turns that were written out would become no lanes
-            f"!{loop} = distinct !{{!{loop}, !{independent}, !{whole}}}",
+            f'!{hint} = !{{!"llvm.loop.parallel_accesses", !{accesses}}}',
+            f"!{node} = distinct !{{!{node}, !{hint}}}",
         ]
-        return f", !llvm.loop !{loop}"
+        return f", !llvm.loop !{node}"
 
     def _write_turn(self, block: Block, loop: Instruction) -> tuple[int, ...]:
         for number, parameter in zip(loop.results, block.parameters, strict=True):

@@ -87,6 +87,42 @@ def _tree_of(file: str, time_stamp: int) -> ast.Module:
 
 
 @cache
+def _lines_of(file: str, time_stamp: int) -> list[str]:
+    return Path(file).read_text(encoding="utf-8").splitlines(keepends=True)
+
+
+def _candidates(code: types.CodeType, version: tuple[str, int]) -> list[Any]:
+    """Return the trees of a file that may be a function's."""
+    if code.co_name == "<lambda>":
+        return _lambdas_of(*version).get((code.co_name, code.co_firstlineno), [])
+    alone = _parse_alone(code, _lines_of(*version))
+    return [alone] if alone else _functions_of(*version).get((code.co_name, code.co_firstlineno), [])
+
+
+def _parse_alone(code: types.CodeType, lines: list[str]) -> ast.FunctionDef | None:
+    """Return the tree of a function's lines, which takes a tenth of its file's, None where they are no function."""
+    first = code.co_firstlineno - 1
+    last = max(end for inner in _codes_in(code) for _, end, _, _ in inner.co_positions() if end)
+    indent = _indent(lines[first])
+    while last < len(lines) and lines[last].startswith("def", indent):  # a docstring alone has no code
+        last += 1
+    while last < len(lines) and (_indent(lines[last]) > indent or lines[last].strip()[:1] in ("", *")]}")):
+        last += 1
+    opening = "\n" * (first - 1) + "if True:\n" if indent else "\n" * first
+    try:
+        (tree,) = ast.parse(opening + "".join(lines[first:last])).body
+    except (SyntaxError, ValueError):
+        return None
+    if isinstance(tree, ast.If):
+        (tree,) = tree.body if len(tree.body) == 1 else (None,)
+    return tree if isinstance(tree, ast.FunctionDef) and tree.name == code.co_name else None
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())
+
+
+@cache
 def _codes_of(file: str, time_stamp: int) -> frozenset[types.CodeType]:
     """Return the code of all functions of a file."""
     return frozenset(_codes_in(compile(_tree_of(file, time_stamp), file, "exec", dont_inherit=True)))
@@ -140,8 +176,7 @@ def source_of(function: types.FunctionType) -> Source:
     try:
         version = file, os.stat(file).st_mtime_ns
         is_imported = SOURCES_AT_IMPORT.is_unchanged(file) or code in _codes_of(*version)
-        functions = _lambdas_of if code.co_name == "<lambda>" else _functions_of
-        candidates = functions(*version).get((code.co_name, code.co_firstlineno), [])
+        candidates = _candidates(code, version)
     except (OSError, SyntaxError, ValueError) as error:
         raise TraceError(f"the source of {function.__name__}, {file}, cannot be read: {error}") from error
     if not is_imported:

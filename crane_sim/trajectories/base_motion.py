@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import entry_point, generic, routine
+from crane_sim.numerics.jit import LIGHT, entry_point, generic, optimisation, routine
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -85,6 +85,7 @@ def base_motion_at(base, t):
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_positions(base, t, out):
     """Fill out (K, 6) with the positions of the six axes at times t (K,) [s]."""
     for i in range(len(t)):

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.numerics.jit import LIGHT, entry_point, generic, optimisation
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
@@ -77,6 +77,7 @@ def higher_derivatives_at(trajectory, t):
 
 
 @entry_point
+@optimisation(LIGHT)
 def sample_trajectory(trajectory, t):
     """Return position, velocity and acceleration (K, 3, n) of a trajectory at times t (K,) [s]."""
     n = len(reference_at(trajectory, 0.0)[0])

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import generic, routine, simd_range
 from crane_sim.numerics.rows import elementwise
 
 
@@ -72,7 +72,7 @@ def rod_pull(rods, w):
 
 def assemble_rhs(w, bias_acc, gravity):
     """Fill what the links' own motion, gravity and the trolley's `bias_acc` [m/s²] ask of them."""
-    for k in range(w.shape[1] - 1):
+    for k in simd_range(w.shape[1] - 1):
         w[RHS_ALONG, k], w[RHS_ACROSS, k] = w[LENGTH, k] * w[RATE, k] * w[RATE, k], 0.0
     w[RHS_ALONG, 0] += w[COS, 0] * gravity - w[SIN, 0] * bias_acc
     w[RHS_ACROSS, 0] = -(w[COS, 0] * bias_acc + w[SIN, 0] * gravity)
@@ -112,7 +112,7 @@ def link_angles(w):
 def assemble_diagonal(w, top):
     """Fill the diagonal, and add the hoist to the right-hand side of the first link."""
     axis_inv_mass, hoist_inv_mass, hoist_bias_acc, _ = top
-    for k in range(1, w.shape[1] - 1):
+    for k in simd_range(1, w.shape[1] - 1):
         w[DIAGONAL, k] = w[INV_MASS, k - 1] + w[INV_MASS, k]
     w[DIAGONAL, 0] = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass + hoist_inv_mass
     w[RHS_ALONG, 0] -= hoist_bias_acc
@@ -169,7 +169,7 @@ def angular_accelerations(w, top):
     n, (axis_inv_mass, _, _, rate) = w.shape[1] - 1, top
     first = w[COS, 0] * axis_inv_mass * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
     w[TURNING, 0] = (w[RHS_ACROSS, 0] + w[BEND_SIN, 0] * w[TENSION, 1] - first) / w[LENGTH, 0]
-    for k in range(1, n):
+    for k in simd_range(1, n):
         pulled = w[BEND_SIN, k] * w[TENSION, k + 1] - w[BEND_SIN, k - 1] * w[TENSION, k - 1]
         w[TURNING, k] = (w[RHS_ACROSS, k] + pulled) / w[LENGTH, k]
 

@@ -77,7 +77,7 @@ from crane_sim.models.supports.rails import (
     mode_after_stop,
 )
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic, routine, use_wide_vectors
+from crane_sim.numerics.jit import generic, routine, simd_range, use_wide_vectors
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
@@ -136,7 +136,7 @@ def fill_links(p, x, w):
     nq, first, _ = layout_of(p)
     n = len(p.cable.masses)
     fill_sines(n, (w[SIN], w[COS]), (x[first:],))
-    for k in range(n):
+    for k in simd_range(n):
         w[RATE, k] = x[nq + first + k]
     w[LENGTH, 0] = hoisted_link(p.hoist, p.cable, x, nq)[0]
     w[INV_MASS, n - 1] = 1.0 / get_payload_mass(p.event_limits, x, len(x) - 1, p.cable.masses[n - 1])
@@ -192,12 +192,12 @@ def write_derivative(p, t, x, u, out, work):
     nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     solved = forward_dynamics(p, t, x, tau, work)
-    for i in range(nq):
+    for i in simd_range(nq):
         out[i] = x[nq + i]
     out[nq] = solved.trolley
     if first == 2:
         out[nq + 1] = solved.paid
-    for k in range(nq - first):
+    for k in simd_range(nq - first):
         out[nq + first + k] = work[TURNING, k]
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
