@@ -59,9 +59,10 @@ def weighted_sum(h: float, row: tuple[float | None, ...], ks: tuple[State, ...])
 
 
 def add_weighted(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
-    """Return x + the sum of `weighted_sum`; of arrays, `out` is filled with it, and not returned."""
+    """Return x + the sum of `weighted_sum`; an array as `out`, which is filled; its ks are rows of a scratch."""
     if isinstance(x, np.ndarray):
-        return move_rows(x, h, dense(row), ks.rows, out)
+        move_rows(x, h, dense(row), ks.rows, out)
+        return out
     return add(x, weighted_sum(h, row, ks))
 
 

@@ -14,11 +14,11 @@ from crane_sim.integrators import (
     dense_output,
     latest_step_end,
     make_event_log,
-    stages,
     start,
     step,
 )
-from crane_sim.integrators.integration import equal_step, periods_per_step, status_of
+from crane_sim.integrators.integration import status_of
+from crane_sim.integrators.step_control import equal_step, periods_per_step
 from crane_sim.numerics.jit import entry_point, generic, routine, simd_range, use_wide_vectors
 from crane_sim.numerics.lanes import LANES, lane, put_lane, take_entry
 from crane_sim.numerics.states import dimension, replace_field
@@ -237,7 +237,7 @@ def end_lane(method, crane, x, efforts, grid, arrays, i, taken, sampled):
     """Write the rows of crane i from number `sampled` on, in state x at the end, and store_result how its run went."""
     end, rows, u = grid.steps * grid.period, arrays.rows[i], driving(crane.source, efforts)
     integration = replace_field(start(crane.model, end, x, None), "status", status_of(x))
-    integration = replace_field(integration, "evaluations", taken * stages(method))
+    integration = replace_field(integration, "evaluations", taken * method.stages)
     integration = replace_field(integration, "steps", taken)
     finish(method, crane.model, u, integration, end, Output(rows, None, grid.times, rows[: len(grid.times)]), sampled)
     store_result(crane.model, grid, arrays, i, integration, grid.steps)

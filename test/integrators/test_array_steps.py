@@ -21,7 +21,6 @@ from crane_sim.integrators.array_steps import take_single_steps
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.events import BETWEEN, StepEnds, guard_between, may_switch
-from crane_sim.integrators.integration import explicit_step
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
@@ -130,10 +129,10 @@ def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) ->
     p, errors = SwitchingWhirl(), list[float]()
     for h in (0.1, 0.05):
         x, space, middle = np.empty(3), scratch(START, p), np.empty(3)
-        explicit_step(method, p, 0.0, START, (), h, space, x)
+        method.take_step(p, 0.0, START, (), h, space, x)
         may_switch(system.switching(p), method, space, p, (), StepEnds(0.0, START, h, x))
         guard_between(x, p, (), StepEnds(0.0, START, h, x), space.rows, 0.5, space.work)
-        explicit_step(RK8(1.0), p, 0.0, START, (), 0.5 * h, scratch(START, p), middle)
+        RK8(1.0).take_step(p, 0.0, START, (), 0.5 * h, scratch(START, p), middle)
         errors.append(float(np.linalg.norm(space.rows[BETWEEN] - middle)))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)  # the next term is h times as large
 
