@@ -47,7 +47,7 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
             f"gravity = {nominal.model.gravity:g}: {law} needs gravity, without it nothing moves the payload"
         )
     path = nominal.trajectory
-    has_one_coordinate = path is not None and path.coordinates.tail is None
+    has_one_coordinate = path is not None and len(path.coordinates) == 1
     if path is None or path.of_joints or has_one_coordinate:
         raise SceneError(f"reference.path: {law} needs one of the payload's x and y")
     length = nominal.initial_q[3] if nominal.crane == "knuckle" else nominal.model.cable.length
