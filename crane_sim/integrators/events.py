@@ -92,7 +92,7 @@ def constant_velocity_rates(x, positions):
     It is a flat tuple of `positions` positions and their velocities; or two such tuples, each half positions.
     """
     if not isinstance(x[0], tuple):
-        return *x[positions : 2 * positions], *scale(0.0, x)[positions:]
+        return tuple([x[positions + i] if i < positions else zero for i, zero in enumerate(scale(0.0, x))])
     halves = [constant_velocity_rates(part, len(part) // 2) for part in x[:2]]
     return *halves, *scale(0.0, x)[2:]
 
