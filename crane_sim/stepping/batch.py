@@ -115,7 +115,12 @@ def integrate_sampled_run(source, method, p, integration, grid, rows):
 
 
 def sampled_source(law, p, t, x):
-    """Return the source from time t on for a sampled law: the efforts (nu,) that actuators apply for its command."""
+    """Return the source from time t on for a sampled law: the efforts (nu,) that actuators apply for its command.
+
+    A law that has `source_at(p, t, x)` gives another source.
+    """
+    if hasattr(law, "source_at"):
+        return law.source_at(p, t, x)
     q, v = system.joints(p, x)
     return system.saturate(p, system.command(law, t, q, v))
 
