@@ -132,7 +132,7 @@ def mass_estimating_command(law, t, q, v):
     """Return the efforts (4,) of the law for the mass that it estimates."""
     mass = update_estimate(law, t, q, v)
     efforts = control_action(with_gravity_compensation_for_mass(law.parameters, law.nominal, mass), q, v)
-    law.estimator.winch_effort[0] = min(efforts[3], 0.0)  # a rope transmits tension only
+    law.estimator.winch_effort[0] = min(efforts[-1], 0.0)  # a rope transmits tension only
     return efforts
 
 

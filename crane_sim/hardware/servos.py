@@ -121,7 +121,9 @@ def enter_phases(servos, t, end, least):
 
     Instants nearer than `least` [s] to each other count as one.
     """
-    for i in range(0 if servos is None else len(servos.loops)):
+    if servos is None:
+        return end
+    for i in range(len(servos.loops)):
         loop = servos.loops[i]
         if loop.kind != EFFORT:
             enter_phase(loop, servos.phases, i, t, least)
@@ -134,7 +136,9 @@ def latch_servos(servos, drives, t):
 
     The transfer between brake and drive is bumpless: a drive begins with the brake's effort, and the other way round.
     """
-    for i in range(0 if servos is None else len(drives)):
+    if servos is None:
+        return
+    for i in range(len(drives)):
         loop, drive = servos.loops[i], drives[i]
         if loop.kind != EFFORT and drive.engaged:
             loop.restarts, loop.integral = True, drive.effort

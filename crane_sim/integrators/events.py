@@ -162,7 +162,7 @@ def work_of(scratch):
     return None if scratch is None else scratch.work
 
 
-def make_event_log(switches):
+def make_event_log(switches) -> Any:
     """Return an empty log of events; None for a model that does not switch."""
     return None if switches is None else EventLog(0, np.zeros((switches.capacity, 2)))
 

@@ -56,7 +56,7 @@ class Scratch(NamedTuple):
     work: Any  # the model's workspace
 
 
-def scratch(x, p):
+def scratch(x, p) -> Any:
     """Return the work arrays for steps of a state like x: None where x is a tuple."""
     return Scratch(np.empty((MAX_STAGES + 5, len(x))), workspace(p)) if isinstance(x, np.ndarray) else None
 

@@ -67,7 +67,7 @@ def roll_out(source, method, p, integration, period, out):
     return continuous_rollout(method, p, source, integration, period, out)
 
 
-def output_of(clock, run, scratch, states):
+def output_of(clock, run, scratch, states) -> Any:
     """Return the output of the rollout of one run, whose states are to be kept in `states`."""
     if scratch.lanes is not None:
         return scratch.lanes.make_output(clock, run, scratch, states)

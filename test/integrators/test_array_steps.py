@@ -34,17 +34,17 @@ class Whirl(NamedTuple):
 
 
 @system.rhs_into.register(Whirl)
-def _(p, t, x, u, out, work):
+def _whirl_rhs_into(p, t, x, u, out, work):
     out[0], out[1], out[2] = x[1], -4.0 * x[0] + 0.3 * x[1] * x[1] + np.sin(3.0 * t), x[0] * x[1]
 
 
 @system.workspace.register(Whirl)
-def _(p):
+def _whirl_workspace(p):
     return np.zeros(1)
 
 
 @system.position_count.register(Whirl)
-def _(p):
+def _whirl_position_count(p):
     return 1
 
 
@@ -81,27 +81,27 @@ class SwitchingWhirl(NamedTuple):
 
 
 @system.rhs_into.register(SwitchingWhirl)
-def _(p, t, x, u, out, work):
+def _switching_whirl_rhs_into(p, t, x, u, out, work):
     system.rhs_into(Whirl(), t, x, u, out, work)
 
 
 @system.workspace.register(SwitchingWhirl)
-def _(p):
+def _switching_whirl_workspace(p):
     return np.zeros(1)
 
 
 @system.switching.register(SwitchingWhirl)
-def _(p):
+def _switching_of_whirl(p):
     return system.Switching(10, p.rank)
 
 
 @system.guard.register(SwitchingWhirl)
-def _(p, t, x, u, work):
+def _switching_whirl_guard(p, t, x, u, work):
     return (x[0] - p.floor if x[1] < 0.0 else 1.0), 0, 1 - p.rank
 
 
 @system.apply_reset_map.register(SwitchingWhirl)
-def _(p, t, x, u, which):
+def _switching_whirl_apply_reset_map(p, t, x, u, which):
     return np.array([x[0], -0.9 * x[1], x[2]]), which, True
 
 
