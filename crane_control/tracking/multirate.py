@@ -81,7 +81,7 @@ def tip_setpoint(tracker, t, tip, y, dy):
     if t >= tracker.held.due[0]:
         if tracker.tracker is not None:
             setpoint = compute_tip_setpoint(tracker.tracker, t, tip, y, dy)
-        store_setpoint(tracker.held.setpoint, setpoint)
+        tracker.held.setpoint[:] = (*setpoint.x, *setpoint.v, *setpoint.a)
         tracker.held.due[0] = (int(t / tracker.interval + TIME_TOLERANCE) + 1 - TIME_TOLERANCE) * tracker.interval
     return setpoint
 
@@ -89,9 +89,3 @@ def tip_setpoint(tracker, t, tip, y, dy):
 def read_setpoint(values):
     """Return the numbers (6,) as a TipSetpoint."""
     return TipSetpoint((values[0], values[1]), (values[2], values[3]), (values[4], values[5]))
-
-
-def store_setpoint(values, setpoint):
-    """Write a TipSetpoint into the numbers (6,)."""
-    for i in range(2):
-        values[i], values[2 + i], values[4 + i] = setpoint.x[i], setpoint.v[i], setpoint.a[i]

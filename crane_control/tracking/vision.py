@@ -129,5 +129,4 @@ def filter_frame(camera, frame):
         previous = frame[1 + i] if first else filtered[i]
         filtered[i] = previous + gain * (frame[1 + i] - previous)
         filtered[2 + i] = (filtered[i] - previous) / elapsed
-    for i in range(3):
-        last_used_frame[i] = frame[i]
+    last_used_frame[:] = frame

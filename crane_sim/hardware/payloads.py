@@ -26,8 +26,7 @@ def apply_payload_fault(fault, p, mass):
     if getattr(p, "event_limits", None) is None:
         return p
     masses = p.event_limits.masses.copy()
-    for i in range(len(masses)):
-        masses[i] = mass
+    masses[:] = mass
     return p._replace(event_limits=p.event_limits._replace(masses=masses))
 
 

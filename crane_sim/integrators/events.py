@@ -78,8 +78,8 @@ def fill_ends(stage, scratch, p, u, ends, positions):
             rows[SECOND, i] = ends.x[positions + i] if is_position else 0.0
         return 0
     if stage > 0:
-        for i in range(len(ends.x)):
-            rows[FIRST, i], rows[SECOND, i] = rows[0, i], rows[stage, i]
+        rows[FIRST] = rows[0]
+        rows[SECOND] = rows[stage]
         return 0
     rhs_into(p, ends.t0, ends.x0, u, rows[FIRST], work)
     rhs_into(p, ends.t, ends.x, u, rows[SECOND], work)

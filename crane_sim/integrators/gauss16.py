@@ -220,7 +220,8 @@ def collocate_array(method, p, t, x, u, h, rows, work, out):
     The rows are the derivative at (t, x), those at the stages, and three more to work with. Each stage takes the
     newest derivatives of the others.
     """
-    fill_rows(rows)
+    for j in range(FIRST, FIRST + STAGES):
+        rows[j] = rows[0]
     enough, moved, contraction, sweeps = SETTLED * SETTLED * len(x), inf, 1.0, 0
     while sweeps < MAX_SWEEPS and contraction * moved > enough:
         before, moved, sweeps = moved, 0.0, sweeps + 1
@@ -238,13 +239,6 @@ def collocate_array(method, p, t, x, u, h, rows, work, out):
     estimate = combine_estimates(last / len(x), before / len(x))
     error = aim(estimate, sqrt(contraction) if sweeps > MANY_SWEEPS else 0.0)
     return error if contraction * moved <= enough else inf, sweeps
-
-
-def fill_rows(rows):
-    """Copy the derivative at the begin, row 0, to all stages."""
-    for j in range(FIRST, FIRST + STAGES):
-        for i in range(rows.shape[1]):
-            rows[j, i] = rows[0, i]
 
 
 @routine

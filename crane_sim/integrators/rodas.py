@@ -95,8 +95,7 @@ def rosenbrock_step(p, t, x, u, h, k1):
     ks, y, work = np.empty((STAGES, len(x))), x.copy(), workspace(p)
     for s in range(STAGES):
         if s == 0:
-            for i in range(len(x)):
-                ks[0, i] = k1[i]
+            ks[0] = k1
         else:
             reach_stage(s, x, ks, y)
             rhs_into(p, t + _NODES[s] * h, y, u, ks[s], work)
@@ -114,8 +113,7 @@ def rosenbrock_step(p, t, x, u, h, k1):
 
 def reach_stage(s, x, ks, y):
     """Write the state of stage s into y."""
-    for i in range(len(x)):
-        y[i] = 0.0
+    y[:] = 0.0
     for j in range(s):
         for i in range(len(x)):
             y[i] += _DENSE_A[s, j] * ks[j, i]
@@ -127,6 +125,5 @@ def reach_stage(s, x, ks, y):
 def try_step(method, p, t, x, u, h, k1, out):
     """Write the state one step of size h after (t, x) into `out`, and return its error relative to the tolerance."""
     y, error = rosenbrock_step(p, t, x, u, h, k1)
-    for i in range(len(x)):
-        out[i] = y[i]
+    out[:] = y
     return sqrt(squared_error_norm(error, x, y, method.rtol, method.atol) / len(x))

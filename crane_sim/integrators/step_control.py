@@ -107,24 +107,16 @@ def copy_state(x, out):
     """Return the state x; an array as `out`, which is filled with it."""
     if not isinstance(x, np.ndarray):
         return x
-    for i in range(len(x)):
-        out[i] = x[i]
+    out[:] = x
     return out
 
 
 @routine
 def accepted_step(method, p, u, integration, end):
     """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
+    x, scratch = integration.x, integration.scratch
     y, t, h, n, rejected, status = adaptive_step(
-        method,
-        integration.scratch,
-        p,
-        integration.t,
-        integration.x,
-        u,
-        integration.h,
-        end,
-        allocate(integration.x),
+        method, scratch, p, integration.t, x, u, integration.h, end, allocate(x)
     )
     steps = 0
     if status == OK:

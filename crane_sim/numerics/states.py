@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from crane_sim.numerics.arrays import (
-    add_arrays,
     add_scaled_arrays,
     array_square,
     dense,
@@ -26,7 +25,7 @@ State = Any
 def add(x: State, y: State) -> State:
     """Return x + y."""
     if isinstance(x, np.ndarray):
-        return add_arrays(x, y)
+        return add_scaled_arrays(x, 1.0, y)
     return tuple([add(a, b) for a, b in zip(x, y, strict=True)]) if isinstance(x, tuple) else x + y
 
 

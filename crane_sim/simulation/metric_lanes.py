@@ -83,8 +83,7 @@ def put_instant(out, i, p, t, x, u):
     put_lane(lanes.joints, j, (q, v, tau))
     lanes.supplied[0, j] = system.energy_supplied(p, x)
     out.rows[i, 0] = out.scratch.times[i]
-    for c in range(len(q)):
-        out.rows[i, 1 + c], out.rows[i, 1 + len(q) + c] = q[c], v[c]
+    out.rows[i, 1 : 1 + len(q)], out.rows[i, 1 + len(q) :] = q, v
 
 
 @routine

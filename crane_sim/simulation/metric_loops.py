@@ -105,8 +105,7 @@ def watch_run(p, clock, run, scratch, states):
     fill_watched(p, t, q, v, scratch.energies, scratch.ends)
     for i in range(k + 1):
         states[i, 0] = t[i]
-        for j in range(2 * nq):
-            states[i, 1 + j] = rows[i, j]
+        states[i, 1:] = rows[i, : 2 * nq]
         for j in range(nu):
             scratch.driven_q[i, j] = q[i, scratch.driven[j]]
     driven_q, energies = scratch.driven_q[:k], scratch.energies
@@ -116,10 +115,8 @@ def watch_run(p, clock, run, scratch, states):
     note_range(q, run.ranges[0], run.ranges[1])
     note_outside(run.target, run.near, t[:k], driven_q, run.outside)
     run.counts[4] = count_limited(scratch.commands[:k], u[:k])
-    for j in range(6):
-        run.ends[j] = scratch.ends[k, j]
-    for j in range(nu):
-        run.driven_end[j] = scratch.driven_q[k, j]
+    run.ends[:] = scratch.ends[k]
+    run.driven_end[:] = scratch.driven_q[k]
 
 
 def count_limited(commands, efforts):

@@ -70,8 +70,7 @@ def advance_cranes(cranes, commands, period, out, first, last):
         out.failed[i] = integration.status != OK and integration.t < end
         if not out.failed[i]:
             out.periods[i] = k + 1
-            for j in range(nq):
-                out.measured[i, j], out.measured[i, j + nq] = measured[0][j], measured[1][j]
+            out.measured[i, :nq], out.measured[i, nq:] = measured
             points = np.empty((system.point_count(p), 3))
             system.points(p, end, system.state(p, end, joints[0], joints[1]), points)
             out.tip[i], out.payload[i] = points[system.tip_index(p)], points[-1]

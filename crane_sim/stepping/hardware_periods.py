@@ -102,8 +102,7 @@ def measure_states(hardware, period, q, v, out):
         update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
         apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
         hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q[k], v[k])
-        for j in range(out.shape[1]):
-            out[k, j] = hardware.sensors[j].reading
+        out[k] = hardware.sensors.reading
 
 
 def relative_energy(p, x):

@@ -73,9 +73,7 @@ def base_motion_at(base, t):
 def fill_positions(base, t, out):
     """Fill out (K, 6) with the positions of the six axes at times t (K,) [s]."""
     for i in range(len(t)):
-        x, _, _ = base_motion_at(base, t[i])
-        for k in range(len(x)):
-            out[i, k] = x[k]
+        out[i] = base_motion_at(base, t[i])[0]
 
 
 def base_positions(base: AnyBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

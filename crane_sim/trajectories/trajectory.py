@@ -50,12 +50,9 @@ def higher_derivatives_at(trajectory, t):
 @entry_point
 def sample_trajectory(trajectory, t):
     """Return position, velocity and acceleration (K, 3, n) of a trajectory at times t (K,) [s]."""
-    n = len(reference_at(trajectory, 0.0)[0])
-    out = np.empty((len(t), 3, n))
+    out = np.empty((len(t), 3, len(trajectory.coordinates)))
     for i in range(len(t)):
-        x, v, a = reference_at(trajectory, t[i])
-        for k in range(n):
-            out[i, 0, k], out[i, 1, k], out[i, 2, k] = x[k], v[k], a[k]
+        out[i] = reference_at(trajectory, t[i])
     return out
 
 
@@ -67,9 +64,9 @@ def sample_trajectories(trajectories, t):
         trajectories: columns of them.
         t: times.
     """
-    out = np.empty((len(t), 3, len(reference_at(take_entry(trajectories, 0), 0.0)[0])))
+    out = np.empty((len(t), 3, len(trajectories.coordinates)))
     for i in range(len(t)):
-        out[i] = sample_trajectory(take_entry(trajectories, i), t[i : i + 1])[0]
+        out[i] = reference_at(take_entry(trajectories, i), t[i])
     return out
 
 
