@@ -51,8 +51,7 @@ def work_instant(balance, metered, q, u, supplied):
     """Take the work of one instant into the sums; return what was supplied up to it [J]."""
     if not metered and balance.count[0] > 0:
         balance.work[0], balance.work[1] = work_up_to(balance.work, balance.last, q)
-    for j in range(len(q)):
-        balance.last[0, j], balance.last[1, j] = q[j], u[j]
+    balance.last[0], balance.last[1] = q, u
     balance.count[0] += 1
     return supplied if metered else balance.work[0] + balance.work[1]
 

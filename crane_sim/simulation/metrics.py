@@ -62,9 +62,7 @@ def in_base(base, t, points):
     for i in range(len(points)):
         pose = pose_at(base, t[i])
         x, y, z = pose.origin
-        turned = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
-        for j in range(3):
-            out[i, j] = turned[j]
+        out[i] = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
     return out
 
 

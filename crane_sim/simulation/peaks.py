@@ -33,8 +33,7 @@ def fill_watched(p, t, q, v, energies, ends):
         x = system.state(p, t[i], q[i], v[i])
         energies[i, 0], energies[i, 1] = system.kinetic(p, x), system.potential(p, x)
         system.points(p, t[i], x, points)
-        for j in range(3):
-            ends[i, j], ends[i, 3 + j] = points[tip, j], points[-1, j]
+        ends[i, :3], ends[i, 3:] = points[tip], points[-1]
 
 
 class Peaks(NamedTuple):

@@ -364,7 +364,7 @@ def test_lqr_believes_in_viscous_friction_alone(group: str) -> None:
     viscous = {"bridge": {"coulomb": 0.0, "static": 0.0, "viscous": 30.0}}
     law = {"control": {"law": "lqr", "period": 0.02}, "reference": {"q": [0.05, 0.02, 5.0]}, "rope": {"drive": "rate"}}
     rubs, plain = load_scene(BRIDGE | law | {group: rubbing}), load_scene(BRIDGE | law | {"friction": viscous})
-    for lqr, other in ((rubs.law.rows, plain.law.rows), (rubs.law.rows.tail, plain.law.rows.tail)):
+    for lqr, other in zip(rubs.law.rows, plain.law.rows, strict=True):
         assert lqr.effort == other.effort
         np.testing.assert_array_equal(lqr.gain, other.gain)
     run = crane_sim.simulate(load_scene(rubs, {"duration": 0.2}))

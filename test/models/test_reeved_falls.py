@@ -197,7 +197,7 @@ def test_lqr_believes_in_sheaves_without_loss() -> None:
     x = system.state(p, 0.0, law.target, np.zeros_like(law.target))
     system.tensions(p, 0.0, x, (0.0, 0.0, 0.0), tensions, 0, 0)
     pull = float(np.sum(tensions + tensions**2 / (2 * 4 * STIFFNESS)))
-    assert law.rows.tail.tail.effort == pytest.approx(-pull, rel=1e-9)
+    assert law.rows[2].effort == pytest.approx(-pull, rel=1e-9)
     assert abs(law.poles).max() < 1.0
 
 

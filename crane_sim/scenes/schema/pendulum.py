@@ -140,8 +140,8 @@ class PendulumGroups(SceneFile):
             return self._point[0][:nu] if self.suspension.drive == "servo" else (0.0,) * nu
         if inputs.tip_z is not None and nu == 2:
             raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
-        height = Inputs(inputs.tip_z or Constant(0.0)) if nu == 3 else None
-        return Inputs(inputs.tip_x, Inputs(inputs.tip_y, height))
+        height = (inputs.tip_z or Constant(0.0),) if nu == 3 else ()
+        return Inputs((inputs.tip_x, inputs.tip_y, *height))
 
 
 class PendulumFile(PendulumGroups, RiggedFile):

@@ -96,11 +96,7 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
 def input_tables(scene: Scene) -> list[Table] | None:
     """Return a table for each actuated joint, None where an input is no table and not constant."""
     source = unwrap(scene.source)
-    rest, channels = source, list[Any]()
-    while isinstance(rest, Inputs):
-        channels.append(rest.first)
-        rest = rest.tail
-    channels = channels or [Constant(value) for value in source]
+    channels: Any = source.channels if isinstance(source, Inputs) else [Constant(value) for value in source]
     tables = [Table((0.0,), (channel.value,)) if isinstance(channel, Constant) else channel for channel in channels]
     return tables if all(isinstance(table, Table) for table in tables) else None
 
