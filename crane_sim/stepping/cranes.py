@@ -11,8 +11,8 @@ from crane_sim import system
 from crane_sim.integrators import OK
 from crane_sim.numerics.jit import entry_point, generic
 from crane_sim.numerics.lanes import put_entry, take_entry
-from crane_sim.stepping.hardware_periods import HardwareState, hardware_step
-from crane_sim.stepping.periods import zero_order_hold_step
+from crane_sim.stepping.hardware_periods import HardwareState, hardware_period
+from crane_sim.stepping.periods import hold_period
 
 
 class Cranes(NamedTuple):
@@ -41,14 +41,14 @@ def advance_crane(hardware, crane, command, k, period, rows, i):
     """Return (integration, (q, v), measured (q, v)) after period k; write the row of its start."""
     end = (k + 1) * period
     step_args = (crane.integration, end, rows, i)
-    integration, q, v, _ = zero_order_hold_step(crane.method, crane.model, command, *step_args)
+    integration, q, v, _ = hold_period(crane.method, crane.model, command, *step_args)
     return integration, (q, v), (q, v)
 
 
 @advance_crane.register(HardwareState)
 def _(hardware, crane, command, k, period, rows, i):
     step_args = (None, command, crane.integration, k, k + 1, period, rows, i)
-    integration, joints, measured, _ = hardware_step(crane.method, crane.model, hardware, *step_args)
+    integration, joints, measured, _ = hardware_period(crane.method, crane.model, hardware, *step_args)
     return integration, joints, measured
 
 

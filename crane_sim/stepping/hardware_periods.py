@@ -35,8 +35,15 @@ from crane_sim.integrators import (
 )
 from crane_sim.numerics.arrays import copy_into, store
 from crane_sim.numerics.jit import entry_point, generic, routine
-from crane_sim.numerics.states import replace_entry
-from crane_sim.stepping.periods import finish, integrate_period, integrate_source_to, integrate_to_breakpoints, write
+from crane_sim.numerics.states import replace_entry, replace_field
+from crane_sim.stepping.periods import (
+    as_floats,
+    finish,
+    integrate_period,
+    integrate_source_to,
+    integrate_to_breakpoints,
+    write,
+)
 from crane_sim.trajectories.breakpoints import PiecewiseSource
 
 
@@ -231,7 +238,25 @@ def end_period(p, hardware, u, x, k, period):
 
 
 @entry_point
-def hardware_step(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
+def hardware_step(method, p, hardware, inputs, command, integration, scratch, k, steps, period, rows, i, like):
+    """Write row i, then integrate over period k of `steps`.
+
+    Args:
+        method, p, hardware, inputs, command, k, steps, period, rows, i: see `hardware_period`.
+        integration, scratch, like: see `stepping.periods.zero_order_hold_step`.
+
+    Returns:
+        (integration without its work arrays, (q, v), measured (q, v), effort applied), q and v tuples
+    """
+    under_way = replace_field(integration, "scratch", scratch)
+    passed = hardware_period(method, p, hardware, inputs, command, under_way, k, steps, period, rows, i)
+    integration, (q, v), (measured_q, measured_v), applied = passed
+    joints = as_floats(like, q), as_floats(like, v)
+    measured = as_floats(like, measured_q), as_floats(like, measured_v)
+    return replace_field(integration, "scratch", None), joints, measured, applied
+
+
+def hardware_period(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
     """Write row i, then integrate over period k of `steps`.
 
     Args:
