@@ -153,6 +153,7 @@ class HardwareRun:
         """Prepare the hardware at the start of a run."""
         config: HardwareConfig = scene.hardware or ideal_hardware(len(scene.joint_names), len(scene.actuated))
         self._scene, self.faults = scene, config.names
+        self._step = hardware_step.with_own_calls()
         self.state = _initial_hardware(scene.seed, config)
         self.initial_demands = initial_demands(scene, config)
         set_initial_demands(self.state, np.array([self.initial_demands.get(name, 0.0) for name in scene.actuated]))
@@ -203,7 +204,7 @@ class HardwareRun:
 
     def step(self, method: Any, model: Any, inputs: Any, command: tuple[float, ...], *step_args: Any) -> Any:
         """Integrate over a period; arguments and results of `hardware_step`."""
-        return hardware_step(method, model, self.state, inputs, command, *step_args)
+        return self._step(method, model, self.state, inputs, command, *step_args)
 
     @property
     def saturated(self) -> int:
@@ -213,12 +214,12 @@ class HardwareRun:
     @property
     def payload_energy(self) -> float:
         """Energy [J] supplied by changes of the payload."""
-        return float(self._totals.payload_energy)
+        return 0.0 if self.state.payload_fault is None else float(self._totals.payload_energy)
 
     @property
     def payload_mass(self) -> float:
         """Present mass [kg] of the payload; 0 in scenes without faults of the payload."""
-        return float(self._totals.payload_mass)
+        return 0.0 if self.state.payload_fault is None else float(self._totals.payload_mass)
 
     def model_with_payload(self, model: Any, mass: float) -> Any:
         """Return the model with a payload of this mass [kg]."""

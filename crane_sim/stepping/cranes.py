@@ -11,8 +11,8 @@ from crane_sim import system
 from crane_sim.integrators import OK
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import put_entry, take_entry
-from crane_sim.stepping.hardware_periods import hardware_step
-from crane_sim.stepping.periods import zero_order_hold_step
+from crane_sim.stepping.hardware_periods import hardware_period
+from crane_sim.stepping.periods import hold_period
 
 
 class Cranes(NamedTuple):
@@ -40,10 +40,10 @@ def advance_crane(crane, command, k, period, rows, i):
     """Return (integration, (q, v), measured (q, v)) after period k; write the row of its start."""
     method, model, hardware, integration = crane
     if hardware is None:
-        integration, q, v, _ = zero_order_hold_step(method, model, command, integration, (k + 1) * period, rows, i)
+        integration, q, v, _ = hold_period(method, model, command, integration, (k + 1) * period, rows, i)
         return integration, (q, v), (q, v)
     step_args = (None, command, integration, k, k + 1, period, rows, i)
-    integration, joints, measured, _ = hardware_step(method, model, hardware, *step_args)
+    integration, joints, measured, _ = hardware_period(method, model, hardware, *step_args)
     return integration, joints, measured
 
 

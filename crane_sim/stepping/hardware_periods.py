@@ -34,7 +34,14 @@ from crane_sim.integrators import (
     restart,
 )
 from crane_sim.numerics.jit import NONE, entry_point, optimisation, routine
-from crane_sim.stepping.periods import finish, integrate_period, integrate_source_to, integrate_to_breakpoints, write
+from crane_sim.stepping.periods import (
+    as_floats,
+    finish,
+    integrate_period,
+    integrate_source_to,
+    integrate_to_breakpoints,
+    write,
+)
 from crane_sim.trajectories.breakpoints import PiecewiseSource
 
 
@@ -198,7 +205,25 @@ def end_period(p, hardware, u, x, k, period):
 
 
 @entry_point
-def hardware_step(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
+def hardware_step(method, p, hardware, inputs, command, integration, scratch, k, steps, period, rows, i, like):
+    """Write row i, then integrate over period k of `steps`.
+
+    Args:
+        method, p, hardware, inputs, command, k, steps, period, rows, i: see `hardware_period`.
+        integration, scratch, like: see `stepping.periods.zero_order_hold_step`.
+
+    Returns:
+        (integration without its work arrays, (q, v), measured (q, v), effort applied), q and v tuples
+    """
+    under_way = integration._replace(scratch=scratch)
+    passed = hardware_period(method, p, hardware, inputs, command, under_way, k, steps, period, rows, i)
+    integration, (q, v), (measured_q, measured_v), applied = passed
+    joints = as_floats(like, q), as_floats(like, v)
+    measured = as_floats(like, measured_q), as_floats(like, measured_v)
+    return integration._replace(scratch=None), joints, measured, applied
+
+
+def hardware_period(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
     """Write row i, then integrate over period k of `steps`.
 
     Args:
