@@ -156,6 +156,12 @@ def direction_accelerations(links, top, acc, tension, out, at):
         coriolis = 0.0
 
 
+def follow_link(links, k, r, v, paid):
+    """Return position and velocity (3,) of link k's lower end from those of the upper one; it lengthens at `paid`."""
+    unit, length = row_of(links.units, k), links.lengths[k]
+    return add(r, scale(length, unit)), add(v, add(scale(length, row_of(links.rates, k)), scale(paid, unit)))
+
+
 @routine
 def node_velocities(links, vx, vy, rate):
     """Return the velocities of nodes 0 to N (N + 1, 3) [m/s].

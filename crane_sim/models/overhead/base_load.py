@@ -13,15 +13,13 @@ from crane_sim.models.cables.chain import (
     RHS_ACROSS,
     RHS_ALONG,
     SIN,
-    Rods,
-    add_node_acceleration,
+    add_couple,
 )
-from crane_sim.models.moving_base import BaseKinematics, imposed_acceleration, pose_at, to_world
+from crane_sim.models.cables.chain_3d import follow_link, row_of
+from crane_sim.models.moving_base import imposed_acceleration, pose_at, to_world
 from crane_sim.models.supports.rails import axis_mass
-from crane_sim.numerics.jit import generic
-from crane_sim.trajectories.base_motion import AnyBase
+from crane_sim.multibody.vectors import ZERO, add, dot
 
-Moving = AnyBase
 NO_LOAD = -0.0
 """Contribution of a base at rest: adding -0.0 does not even change the sign of a zero."""
 
@@ -34,7 +32,9 @@ class Load(NamedTuple):
     power: float  # W
 
 
-@generic
+REST = Load(NO_LOAD, NO_LOAD, NO_LOAD)
+
+
 def axes_load(base, trolley, bridge, share, position, velocity):
     """Return the Load of trolley and bridge alone.
 
@@ -44,11 +44,8 @@ def axes_load(base, trolley, bridge, share, position, velocity):
         share: of the mass that the bridge moves, fraction at the trolley's position; the remainder is at x = 0.
         position, velocity: of the trolley along x and y [m], [m/s].
     """
-    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
-
-
-@axes_load.register(BaseKinematics)
-def _(base, trolley, bridge, share, position, velocity):
+    if base is None:
+        return REST
     (x, y), (vx, vy) = position, velocity
     along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
     across = axis_mass(bridge) * imposed_acceleration(base, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
@@ -57,11 +54,9 @@ def _(base, trolley, bridge, share, position, velocity):
 
 def imposed_gradient(base, r, v):
     """Return the change (3,) [m/s²] of the imposed acceleration for a change of position by r [m], of velocity by v."""
-    turning = BaseKinematics(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
-    return imposed_acceleration(turning, r, v)
+    return imposed_acceleration(base._replace(imposed=ZERO), r, v)
 
 
-@generic
 def add_links_load(base, trolley, rods, w, x, v, rate):
     """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
 
@@ -76,11 +71,8 @@ def add_links_load(base, trolley, rods, w, x, v, rate):
     Returns:
         The Load of trolley and links; its force along the rail is still to be added.
     """
-    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
-
-
-@add_links_load.register(BaseKinematics)
-def _(base, trolley, rods, w, x, v, rate):
+    if base is None:
+        return REST
     ax, _, az = imposed_acceleration(base, (x, 0.0, 0.0), (v, 0.0, 0.0))
     load, couples = axis_mass(trolley) * ax, add_rods_load(rods, base, w)
     vx, vz, power, paid = v, 0.0, load * v + couples.power, rate
@@ -98,69 +90,46 @@ def _(base, trolley, rods, w, x, v, rate):
     return Load(load + couples.x, NO_LOAD, power)
 
 
-@generic
 def add_rods_load(rods, base, w):
     """Add the effect of the base's rotation on links with a moment of inertia; return their Load."""
-    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
-
-
-@add_rods_load.register(Rods)
-def _(rods, base, w):
+    if rods is None:
+        return REST
     power, pull = 0.0, 0.0
     for k in range(len(rods.inertia)):
         couple = rods.inertia[k] * base.angular_acceleration[1]  # angles of links grow against turns about y
         force = couple / w[LENGTH, k]
         power += couple * w[RATE, k]
-        if k > 0:
-            acc = -force * w[INV_MASS, k - 1]
-            add_node_acceleration(w, k, acc * w[COS, k], acc * w[SIN, k])
-        else:
+        if k == 0:
             pull = -force * w[COS, 0]
-        acc = force * w[INV_MASS, k]
-        add_node_acceleration(w, k + 1, acc * w[COS, k], acc * w[SIN, k])
+        add_couple(w, k, force)
     return Load(pull, NO_LOAD, power)
 
 
-@generic
 def add_nodes_load(base, links, position, velocity, rate, acc):
     """Add the accelerations imposed on the nodes of a chain in space to acc; return their power [W].
 
     Args:
         base: see `moving_base.base_kinematics_at`.
-        links: `directions.Directions`.
+        links: `chain_3d.Directions`.
         position, velocity: of the trolley along x and y [m], [m/s].
         rate: of the first link's length [m/s].
         acc: (N + 1, 3) [m/s²].
     """
-    return NO_LOAD
-
-
-@add_nodes_load.register(BaseKinematics)
-def _(base, links, position, velocity, rate, acc):
-    (x, y), (vx, vy), z, vz, power, paid = position, velocity, 0.0, 0.0, 0.0, rate
+    if base is None:
+        return NO_LOAD
+    r, v, power, paid = (*position, 0.0), (*velocity, 0.0), 0.0, rate
     for k in range(len(links.squared_rates)):
-        length = links.lengths[k]
-        x, y, z = x + length * links.units[k, 0], y + length * links.units[k, 1], z + length * links.units[k, 2]
-        vx += length * links.rates[k, 0] + paid * links.units[k, 0]
-        vy += length * links.rates[k, 1] + paid * links.units[k, 1]
-        vz += length * links.rates[k, 2] + paid * links.units[k, 2]
-        ax, ay, az = imposed_acceleration(base, (x, y, z), (vx, vy, vz))
-        acc[k + 1, 0] += ax
-        acc[k + 1, 1] += ay
-        acc[k + 1, 2] += az
-        power += (ax * vx + ay * vy + az * vz) / links.inv_masses[k]
+        r, v = follow_link(links, k, r, v, paid)
+        imposed = imposed_acceleration(base, r, v)
+        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = add(row_of(acc, k + 1), imposed)
+        power += dot(imposed, v) / links.inv_masses[k]
         paid = 0.0
     return power
 
 
-@generic
 def to_world_in_place(base, t, out):
     """Transform points (N, 3) [m] in `out` from the base to the world at time t [s]."""
-    pose = pose_at(base, t)
-    for k in range(len(out)):
-        out[k, 0], out[k, 1], out[k, 2] = to_world(pose, (out[k, 0], out[k, 1], out[k, 2]))
-
-
-@to_world_in_place.register(type(None))
-def _(base, t, out):
-    pass
+    if base is not None:
+        pose = pose_at(base, t)
+        for k in range(len(out)):
+            out[k, 0], out[k, 1], out[k, 2] = to_world(pose, row_of(out, k))
