@@ -11,7 +11,7 @@ z, (0, 0, -g), is `imposed_acceleration`: it vanishes for a base at rest, and it
 crane. A base at rest is None everywhere, at no cost.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.multibody.vectors import Vector, add, combine, multiply, scale, subtract
 from crane_sim.multibody.vectors import cross as cross
@@ -74,7 +74,7 @@ def rotate_to_base(rows, a):
     return combine(rows, a)
 
 
-def base_kinematics_at(base, gravity, t):
+def base_kinematics_at(base, gravity, t) -> Any:
     """Return the BaseKinematics at time t [s], gravity [m/s²] acting along -z of the world; None for a base at rest."""
     if base is None:
         return None

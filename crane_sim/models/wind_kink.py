@@ -25,12 +25,17 @@ def has_kink(wind):
     return wind is not None and wind.kink is not None
 
 
-def wind_kink_guard(wind, p, value, t0, x0, t, x):
-    """Return the result of `system.kink_guard` for a crane in this wind."""
-    if not has_kink(wind):
+def kink_guard(p, value, t0, x0, t, x):
+    """Return the result of `system.kink_guard` for a crane that has a wind."""
+    if not has_kink(p.wind):
         return value
     side = 1.0 if height_above_kink(p, t0, x0) > 0.0 else -1.0
     return min(value, side * height_above_kink(p, t, x) + BAND)
+
+
+def wind_kink_guard(wind, p, value, t0, x0, t, x):
+    """Return the result of `kink_guard`; `wind` is that of the crane."""
+    return kink_guard(p, value, t0, x0, t, x)
 
 
 def with_kink_switching(wind, switching):

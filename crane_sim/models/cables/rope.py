@@ -134,9 +134,9 @@ def add_rope_energy(rope, energy, length):
     return add_spring_energy(rope.spring, energy, length) if isinstance(rope, ForceRope) else energy
 
 
-def limit_winch(rope, friction, u):
-    """Return u with the winch's command replaced by what a rope can transmit: tension."""
-    if not isinstance(rope, ForceRope) or (friction is not None and friction.rope is not None):
+def limit_winch(p, u):
+    """Return the efforts u on crane p with the winch's command replaced by what a rope can transmit: tension."""
+    if not isinstance(p.cable, ForceRope) or (p.friction is not None and p.friction.rope is not None):
         return u  # a winch with friction overcomes it to pay out, while the rope pulls
     return (u[0], u[1], u[2], min(u[3], 0.0))
 

@@ -121,24 +121,25 @@ def plane_through(contact, x, first, scene, sums):
             factors = shares(3, 0, contact_point(contact, i, scene[0], scene[1]).lever)
             parts = zip(columns, factors, strict=True)
             columns = tuple([add(column, scale(factor, factors)) for column, factor in parts])
-    return solve_three(*columns, sums)
+    return solve_three(columns, sums)
 
 
-def solve_three(a, b, c, right):
-    """Return the solution (3,) of a 3 × 3 system with the columns a, b, c."""
+def solve_three(columns, right):
+    """Return the solution (3,) of a 3 × 3 system with these columns."""
+    a, b, c = columns
     scale = 1.0 / dot(a, cross(b, c))
     return scale * dot(right, cross(b, c)), scale * dot(a, cross(right, c)), scale * dot(a, cross(b, right))
 
 
 def solve_unknowns(count, rows, columns, b):
     """Return y (3,) with rows · columns y = b, of which `count` (3 where there are more) are unknown."""
-    p, q, r = [multiply(rows, column) for column in columns]
+    p, q, _ = products = [multiply(rows, column) for column in columns]
     if count == 1:
         return b[0] / p[0], 0.0, 0.0
     if count == 2:
         scale = 1.0 / (p[0] * q[1] - q[0] * p[1])
         return scale * (b[0] * q[1] - q[0] * b[1]), scale * (p[0] * b[1] - b[0] * p[1]), 0.0
-    return solve_three(p, q, r, b)
+    return solve_three(products, b)
 
 
 @routine

@@ -175,4 +175,4 @@ def describe_event(p, number):
     kind, link_index, outcome = decode(number)
     if kind == Guard.LINK:
         return f"link {link_index + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
-    return describe_switch(p.event_limits, number)
+    return describe_switch(p, number)

@@ -131,7 +131,7 @@ def slack_guard(limits, best, tensions, n):
     return best
 
 
-def describe_switch(limits: EventLimits | None, number: int) -> tuple[str, str]:
+def describe_switch(p: Any, number: int) -> tuple[str, str]:
     """Return texts (meaning of a guard or event, what a user can change)."""
     kind, index, outcome = decode(number)
     if kind == Guard.LINK:
@@ -142,7 +142,7 @@ def describe_switch(limits: EventLimits | None, number: int) -> tuple[str, str]:
     if kind == Guard.PAYLOAD:
         return "the payload changed", ""
     if kind == Guard.LENGTH:
-        shortest = limits.shortest if limits is not None else 0.0
+        shortest = p.event_limits.shortest if p.event_limits is not None else 0.0
         return describe_length_event("hoisted link", "hoist", index, shortest)
     axis = ("trolley", "bridge", "hoist")[index]
     if kind == Guard.TRAVEL:

@@ -18,7 +18,7 @@ from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
 from crane_sim.models.supports.hoist import PrescribedHoist, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis
-from crane_sim.models.wind_kink import pressed_point, wind_kink_guard
+from crane_sim.models.wind_kink import kink_guard, pressed_point
 
 OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
 OF_RIGID_LINKS = PlanarCrane, SpatialCrane
@@ -31,6 +31,10 @@ system.power.register(*OF_RIGID_LINKS)(rigid_links.external_power)
 system.tensions.register(*OF_RIGID_LINKS)(rigid_links.write_tensions)
 system.guard.register(*OF_RIGID_LINKS)(rigid_links.smallest_guard)
 system.apply_reset_map.register(*OF_RIGID_LINKS)(rigid_links.switch)
+system.kink_guard.register(*OF_ARRAYS)(kink_guard)
+system.describe_event.register(RodCrane, *OF_RIGID_LINKS)(describe_switch)
+for crane in OF_ARRAYS:
+    pressed_point.register(crane)(crane.payload_position)
 
 
 @system.state.register(*OF_TUPLES)
@@ -117,24 +121,6 @@ def limit_efforts(p, u):
 def switching(p):
     """Return how the equations switch: by friction, limits and the kink of a wind."""
     return switching_of(p, False)
-
-
-@system.kink_guard.register(*OF_ARRAYS)
-def kink_guard(p, value, t0, x0, t, x):
-    """Return the guard of the wind's kink."""
-    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
-
-
-@pressed_point.register(*OF_ARRAYS)
-def payload_position(p, x):
-    """Return the payload's position (3,) [m]."""
-    return p.payload_position(x)
-
-
-@system.describe_event.register(RodCrane, *OF_RIGID_LINKS)
-def describe_event(p, number):
-    """Return texts on an event of drives, payload or links."""
-    return describe_switch(p.event_limits, number)
 
 
 @system.with_meter.register(*ALL)

@@ -74,9 +74,32 @@ class PlanarCrane(NamedTuple):
         """Return the number of angles."""
         return len(self.cable.masses)
 
+    @routine
     def solve(self, t, x, tau, w):
-        """Return the Solution; the links' tensions and accelerations are in w."""
-        return forward_dynamics(self, t, x, tau, w)
+        """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
+        use_wide_vectors()
+        nq, first, modes = layout_of(self)
+        self.fill_links(x, w)
+        inv_mass, bias_acc = axis_response(self.trolley, t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
+        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x, nq + first - 1)
+        assemble_rhs(w, bias_acc, self.gravity)
+        rate = first_link(self, x)[1]
+        base = base_kinematics_at(self.base, self.gravity, t)
+        field = add_links_load(base, self.trolley, self.rods, w, x[0], x[nq], rate)
+        twist = add_joints(self.joints, w, x, first) + field.x
+        w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
+        w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
+        add_node_forces(self.forces, t, w)
+        wind_power = add_links_wind(self.wind, self, base, t, w, (x[0], x[nq], rate))
+        rhs_along = w[RHS_ALONG, 0]
+        solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
+        pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(self.rods, w) + twist
+        if hoist_inv_mass >= 0.0:
+            paid = hoist_bias_acc + hoist_inv_mass * w[TENSION, 0]
+        else:
+            paid = massless_hoist_acceleration(w, inv_mass, rhs_along)
+        power = joint_power(self.joints, x[nq + first : 2 * nq]) + (field.power + wind_power)
+        return Solution((bias_acc + inv_mass * pull,), paid, (pull,), power)
 
     def tensions(self, w):
         """Return the tensions of all links [N] (N,) or longer."""
@@ -96,9 +119,18 @@ class PlanarCrane(NamedTuple):
         w[LENGTH, 0] = first_link(self, x)[0]
         w[INV_MASS, n - 1] = 1.0 / get_payload_mass(self.event_limits, x, len(x) - 1, self.cable.masses[n - 1])
 
+    @routine
     def node_velocities(self, x, w):
         """Return the velocities of nodes 0 to N relative to the base (N + 1, 3) [m/s]."""
-        return node_velocities(self, x, w)
+        (nq, _, _), n, rate = layout_of(self), w.shape[1] - 1, first_link(self, x)[1]
+        v = np.zeros((n + 1, 3))
+        v[0, 0] = x[nq]
+        for k in range(n):
+            s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
+            paid = rate if k == 0 else 0.0
+            v[k + 1, 0] = v[k, 0] + paid * s + swing * c
+            v[k + 1, 2] = v[k, 2] - paid * c + swing * s
+        return v
 
     def write_nodes(self, x, r, v):
         """Write positions and velocities (N + 1, 3) of trolley and nodes relative to the base."""
@@ -134,34 +166,6 @@ def add_node_forces(forces, t, w):
         add_node_acceleration(w, force.node, acc if force.axis == 0 else 0.0, acc if force.axis == 2 else 0.0)
 
 
-@routine
-def forward_dynamics(p, t, x, tau, w):
-    """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
-    use_wide_vectors()
-    nq, first, modes = layout_of(p)
-    p.fill_links(x, w)
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
-    hoist_inv_mass, hoist_bias_acc = hoist_response(p.hoist, t, tau, x, nq + first - 1)
-    assemble_rhs(w, bias_acc, p.gravity)
-    rate = first_link(p, x)[1]
-    base = base_kinematics_at(p.base, p.gravity, t)
-    field = add_links_load(base, p.trolley, p.rods, w, x[0], x[nq], rate)
-    twist = add_joints(p.joints, w, x, first) + field.x
-    w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
-    w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
-    add_node_forces(p.forces, t, w)
-    wind_power = add_links_wind(p.wind, p, base, t, w, (x[0], x[nq], rate))
-    rhs_along = w[RHS_ALONG, 0]
-    solve_links(p.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
-    pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(p.rods, w) + twist
-    if hoist_inv_mass >= 0.0:
-        paid = hoist_bias_acc + hoist_inv_mass * w[TENSION, 0]
-    else:
-        paid = massless_hoist_acceleration(w, inv_mass, rhs_along)
-    power = joint_power(p.joints, x[nq + first : 2 * nq]) + (field.power + wind_power)
-    return Solution((bias_acc + inv_mass * pull,), paid, (pull,), power)
-
-
 @system.rhs_into.register(PlanarCrane)
 @routine
 def write_derivative(p, t, x, u, out, work):
@@ -174,20 +178,6 @@ def write_derivative(p, t, x, u, out, work):
     for k in range(nq - first):
         out[nq + first + k] = work[TURNING, k]
     write_others(p, t, x, tau, solved, work, out)
-
-
-@routine
-def node_velocities(p, x, w):
-    """Return the velocities of nodes 0 to N relative to the base (N + 1, 3) [m/s]."""
-    (nq, _, _), n, rate = layout_of(p), w.shape[1] - 1, first_link(p, x)[1]
-    v = np.zeros((n + 1, 3))
-    v[0, 0] = x[nq]
-    for k in range(n):
-        s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
-        paid = rate if k == 0 else 0.0
-        v[k + 1, 0] = v[k, 0] + paid * s + swing * c
-        v[k + 1, 2] = v[k, 2] - paid * c + swing * s
-    return v
 
 
 @system.potential.register(PlanarCrane)

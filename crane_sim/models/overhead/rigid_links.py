@@ -4,7 +4,7 @@ Their classes have methods for what differs: `solve`, `tensions`, `inv_masses`, 
 `write_nodes` and `payload_position`.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,7 @@ class Solution(NamedTuple):
     paid: float  # m/s², of the first link's length
     pulls: tuple[float, ...]  # N, of the cable and of a moving base on the axes
     outside_power: float  # W, that moving base and wind supply, less what joints between links take
+    top: Any = None  # of links in space: `UpperEnd`
 
 
 def initial_state(p, t, q, v):

@@ -67,9 +67,32 @@ class SpatialCrane(NamedTuple):
         """Return the number of components of unit vectors."""
         return 3 * len(self.cable.masses)
 
+    @routine
     def solve(self, t, x, tau, work):
-        """Return the Solution; the links' tensions are in `work`."""
-        return forward_dynamics(self, t, x, tau, work)[1]
+        """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in work."""
+        nq, first, modes = layout_of(self)
+        links, acc, tension, ratio = work
+        self.fill_links(x, work)
+        rate, position, velocity = first_link(self, x)[1], (x[0], x[1]), (x[nq], x[nq + 1])
+        for k in range(1, len(acc)):
+            acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -self.gravity
+        add_forces(self.forces, t, links.inv_masses, acc)
+        inv_mass_x, bias_x = axis_response(self.trolley, t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
+        inv_mass_y, bias_y = axis_response(
+            self.bridge, t, tau, input_count(self.trolley), x[nq + 1], get_mode(self.event_limits, x, modes, 1)
+        )
+        base = base_kinematics_at(self.base, self.gravity, t)
+        load = axes_load(base, self.trolley, self.bridge, self.share, position, velocity)
+        power = load.power + add_nodes_load(base, links, position, velocity, rate, acc)
+        power = power + add_nodes_wind(self.wind, self, base, t, links, (position, velocity, rate), acc)
+        acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y
+        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x, nq + first - 1)
+        top = UpperEnd((inv_mass_x, inv_mass_y), hoist_inv_mass, hoist_bias_acc, rate)
+        solve_tensions(links, top, acc, tension, ratio)
+        x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
+        axes = acc[0, 0] + inv_mass_x * x_pull, acc[0, 1] + inv_mass_y * y_pull
+        paid = 0.0 if self.hoist is None else hoisted_length_acceleration(links, top, acc, tension)
+        return Solution(axes, paid, (x_pull + load.x, y_pull + load.y), power, top)
 
     def tensions(self, work):
         """Return the tensions of all links [N] (N,)."""
@@ -137,33 +160,6 @@ def allocate_work(p):
     return Work(links, free, np.empty(n), np.empty(n))
 
 
-@routine
-def forward_dynamics(p, t, x, tau, work):
-    """Return (UpperEnd, Solution) at time t in state x under joint efforts tau; those of links are in work."""
-    nq, first, modes = layout_of(p)
-    links, acc, tension, ratio = work
-    p.fill_links(x, work)
-    rate, position, velocity = first_link(p, x)[1], (x[0], x[1]), (x[nq], x[nq + 1])
-    for k in range(1, len(acc)):
-        acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -p.gravity
-    add_forces(p.forces, t, links.inv_masses, acc)
-    inv_mass_x, bias_x = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
-    inv_mass_y, bias_y = axis_response(
-        p.bridge, t, tau, input_count(p.trolley), x[nq + 1], get_mode(p.event_limits, x, modes, 1)
-    )
-    base = base_kinematics_at(p.base, p.gravity, t)
-    load = axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
-    power = load.power + add_nodes_load(base, links, position, velocity, rate, acc)
-    power = power + add_nodes_wind(p.wind, p, base, t, links, (position, velocity, rate), acc)
-    acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y
-    top = UpperEnd((inv_mass_x, inv_mass_y), *hoist_response(p.hoist, t, tau, x, nq + first - 1), rate)
-    solve_tensions(links, top, acc, tension, ratio)
-    x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
-    axes = acc[0, 0] + inv_mass_x * x_pull, acc[0, 1] + inv_mass_y * y_pull
-    paid = 0.0 if p.hoist is None else hoisted_length_acceleration(links, top, acc, tension)
-    return top, Solution(axes, paid, (x_pull + load.x, y_pull + load.y), power)
-
-
 @system.rhs_into.register(SpatialCrane)
 @routine
 def write_derivative(p, t, x, u, out, work):
@@ -171,13 +167,13 @@ def write_derivative(p, t, x, u, out, work):
     nq, first, _ = layout_of(p)
     tau = system.effort(u, p, t, x)
     links, acc, tension, _ = work
-    top, solved = forward_dynamics(p, t, x, tau, work)
+    solved = p.solve(t, x, tau, work)
     for i in range(first):
         out[i] = x[nq + i]
     for k in range(len(tension)):
         for c in range(3):
             out[first + 3 * k + c] = links.rates[k, c]
-    direction_accelerations(links, top, acc, tension, out, nq + first)
+    direction_accelerations(links, solved.top, acc, tension, out, nq + first)
     write_others(p, t, x, tau, solved, work, out)
 
 

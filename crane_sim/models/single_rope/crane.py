@@ -222,10 +222,7 @@ def write_tension(p, t, x, u, rows, i, first):
     rows[i, first] = solve_motion(p, t, x, system.effort(u, p, t, x)).tension
 
 
-@system.saturate.register(Crane)
-def limit_efforts(p, u):
-    """Return what the winch can apply."""
-    return limit_winch(p.cable, p.friction, u)
+system.saturate.register(Crane)(limit_winch)
 
 
 @system.joints.register(Crane)

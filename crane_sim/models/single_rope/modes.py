@@ -16,7 +16,7 @@ from crane_sim.models.single_rope.joint_friction import (
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports import forward_kinematics, support_guard, yaw
 from crane_sim.models.supports.friction import first_not_none, step_control_of
-from crane_sim.models.wind_kink import pressed_point, wind_kink_guard, with_kink_switching
+from crane_sim.models.wind_kink import kink_guard, pressed_point, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
@@ -36,10 +36,7 @@ def switching(p):
     return with_kink_switching(p.wind, Switching(EVENT_LOG_CAPACITY, 0, step_control))
 
 
-@system.kink_guard.register(Crane)
-def kink_guard(p, value, t0, x0, t, x):
-    """Return the guard of the wind's kink."""
-    return wind_kink_guard(p.wind, p, value, t0, x0, t, x)
+system.kink_guard.register(Crane)(kink_guard)
 
 
 @pressed_point.register(Crane)
