@@ -28,3 +28,11 @@ def first_link(p, x):
         return p.cable.lengths[0], 0.0
     nq, first, _ = layout_of(p)
     return x[first - 1], x[nq + first - 1]
+
+
+def trolley_motion(p, x):
+    """Return position [m] and velocity [m/s] (3,) of the trolley relative to the base."""
+    nq, _, _ = layout_of(p)
+    if p.bridge is None:
+        return (x[0], 0.0, 0.0), (x[nq], 0.0, 0.0)
+    return (x[0], x[1], 0.0), (x[nq], x[nq + 1], 0.0)

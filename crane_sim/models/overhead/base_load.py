@@ -17,6 +17,7 @@ from crane_sim.models.cables.chain import (
 )
 from crane_sim.models.cables.chain_3d import follow_link, row_of
 from crane_sim.models.moving_base import imposed_acceleration, pose_at, to_world
+from crane_sim.models.overhead import first_link, trolley_motion
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.multibody.vectors import ZERO, add, dot
 
@@ -35,20 +36,13 @@ class Load(NamedTuple):
 REST = Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
-def axes_load(base, trolley, bridge, share, position, velocity):
-    """Return the Load of trolley and bridge alone.
-
-    Args:
-        base: see `moving_base.base_kinematics_at`.
-        trolley, bridge: axes; None where there is no bridge. Prescribed motion has no load.
-        share: of the mass that the bridge moves, fraction at the trolley's position; the remainder is at x = 0.
-        position, velocity: of the trolley along x and y [m], [m/s].
-    """
+def axes_load(base, p, x):
+    """Return the Load of trolley and bridge alone; an axis with prescribed motion has none."""
     if base is None:
         return REST
-    (x, y), (vx, vy) = position, velocity
-    along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
-    across = axis_mass(bridge) * imposed_acceleration(base, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
+    (rx, ry, _), (vx, vy, _) = motion = trolley_motion(p, x)
+    along = axis_mass(p.trolley) * imposed_acceleration(base, *motion)[0]
+    across = axis_mass(p.bridge) * imposed_acceleration(base, (p.share * rx, ry, 0.0), (p.share * vx, vy, 0.0))[1]
     return Load(along, across, along * vx + across * vy)
 
 
@@ -57,25 +51,18 @@ def imposed_gradient(base, r, v):
     return imposed_acceleration(base._replace(imposed=ZERO), r, v)
 
 
-def add_links_load(base, trolley, rods, w, x, v, rate):
-    """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
-
-    Args:
-        base: see `moving_base.base_kinematics_at`.
-        trolley: the axis that carries the chain.
-        rods: the links' inertia, None where they have none.
-        w: work array of `chain`.
-        x, v: position [m] and velocity [m/s] of the trolley.
-        rate: of the first link's length [m/s].
+def add_links_load(base, p, x, w):
+    """Add the accelerations imposed on the nodes of a chain in the plane to the work array w of `chain`.
 
     Returns:
         The Load of trolley and links; its force along the rail is still to be added.
     """
     if base is None:
         return REST
-    ax, _, az = imposed_acceleration(base, (x, 0.0, 0.0), (v, 0.0, 0.0))
-    load, couples = axis_mass(trolley) * ax, add_rods_load(rods, base, w)
-    vx, vz, power, paid = v, 0.0, load * v + couples.power, rate
+    _, (vx, _, vz) = motion = trolley_motion(p, x)
+    ax, _, az = imposed_acceleration(base, *motion)
+    load, couples = axis_mass(p.trolley) * ax, add_rods_load(p.rods, base, w)
+    power, paid = load * vx + couples.power, first_link(p, x)[1]
     for k in range(w.shape[1] - 1):
         s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
         dx, dz = paid * s + swing * c, swing * s - paid * c
@@ -105,19 +92,14 @@ def add_rods_load(rods, base, w):
     return Load(pull, NO_LOAD, power)
 
 
-def add_nodes_load(base, links, position, velocity, rate, acc):
-    """Add the accelerations imposed on the nodes of a chain in space to acc; return their power [W].
+def add_nodes_load(base, p, x, links, acc):
+    """Add the accelerations imposed on the nodes of a chain in space to acc (N + 1, 3); return their power [W].
 
-    Args:
-        base: see `moving_base.base_kinematics_at`.
-        links: `chain_3d.Directions`.
-        position, velocity: of the trolley along x and y [m], [m/s].
-        rate: of the first link's length [m/s].
-        acc: (N + 1, 3) [m/s²].
+    `links` are `chain_3d.Directions`.
     """
     if base is None:
         return NO_LOAD
-    r, v, power, paid = (*position, 0.0), (*velocity, 0.0), 0.0, rate
+    (r, v), power, paid = trolley_motion(p, x), 0.0, first_link(p, x)[1]
     for k in range(len(links.squared_rates)):
         r, v = follow_link(links, k, r, v, paid)
         imposed = imposed_acceleration(base, r, v)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration
-from crane_sim.models.overhead import count_axes, first_link, layout_of
+from crane_sim.models.overhead import count_axes, first_link, layout_of, trolley_motion
 from crane_sim.models.overhead.base_load import NO_LOAD, axes_load, imposed_gradient
 from crane_sim.models.overhead.modes import EventLimits, get_mode, mass_of
 from crane_sim.models.overhead.node_forces import NodeForce
@@ -83,8 +83,7 @@ def node_vector(p, x, k, order):
     """Return the position (order 0) or velocity (order 1) of node k on the base, (3,); node 0 is the trolley."""
     nq, first, d, _ = elastic_layout(p)
     if k == 0:
-        i = order * nq
-        return x[i], x[i + 1] if d == 3 else 0.0, 0.0
+        return trolley_motion(p, x)[order]
     i = order * nq + first + d * (k - 1)
     return x[i], x[i + 1] if d == 3 else 0.0, x[i + d - 1]
 
@@ -113,20 +112,6 @@ def link_pull(p, x, k):
     return n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate
 
 
-def axes_motion(p, x):
-    """Return (position [m], velocity [m/s]) of the trolley along x and y."""
-    nq, _, d, _ = elastic_layout(p)
-    if d == 3:
-        return (x[0], x[1]), (x[nq], x[nq + 1])
-    return (x[0], 0.0), (x[nq], 0.0)
-
-
-def base_load(base, p, x):
-    """Return the Load of trolley and bridge, as `axes_load` does."""
-    position, velocity = axes_motion(p, x)
-    return axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
-
-
 def add_base_accelerations(base, p, x, out):
     """Add the nodes' accelerations to the state's derivative `out`; return the power [W] that they take."""
     if base is None:
@@ -141,17 +126,14 @@ def add_base_accelerations(base, p, x, out):
     return power
 
 
-def add_elastic_wind(wind, p, base, t, x, out):
-    """Add the payload's acceleration by the wind to the state's derivative `out`; return the wind's power [W].
-
-    wind, p, base, t: see `payload_force`; no wind is None.
-    """
-    if wind is None:
+def add_elastic_wind(p, base, t, x, out):
+    """Add the payload's acceleration by the wind to the state's derivative `out`; return the wind's power [W]."""
+    if p.wind is None:
         return NO_LOAD
     nq, first, d, _ = elastic_layout(p)
     n = len(p.cable.masses)
     v = node_vector(p, x, n, 1)
-    force = payload_force(wind, p, base, t, node_vector(p, x, n, 0), v)
+    force = payload_force(p, base, t, node_vector(p, x, n, 0), v)
     add_vector(out, nq + first + d * (n - 1), d, scale(1.0 / mass_of(p, x, n), force))
     return dot(force, v)
 
@@ -212,7 +194,7 @@ def base_power_jacobian(base, p, x, power):
 def axes_base_jacobian(base, p, x, power):
     """Add the terms of trolley and bridge to `base_power_jacobian`."""
     nq, _, d, _ = elastic_layout(p)
-    (_, (vx, vy)), load = axes_motion(p, x), axes_load(base, p.trolley, p.bridge, p.share, *axes_motion(p, x))
+    (_, (vx, vy, _)), load = trolley_motion(p, x), axes_load(base, p, x)
     trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
     for b in range(d - 1):
         fraction = p.share if b == 0 else 1.0
@@ -252,7 +234,7 @@ def write_elastic_derivative(p, t, x, tau, out):
     base = base_kinematics_at(p.base, p.gravity, t)
     supplied = drive_upper_end(p, t, x, tau, base, n, tension, out) + add_node_forces(p, t, x, out) - lost
     supplied += add_base_accelerations(base, p, x, out)
-    supplied += add_elastic_wind(p.wind, p, base, t, x, out)
+    supplied += add_elastic_wind(p, base, t, x, out)
     for i in range(nq):
         out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):
@@ -294,7 +276,7 @@ def add_vector(out, i, d, a):
 def drive_upper_end(p, t, x, tau, base, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)
-    load = base_load(base, p, x)
+    load = axes_load(base, p, x)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
     out[nq] = bias_acc + inv_mass * tension * n[0] + inv_mass * load.x
     supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + load.power

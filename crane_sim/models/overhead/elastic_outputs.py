@@ -6,10 +6,9 @@ from crane_sim import system
 from crane_sim.models.guards import TAUT, Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import count_axes, first_link, layout_of
-from crane_sim.models.overhead.base_load import to_world_in_place
+from crane_sim.models.overhead.base_load import axes_load, to_world_in_place
 from crane_sim.models.overhead.elastic import (
     ElasticCrane,
-    base_load,
     elastic_layout,
     link,
     link_pull,
@@ -117,7 +116,7 @@ def has_damper(damping):
 
 def top_forces(p, t, x):
     """Return (tension of the first link, pulls of it and of a moving base on the axes) [N]."""
-    (n, tension, _), load = link_pull(p, x, 0), base_load(base_kinematics_at(p.base, p.gravity, t), p, x)
+    (n, tension, _), load = link_pull(p, x, 0), axes_load(base_kinematics_at(p.base, p.gravity, t), p, x)
     return tension, (tension * n[0] + load.x, tension * n[1] + load.y)
 
 

@@ -38,7 +38,7 @@ def elastic_wind_power_jacobian(wind, p, base, t, x, power):
     nq, first, d, _ = elastic_layout(p)
     n = len(p.cable.masses)
     i, v = first + d * (n - 1), node_vector(p, x, n, 1)
-    force = payload_force(wind, p, base, t, node_vector(p, x, n, 0), v)
+    force = payload_force(p, base, t, node_vector(p, x, n, 0), v)
     for b in range(d):
         by_place, by_speed = force_gradients(wind, p, base, t, x, b)
         power[i + b] += dot(by_place, v)

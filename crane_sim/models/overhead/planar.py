@@ -85,12 +85,12 @@ class PlanarCrane(NamedTuple):
         assemble_rhs(w, bias_acc, self.gravity)
         rate = first_link(self, x)[1]
         base = base_kinematics_at(self.base, self.gravity, t)
-        field = add_links_load(base, self.trolley, self.rods, w, x[0], x[nq], rate)
+        field = add_links_load(base, self, x, w)
         twist = add_joints(self.joints, w, x, first) + field.x
         w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
         w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
         add_node_forces(self.forces, t, w)
-        wind_power = add_links_wind(self.wind, self, base, t, w, (x[0], x[nq], rate))
+        wind_power = add_links_wind(self, base, t, x, w)
         rhs_along = w[RHS_ALONG, 0]
         solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
         pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(self.rods, w) + twist

@@ -73,7 +73,6 @@ class SpatialCrane(NamedTuple):
         nq, first, modes = layout_of(self)
         links, acc, tension, ratio = work
         self.fill_links(x, work)
-        rate, position, velocity = first_link(self, x)[1], (x[0], x[1]), (x[nq], x[nq + 1])
         for k in range(1, len(acc)):
             acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -self.gravity
         add_forces(self.forces, t, links.inv_masses, acc)
@@ -82,12 +81,12 @@ class SpatialCrane(NamedTuple):
             self.bridge, t, tau, input_count(self.trolley), x[nq + 1], get_mode(self.event_limits, x, modes, 1)
         )
         base = base_kinematics_at(self.base, self.gravity, t)
-        load = axes_load(base, self.trolley, self.bridge, self.share, position, velocity)
-        power = load.power + add_nodes_load(base, links, position, velocity, rate, acc)
-        power = power + add_nodes_wind(self.wind, self, base, t, links, (position, velocity, rate), acc)
+        load = axes_load(base, self, x)
+        power = load.power + add_nodes_load(base, self, x, links, acc)
+        power = power + add_nodes_wind(self, base, t, x, links, acc)
         acc[0, 0], acc[0, 1] = bias_x + inv_mass_x * load.x, bias_y + inv_mass_y * load.y
         hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x, nq + first - 1)
-        top = UpperEnd((inv_mass_x, inv_mass_y), hoist_inv_mass, hoist_bias_acc, rate)
+        top = UpperEnd((inv_mass_x, inv_mass_y), hoist_inv_mass, hoist_bias_acc, first_link(self, x)[1])
         solve_tensions(links, top, acc, tension, ratio)
         x_pull, y_pull = tension[0] * links.units[0, 0], tension[0] * links.units[0, 1]
         axes = acc[0, 0] + inv_mass_x * x_pull, acc[0, 1] + inv_mass_y * y_pull
