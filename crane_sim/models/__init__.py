@@ -13,14 +13,16 @@ from crane_sim.models.overhead import (
     elastic_jacobian,
     elastic_outputs,
     elastic_wind,
+    events,
     node_forces,
     payload_wind,
     planar,
+    rigid_links,
     rod,
-    shared_implementations,
     spatial,
     spring,
 )
+from crane_sim.models.overhead import outputs as overhead_outputs
 from crane_sim.models.single_rope import crane, joint_coordinates, modes
 from crane_sim.models.supports import boom_wind
 from crane_sim.models.suspended import joints, outputs
@@ -34,17 +36,19 @@ __all__ = [
     "elastic",
     "elastic_jacobian",
     "elastic_outputs",
-    "falls_outputs",
     "elastic_wind",
+    "events",
+    "falls_outputs",
     "joint_coordinates",
     "joints",
     "modes",
     "node_forces",
     "outputs",
+    "overhead_outputs",
     "payload_wind",
     "planar",
+    "rigid_links",
     "rod",
-    "shared_implementations",
     "spatial",
     "spring",
 ]

@@ -59,8 +59,8 @@ class TypeDispatched(Protocol):
         """Call the implementation for these arguments."""
         ...
 
-    def register(self, cls: type) -> Callable[[Function], Function]:
-        """Return a decorator that adds the implementation for first arguments of class `cls`."""
+    def register(self, *classes: type) -> Callable[[Function], Function]:
+        """Return a decorator that adds the implementation for first arguments of these classes."""
         ...
 
     def has_implementation(self, cls: type) -> bool:
@@ -71,7 +71,7 @@ class TypeDispatched(Protocol):
 def generic(f: Function) -> TypeDispatched:
     """Return a function with single dispatch on the type of its first argument, in Python and in compiled code alike.
 
-    `f.register(Type)` adds the implementation for a NamedTuple class, for `tuple` (any other tuple), for `float`,
+    `f.register(Type, …)` adds the implementation for NamedTuple classes, for `tuple` (any other tuple), for `float`,
     `np.ndarray` or `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default.
     """
     table = functools.singledispatch(f)
@@ -81,12 +81,14 @@ def generic(f: Function) -> TypeDispatched:
     def call(*args: Any) -> Any:
         return implementations[type(args[0])](*args)
 
-    def register(cls: type) -> Callable[[Function], Function]:
+    def register(*classes: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
             implementations.clear()
             forget_functions()
-            note_implementation(f, cls, implementation)
-            return table.register(cls)(implementation)
+            for cls in classes:
+                note_implementation(f, cls, implementation)
+                table.register(cls)(implementation)
+            return implementation
 
         return add
 

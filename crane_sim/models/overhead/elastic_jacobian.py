@@ -24,9 +24,8 @@ from crane_sim.models.overhead.elastic import (
     node_vector,
     tautness,
 )
+from crane_sim.models.overhead.elastic_wind import elastic_wind_jacobian, elastic_wind_power_jacobian
 from crane_sim.models.overhead.modes import get_mode
-from crane_sim.models.overhead.node_forces import NodeForces
-from crane_sim.models.overhead.payload_wind import elastic_wind_jacobian, elastic_wind_power_jacobian
 from crane_sim.models.supports.hoist import hoist_power, hoist_response
 from crane_sim.models.supports.rails import axis_linear_span, axis_power, axis_response, input_count
 from crane_sim.numerics.jit import generic, routine
@@ -167,17 +166,12 @@ def pull_power_jacobian(p, axis, x, tau, i, own, pull, power):
     return axis_power(axis, tau, own, v, 1.0) - axis_power(axis, tau, own, v, 0.0)
 
 
-@generic
 def add_node_forces_power(forces, p, t, power):
     """Add the derivatives of the power of forces on nodes with respect to velocities."""
-
-
-@add_node_forces_power.register(NodeForces)
-def _(forces, p, t, power):
     nq, first, d, _ = elastic_layout(p)
-    a = forces.axis if d == 3 else forces.axis // 2
-    power[nq + first + d * (forces.node - 1) + a] += value_at(forces.channel, t)
-    add_node_forces_power(forces.tail, p, t, power)
+    for force in forces or ():
+        a = force.axis if d == 3 else force.axis // 2
+        power[nq + first + d * (force.node - 1) + a] += value_at(force.channel, t)
 
 
 class Bands(NamedTuple):

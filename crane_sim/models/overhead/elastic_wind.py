@@ -1,28 +1,9 @@
-"""Wind on the payload of an overhead crane with an elastic cable, and its exact derivatives."""
+"""Exact derivatives of the wind on the payload of an overhead crane with an elastic cable."""
 
 from crane_sim.models.moving_base import airspeed, dot
 from crane_sim.models.overhead.elastic import ZERO_VECTOR, elastic_layout, entry_of, mass_of, node_vector, unit_vector
-from crane_sim.models.overhead.payload_wind import (
-    add_elastic_wind,
-    elastic_wind_jacobian,
-    elastic_wind_power_jacobian,
-    payload_force,
-)
+from crane_sim.models.overhead.payload_wind import payload_force
 from crane_sim.models.wind_load import airflow_at, drag_gradient, flow_gradient, relative_flow
-from crane_sim.trajectories.wind import Wind
-
-
-@add_elastic_wind.register(Wind)
-def _(wind, p, base, t, x, out):
-    nq, first, d, _ = elastic_layout(p)
-    n = len(p.cable.masses)
-    i, v, inverse = nq + first + d * (n - 1), node_vector(p, x, n, 1), 1.0 / mass_of(p, x, n)
-    force = payload_force(wind, p, base, t, node_vector(p, x, n, 0), v)
-    out[i] += force[0] * inverse
-    if d == 3:
-        out[i + 1] += force[1] * inverse
-    out[i + d - 1] += force[2] * inverse
-    return dot(force, v)
 
 
 def force_gradients(wind, p, base, t, x, b):
@@ -36,8 +17,10 @@ def force_gradients(wind, p, base, t, x, b):
     return by_place, drag_gradient(flow, p.windage, v, (-axis[0], -axis[1], -axis[2]))
 
 
-@elastic_wind_jacobian.register(Wind)
-def _(wind, p, base, t, x, bands):
+def elastic_wind_jacobian(wind, p, base, t, x, bands):
+    """Add the derivatives of an elastic cable's accelerations by the wind to `elastic_jacobian.Bands`."""
+    if wind is None:
+        return
     _, first, d, _ = elastic_layout(p)
     n = len(p.cable.masses)
     i, inverse = first + d * (n - 1), 1.0 / mass_of(p, x, n)
@@ -48,12 +31,14 @@ def _(wind, p, base, t, x, bands):
             bands.velocities[i + a, 2 * d - 1 + b - a] += inverse * entry_of(d, a, by_speed)
 
 
-@elastic_wind_power_jacobian.register(Wind)
-def _(wind, p, base, t, x, power):
+def elastic_wind_power_jacobian(wind, p, base, t, x, power):
+    """Add the derivatives of the wind's power by positions and velocities of an elastic cable to `power` (2 nq,)."""
+    if wind is None:
+        return
     nq, first, d, _ = elastic_layout(p)
     n = len(p.cable.masses)
     i, v = first + d * (n - 1), node_vector(p, x, n, 1)
-    force = payload_force(wind, p, base, t, node_vector(p, x, n, 0), v)
+    force = payload_force(p, base, t, node_vector(p, x, n, 0), v)
     for b in range(d):
         by_place, by_speed = force_gradients(wind, p, base, t, x, b)
         power[i + b] += dot(by_place, v)
