@@ -1,5 +1,6 @@
 """What models and supports must answer: every one that is registered answers all of it."""
 
+import inspect
 import pkgutil
 import sys
 from importlib import import_module
@@ -34,7 +35,7 @@ STRUCTURES = sorted(
         kind
         for name in MODULES
         for _, kind in getmembers(import_module(name), isclass)
-        if issubclass(kind, tuple) and hasattr(kind, "mechanism")
+        if issubclass(kind, tuple) and callable(getattr(kind, "mechanism", None))
     },
     key=name_of,
 )
@@ -80,7 +81,8 @@ def test_what_is_mandatory_has_no_default(function: Any) -> None:
 
 
 def test_importing_the_models_imports_every_module() -> None:
-    """No module of the folder is left out of its package's import: what it registers would be missing."""
+    """No module of the folder that registers something is left out of its package's import: it would be missing."""
     code = "import sys; import crane_sim.models; print(*sys.modules)"
     imported = run_to_completion([sys.executable, "-c", code], check=True).stdout.split()
-    assert set(MODULES) <= set(imported)
+    registering = {name for name in MODULES if ".register(" in inspect.getsource(import_module(name))}
+    assert registering <= set(imported)
