@@ -43,7 +43,7 @@ def traced_by(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -
 
 
 def test_functions_are_traced_once_for_all_entry_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A second entry point that calls the same functions with arguments of the same structure traces none of them again."""
+    """A second entry point that calls the same functions with arguments of the same structure traces none of these."""
     a, b = np.eye(3), np.ones(3)
     traced_by(solve, monkeypatch, a, b)
     assert traced_by(solve_twice, monkeypatch, a, b) == []  # a short function runs in place of its call
