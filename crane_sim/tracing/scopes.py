@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT
-from crane_sim.tracing.graph import TraceError
+from crane_sim.tracing.trace_error import TraceError
 
 _VARIABLE = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
