@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, contiguous_strides
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.instructions import Kind
 
 _FORMATS = {Kind.REAL: "d", Kind.INTEGER: "q", Kind.WORD: "Q", Kind.BOOLEAN: "?7x", Kind.ARRAY: "Q"}
 

@@ -8,10 +8,12 @@ import numpy as np
 
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.operations import fma
 from crane_sim.tracing.operators import items_of
 from crane_sim.tracing.ranges import SimdRange
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.vectors import local_array, simd_range, use_wide_vectors
 
 _PYTHON = {Kind.REAL: float, Kind.INTEGER: int, Kind.BOOLEAN: bool, Kind.WORD: np.uint64}

@@ -17,10 +17,12 @@ from crane_sim.tracing.builtin_functions import HANDLERS, type_of
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT
 from crane_sim.tracing.frame import Frame, ResultChange, Returned
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Block, Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.interpreter import run
 from crane_sim.tracing.merging import Rebuild, base_address, sizes_of, split, with_address
 from crane_sim.tracing.scopes import Source, source_of
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
 _DEPTH = 60

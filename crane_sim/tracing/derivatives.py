@@ -12,7 +12,9 @@ from crane_sim.tracing import operations
 from crane_sim.tracing.elementary import SINCOS, sincos
 from crane_sim.tracing.evaluation import Location, Rules, evaluate
 from crane_sim.tracing.function import Function, trace
-from crane_sim.tracing.graph import Array, Kind, TraceError, Value, kind_of
+from crane_sim.tracing.graph import Array, Value, kind_of
+from crane_sim.tracing.instructions import Kind
+from crane_sim.tracing.trace_error import TraceError
 
 
 class Dual(NamedTuple):

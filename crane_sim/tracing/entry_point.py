@@ -17,11 +17,13 @@ from crane_sim.tracing.compile_time import COMPILE_TIMER
 from crane_sim.tracing.foreign_call import FIRST, Call, Code, LoadedEntry
 from crane_sim.tracing.frame import read_leaves, write_leaves
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import Optimisation, compile_text
 from crane_sim.tracing.memory import allocates
 from crane_sim.tracing.results import take_result
+from crane_sim.tracing.trace_error import TraceError
 
 INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
 """Whether entry points run as plain Python."""

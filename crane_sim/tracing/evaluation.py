@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 from crane_sim.tracing import operations
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Block, Instruction, TraceError
+from crane_sim.tracing.instructions import Block, Instruction
+from crane_sim.tracing.trace_error import TraceError
 
 
 class Rules(NamedTuple):

@@ -6,9 +6,11 @@ from itertools import count
 from typing import Any, Protocol
 
 from crane_sim.tracing.arithmetic import combine
-from crane_sim.tracing.graph import Block, Graph, Kind, OpenBlock, TraceError, Value, numbers_of
+from crane_sim.tracing.graph import Graph, OpenBlock, Value, numbers_of
+from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.merging import UNDEFINED, KindChange, Merge, Rebuild, fit, leaf_value, split
 from crane_sim.tracing.scopes import Source
+from crane_sim.tracing.trace_error import TraceError
 
 RUNS, BREAKS, RETURNS, CONTINUES = range(4)
 """How statements end inside a loop, or inside a branch of which one side may return, as a number."""

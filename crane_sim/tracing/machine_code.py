@@ -9,7 +9,7 @@ import llvmlite.binding as llvm
 from llvmlite import __version__ as LLVMLITE
 
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.llvm import module_text
 
 _C_TYPES: dict[Kind, Any] = {

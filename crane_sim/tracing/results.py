@@ -8,7 +8,8 @@ import numpy as np
 
 from crane_sim.tracing.arithmetic import convert, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol
-from crane_sim.tracing.graph import Graph, Kind, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.merging import base_address
 from crane_sim.tracing.trees import rebuilt
 

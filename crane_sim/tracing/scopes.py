@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT
-from crane_sim.tracing.graph import TraceError
+from crane_sim.tracing.trace_error import TraceError
 
 STRAIGHT = 12
 """Statements that a function consists of at most that is run in place: no branch, no loop, one return at its end."""

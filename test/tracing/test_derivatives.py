@@ -12,9 +12,10 @@ from crane_sim.tracing.derivatives import differentiate
 from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.evaluation import Location, Rules, evaluate
 from crane_sim.tracing.function import trace
-from crane_sim.tracing.graph import Kind, TraceError
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.machine_code import Library
 from crane_sim.tracing.operations import power, repeat_while, to_integer, to_real
+from crane_sim.tracing.trace_error import TraceError
 
 OPERATIONS = {
     "add": operator.add,
