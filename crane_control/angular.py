@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
-from crane_control.command import compute_efforts
 from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
 from crane_control.tracking.tip_servo import PositionServo
 from crane_sim import system
@@ -51,7 +50,7 @@ class AngularLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, t, q, v)
+        return system.compute_command(self, t, q, v)
 
 
 def compute_damping(length, damping, n, dn):

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.command import compute_efforts
 from crane_control.tracking.multirate import MultirateTracker, make_multirate, tip_setpoint
 from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
 from crane_control.tracking.tip_servo import Servo
@@ -33,7 +32,7 @@ class CartesianLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, t, q, v)
+        return system.compute_command(self, t, q, v)
 
     def with_initial_state(self) -> "CartesianLaw":
         """Return the law with its initial state."""

@@ -31,7 +31,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_control import knuckle_energy
-from crane_control.command import compute_efforts
 from crane_control.knuckle_energy import (
     ControlParameters,
     EnergyLaw,
@@ -71,7 +70,7 @@ class MassEstimatingEnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, t, q, v)
+        return system.compute_command(self, t, q, v)
 
     def with_initial_state(self) -> "MassEstimatingEnergyLaw":
         """Return the law with an estimator at its initial state."""

@@ -23,7 +23,6 @@ import numpy.typing as npt
 from pydantic import Field
 
 from crane_control.blas_threads import in_one_thread
-from crane_control.command import compute_efforts
 from crane_control.reduced_state import nominal_coordinate
 from crane_control.regulator import Array, solve_regulators, solve_regulators_or_errors
 from crane_sim import system
@@ -65,7 +64,7 @@ class LqrLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q and velocities v, nq or more."""
-        return compute_efforts(self, t, np.array(q), np.array(v))
+        return system.compute_command(self, t, np.array(q), np.array(v))
 
 
 def add_path_feedback(trajectory, effort, gain, target, t):

@@ -32,7 +32,6 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from crane_control.command import compute_efforts
 from crane_control.reduced_state import nominal_coordinate
 from crane_sim import system
 from crane_sim.files.errors import SceneError
@@ -113,7 +112,7 @@ class OverheadEnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, t, np.array(q), np.array(v))
+        return system.compute_command(self, t, np.array(q), np.array(v))
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, the same at all times."""

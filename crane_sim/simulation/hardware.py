@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim import system
 from crane_sim.hardware.faults import JOINT_STUCK, SCHEDULED, SENSOR_LOSS, FaultLog
 from crane_sim.hardware.ideal_servos import IdealServos
 from crane_sim.hardware.payloads import apply_payload_fault
@@ -26,7 +27,6 @@ from crane_sim.simulation.dynamics import energy, joint_acceleration
 from crane_sim.simulation.initial_demands import initial_demands
 from crane_sim.stepping.hardware_periods import (
     HardwareState,
-    command_at,
     hardware_step,
     measure_states,
     sample_first_state,
@@ -200,7 +200,7 @@ class HardwareRun:
         source = unwrap(self._scene.source)
         if type(source) is tuple:
             return source
-        return (0.0,) * len(self.state.drives) if source is None else command_at(source, t, q, v)
+        return (0.0,) * len(self.state.drives) if source is None else system.compute_command(source, t, q, v)
 
     def step(self, method: Any, model: Any, inputs: Any, command: tuple[float, ...], *step_args: Any) -> Any:
         """Integrate over a period; arguments and results of `hardware_step`."""

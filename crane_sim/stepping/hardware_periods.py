@@ -287,9 +287,3 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
         x = state_at(inputs, method, crane, u, integration, end)
         end_period(crane, hardware, u, x, k, period)
     return integration, steps
-
-
-@entry_point
-def command_at(source, t, q, v):
-    """Return the command (nu,) of a source that is evaluated once a period, at time t [s]."""
-    return system.command(source, t, q, v)

@@ -20,7 +20,6 @@ from crane_sim import system
 from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import state_matrices
-from crane_sim.stepping.hardware_periods import command_at
 
 Array = npt.NDArray[np.float64]
 
@@ -60,7 +59,7 @@ class CampaignLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the commands (2,) [N] at joint positions q and velocities v (3,)."""
-        return command_at(self, t, np.array(q), np.array(v))
+        return system.compute_command(self, t, np.array(q), np.array(v))
 
     def with_initial_state(self) -> "CampaignLaw":
         """Return the law before its first command."""
