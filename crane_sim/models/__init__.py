@@ -5,23 +5,7 @@ Importing any module of this package imports all models, so that every model is 
 """
 
 from crane_sim.models.falls import outputs as falls_outputs
-from crane_sim.models.overhead import (
-    base_energies,
-    base_load,
-    double,
-    elastic,
-    elastic_jacobian,
-    elastic_outputs,
-    elastic_wind,
-    events,
-    node_forces,
-    payload_wind,
-    planar,
-    rigid_links,
-    rod,
-    spatial,
-    spring,
-)
+from crane_sim.models.overhead import base_energies, elastic_jacobian, elastic_outputs
 from crane_sim.models.overhead import outputs as overhead_outputs
 from crane_sim.models.single_rope import crane, joint_coordinates, modes
 from crane_sim.models.supports import boom_wind
@@ -29,26 +13,14 @@ from crane_sim.models.suspended import joints, outputs
 
 __all__ = [
     "base_energies",
-    "base_load",
     "boom_wind",
     "crane",
-    "double",
-    "elastic",
     "elastic_jacobian",
     "elastic_outputs",
-    "elastic_wind",
-    "events",
     "falls_outputs",
     "joint_coordinates",
     "joints",
     "modes",
-    "node_forces",
     "outputs",
     "overhead_outputs",
-    "payload_wind",
-    "planar",
-    "rigid_links",
-    "rod",
-    "spatial",
-    "spring",
 ]

@@ -45,13 +45,20 @@ class Part(NamedTuple):
     mass: float
 
 
+class Pair(NamedTuple):
+    """Another part with a mass."""
+
+    mass: float
+    size: float
+
+
 @jit.generic
 def mass_of(part, other):
     """Return the mass of a part, by default another one."""
     return other
 
 
-@mass_of.register(Part)
+@mass_of.register(Part, Pair)
 def part_mass(part, other):
     """Return the mass of a part."""
     return part.mass
@@ -67,7 +74,8 @@ def test_a_generic_function_chooses_by_type() -> None:
     """The body is chosen by the type of the first argument, in Python and compiled; None takes the default."""
     assert compiled_mass(None, 3.0) == mass_of(None, 3.0) == 3.0
     assert compiled_mass(Part(2.0), 3.0) == mass_of(Part(2.0), 3.0) == 2.0
-    assert mass_of.has_implementation(Part) and not mass_of.has_implementation(int)
+    assert compiled_mass(Pair(2.0, 1.0), 3.0) == mass_of(Pair(2.0, 1.0), 3.0) == 2.0
+    assert mass_of.has_implementation(Part) and mass_of.has_implementation(Pair) and not mass_of.has_implementation(int)
 
 
 @pytest.mark.parametrize("group", ["springs", "swing_friction", "payload_drag", "inputs"])
