@@ -16,7 +16,7 @@ from crane_sim.files.types import NonNegative, Positive
 from crane_sim.integrators.integration import advance, latest_step_end, max_steps, stages, step
 from crane_sim.integrators.runge_kutta import to_dense_tableau
 from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
-from crane_sim.numerics.jit import routine
+from crane_sim.numerics.jit import routine, simd_range
 from crane_sim.numerics.states import squared_error_norm
 from crane_sim.system import compute_jacobian, factor_shifted, project, rhs, rhs_into, solve_shifted, workspace
 
@@ -72,7 +72,7 @@ def time_derivative(p, t, x, u, h, k1):
     work = workspace(p)
     rhs_into(p, t + ahead, x, u, first, work)
     rhs_into(p, t + 2.0 * ahead, x, u, second, work)
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         first[i] = (4.0 * (first[i] - k1[i]) - (second[i] - k1[i])) / (2.0 * ahead)
     return first
 
@@ -87,31 +87,31 @@ def rosenbrock_step(p, t, x, u, h, k1):
     ks, y, work = np.empty((STAGES, len(x))), x.copy(), workspace(p)
     for s in range(STAGES):
         if s == 0:
-            for i in range(len(x)):
+            for i in simd_range(len(x)):
                 ks[0, i] = k1[i]
         else:
             reach_stage(s, x, ks, y)
             rhs_into(p, t + _NODES[s] * h, y, u, ks[s], work)
         for j in range(s):
             weight = _DENSE_C[s, j] / h
-            for i in range(len(x)):
+            for i in simd_range(len(x)):
                 ks[s, i] += weight * ks[j, i]
-        for i in range(len(x)):
+        for i in simd_range(len(x)):
             ks[s, i] += h * _GAMMA_SUMS[s] * change[i]
         solve_shifted(p, factors, ks[s])
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         y[i] += ks[STAGES - 1, i]
     return y, ks[STAGES - 1]
 
 
 def reach_stage(s, x, ks, y):
     """Write the state of stage s into y."""
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         y[i] = 0.0
     for j in range(s):
-        for i in range(len(x)):
+        for i in simd_range(len(x)):
             y[i] += _DENSE_A[s, j] * ks[j, i]
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         y[i] += x[i]
 
 
@@ -124,7 +124,7 @@ def _(method, scratch, k1, p, t, x, u, h, out):
 def try_step(method, p, t, x, u, h, k1, out):
     """Write the state one step of size h after (t, x) into `out`, and return its error relative to the tolerance."""
     y, error = rosenbrock_step(p, t, x, u, h, k1)
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         out[i] = y[i]
     return sqrt(squared_error_norm(error, x, y, method.rtol, method.atol) / len(x))
 
