@@ -28,7 +28,7 @@ from crane_sim.models.overhead.elastic_wind import elastic_wind_jacobian, elasti
 from crane_sim.models.overhead.modes import get_mode
 from crane_sim.models.supports.hoist import hoist_power, hoist_response
 from crane_sim.models.supports.rails import axis_linear_span, axis_power, axis_response, input_count
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import generic, routine, simd_range
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
 from crane_sim.trajectories.inputs import value_at
 
@@ -301,7 +301,7 @@ def solve(p, factors, b):
     shift, width, lower = factors.shift, 2 * d - 1, b[nq : 2 * nq]
     add_band_product(factors.bands.positions, b, 1.0 / shift, lower, width, factors.work)
     solve_band(factors.lu, lower, width, factors.work)
-    for i in range(nq):
+    for i in simd_range(nq):
         b[i] = (b[i] + b[nq + i]) / shift
     if modes > 2 * nq:
         for i in range(2 * nq):
