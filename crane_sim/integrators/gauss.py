@@ -30,7 +30,7 @@ class Gauss(NamedTuple):
     """Gauss collocation of order 6 with a fixed step, for long horizons: its energy error does not grow."""
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
-    stages, last_stage = 3, 0  # at least; a step counts its own
+    stages, last_stage = 3, 0
 
     def safe_step(self, frequency: float) -> float:
         """Return the largest step [s] with which the sweeps settle for motions up to `frequency` [rad/s]."""

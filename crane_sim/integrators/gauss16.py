@@ -88,7 +88,7 @@ class Gauss16(NamedTuple):
 
     rtol: Positive = 1e-12  # -, relative tolerance
     atol: NonNegative = 1e-14  # state's unit, absolute tolerance
-    order, stages, last_stage = ORDER, STAGES, 0  # stages at least; a step counts its own
+    order, stages, last_stage = ORDER, STAGES, 0
 
     def take_step(self, p, t, x, u, h, scratch, out):
         """Return (state, evaluations), see `Method`."""

@@ -23,7 +23,7 @@ class Leapfrog(NamedTuple):
     """Order 2 with a fixed step, one evaluation each (two beside events): for light cables in rigid links."""
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
-    stages, last_stage = 2, 0  # of a step by itself
+    stages, last_stage = 2, 0
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""

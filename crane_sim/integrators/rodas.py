@@ -61,7 +61,7 @@ class Rodas(NamedTuple):
 
     rtol: Positive = 1e-7  # -, relative tolerance
     atol: NonNegative = 1e-9  # state's unit, absolute tolerance
-    order, stages, last_stage = ORDER, STAGES + 2, 0  # two for the derivative in time
+    order, stages, last_stage = ORDER, STAGES + 2, 0
 
     def take_step(self, p, t, x, u, h, scratch, out):
         """Return (state, evaluations), see `Method`."""

@@ -80,7 +80,7 @@ def test_the_deflection_at_rest_is_that_of_weights_on_a_spring() -> None:
     moment = 9.81 * cos(angle) * (10.5e3 * 30.0 + (550.0 + 4450.0) * radius)
     assert 3.3e8 * (angle - 0.01) == pytest.approx(-moment, rel=1e-12)
     inertia = 10.5e3 * 30.0**2 + 3.15e6 + 550.0 * radius**2
-    damping = scene.model.support.vertical.damping
+    damping = scene.model.support.structure.vertical.damping
     assert damping == pytest.approx(2.0 * 0.01 * np.sqrt(3.3e8 * inertia), rel=1e-12)
     nodes, tip = world_points(scene.model, 0.0, np.array(scene.initial_q), np.zeros(len(scene.initial_q)))
     assert asin(nodes[tip][2] / radius) == pytest.approx(angle, rel=1e-12)
