@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.numerics.derivatives import jacobian
 from crane_sim.numerics.jit import generic
 from crane_sim.numerics.linear_systems import factor_dense, solve_dense
-
-_STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
-
+from crane_sim.numerics.states import dimension
 
 EVENT_LOG_CAPACITY = 1000
 """Number of events that the log of a run keeps."""
@@ -77,20 +76,9 @@ def rhs_into(p, t, x, u, out, work):
 def compute_jacobian(p, t, x, u):
     """Return the Jacobian J of the state's derivative with respect to the state at (t, x), for `factor_shifted`.
 
-    By default the matrix (n, n) by central differences, of a model whose state is an array.
+    By default the matrix (n, n), by forward mode.
     """
-    out, y, ahead, behind = np.empty((len(x), len(x))), x.copy(), np.empty_like(x), np.empty_like(x)
-    work = workspace(p)
-    for j in range(len(x)):
-        size = _STEP * max(1.0, abs(x[j]))  # a mode is moved too: its column is nonsense, and meets zeros only
-        y[j] = x[j] + size
-        rhs_into(p, t, y, u, ahead, work)
-        y[j] = x[j] - size
-        rhs_into(p, t, y, u, behind, work)
-        y[j] = x[j]
-        for i in range(len(x)):
-            out[i, j] = (ahead[i] - behind[i]) / (2.0 * size)
-    return out
+    return jacobian(rhs, (p, t, x, u), 2, dimension(x))
 
 
 @generic

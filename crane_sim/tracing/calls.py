@@ -9,6 +9,7 @@ import numpy as np
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.builtin_functions import HANDLERS, type_of
+from crane_sim.tracing.forward_mode import ForwardMode
 from crane_sim.tracing.frame import Frame, ResultChange, Returned
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Block, Graph, Kind, TraceError, Value
@@ -36,6 +37,7 @@ class Calls:
         """Begin without functions."""
         self._traced: dict[Any, Traced | None] = {}  # None: it is being traced
         self._names = 0
+        self.forward_mode = ForwardMode()
         self.functions: set[types.FunctionType] = set()  # that are traced
 
     def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
@@ -49,6 +51,9 @@ class Calls:
         handler = _handler_of(function)
         if handler is not None:
             return handler(graph, *arguments, **keywords)
+        note: Any = getattr(function, "traced_by", None)
+        if note is not None:
+            return note(self, graph, *arguments)
         implementation, inlined = resolve(function, arguments)
         if not _is_traced(implementation):
             return _call_untraced(implementation, arguments, keywords)
@@ -62,9 +67,27 @@ class Calls:
         Raises:
             TraceError: it does what is not traced, or calls itself.
         """
+        leaves, traced = self.find_traced(graph, function, arguments, keywords, inlined)
+        graph.has_allocations |= traced.function.graph.has_allocations
+        graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
+        numbers = tuple(leaf.number for leaf in leaves)
+        results = graph.append("call", numbers, traced.function.result_kinds, traced.function)
+        inner = zip(results, traced.function.block.results, strict=True)
+        least = traced.function.graph.least
+        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
+        return traced.result(iter(results))
+
+    def find_traced(
+        self, graph: Graph, function: types.FunctionType, arguments: list[Any], keywords: dict[str, Any], inlined: bool
+    ) -> tuple[list[Value], Traced]:
+        """Return (the leaves of arguments of a call, the function as it is traced for such arguments).
+
+        Raises:
+            TraceError: it does what is not traced, or calls itself.
+        """
         source = source_of(function)
         variables = source.bind(arguments, keywords)
-        tree = tuple([self._as_argument(graph, x) for x in variables.values()])
+        tree = tuple([self.as_argument(graph, x) for x in variables.values()])
         leaves, key, rebuild = take_apart(tree, graph, not inlined)
         whole = function, key
         if whole not in self._traced:
@@ -74,14 +97,7 @@ class Calls:
         traced = self._traced[whole]
         if traced is None:
             raise TraceError(f"{source.name} calls itself: recursion is not traced")
-        graph.has_allocations |= traced.function.graph.has_allocations
-        graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
-        numbers = tuple(leaf.number for leaf in leaves)
-        results = graph.append("call", numbers, traced.function.result_kinds, traced.function)
-        inner = zip(results, traced.function.block.results, strict=True)
-        least = traced.function.graph.least
-        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
-        return traced.result(iter(results))
+        return leaves, traced
 
     def _trace(
         self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...], inlined: bool
@@ -113,11 +129,12 @@ class Calls:
 
         return graph, graph.trace_block(values, kinds), results[0]
 
-    def _as_argument(self, graph: Graph, x: Any) -> Any:
+    def as_argument(self, graph: Graph, x: Any) -> Any:
+        """Return an argument of tuples, with constant arrays in memory."""
         if isinstance(x, tuple):
-            return rebuilt(x, [self._as_argument(graph, part) for part in x])
+            return rebuilt(x, [self.as_argument(graph, part) for part in x])
         if isinstance(x, list):
-            return tuple([self._as_argument(graph, part) for part in x])
+            return tuple([self.as_argument(graph, part) for part in x])
         return self.array_of(graph, x) if isinstance(x, np.ndarray) else x
 
     def array_of(self, graph: Graph, array: np.ndarray) -> ArraySymbol:

@@ -11,6 +11,8 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 Number = float | int
+DIRECTIONS = 8
+"""Directions along which derivatives are computed at once."""
 
 
 class Kind(Enum):
@@ -22,6 +24,7 @@ class Kind(Enum):
     WORD = "word"  # 64 bits, without a sign
     ARRAY = "array"  # the address of reals
     FUNCTION = "function"  # its address
+    TANGENT = "tangent"  # derivatives of a real along `DIRECTIONS` directions
 
     __hash__ = object.__hash__  # as each is one object; that of an Enum takes longer
 
@@ -56,6 +59,7 @@ _PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {
     Kind.INTEGER: int,
     Kind.BOOLEAN: bool,
     Kind.WORD: int,
+    Kind.TANGENT: float,
 }
 
 

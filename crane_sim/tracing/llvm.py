@@ -12,7 +12,7 @@ import struct
 from collections.abc import Callable, Iterator
 
 from crane_sim.tracing.function import Function, functions_with_callees
-from crane_sim.tracing.graph import Block, Instruction, Kind, TraceError
+from crane_sim.tracing.graph import DIRECTIONS, Block, Instruction, Kind, TraceError
 from crane_sim.tracing.memory import MEMORY, allocates
 
 _TYPES = {
@@ -22,6 +22,7 @@ _TYPES = {
     Kind.WORD: "i64",
     Kind.ARRAY: "ptr",
     Kind.FUNCTION: "ptr",
+    Kind.TANGENT: f"<{DIRECTIONS} x double>",
 }
 _ARITHMETIC = {"add": "add", "subtract": "sub", "multiply": "mul", "divide": "div"}
 _COMPARISON = {
@@ -60,12 +61,14 @@ def module_text(*functions: Function, width: int = 1) -> str:
     return "\n".join((*_declarations(width), *texts, *entries, ""))
 
 
-_MEMORY = {"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p8": "ptr"}
+_MEMORY = {"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p8": "ptr", "t8": _TYPES[Kind.TANGENT]}
 """Types of what arrays hold, by the codes of NumPy."""
 
 
 def _declarations(width: int) -> Iterator[str]:
-    yield MEMORY if width == 1 else ""
+    tangent = _TYPES[Kind.TANGENT]
+    fma = f"declare {tangent} @llvm.fma.v{DIRECTIONS}f64({tangent}, {tangent}, {tangent})"
+    yield f"{MEMORY}\n{fma}" if width == 1 else ""
     real = _type(Kind.REAL, width)
     for name, count in _INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{_suffix(width)}({', '.join([real] * count)})"
@@ -90,6 +93,8 @@ def _result_type(kinds: tuple[Kind, ...], width: int) -> str:
 
 
 def _literal(number: float | int, kind: Kind, width: int) -> str:
+    if kind is Kind.TANGENT:
+        return "zeroinitializer"
     text = f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}" if kind is Kind.REAL else str(int(number))
     return text if width == 1 else "<" + ", ".join([f"{_TYPES[kind]} {text}"] * width) + ">"
 
@@ -268,6 +273,24 @@ class _FunctionText:
     def _write_constant(self, instruction: Instruction) -> None:
         (number,) = instruction.results
         self._names[number] = _literal(instruction.literal, self._kind(number), self._width)
+
+    def _write_scale(self, instruction: Instruction) -> None:
+        factor, tangent = instruction.arguments
+        self._define(instruction.results[0], f"fmul {self._spread(factor, instruction)}, {self._name(tangent)}")
+
+    def _write_add_scaled(self, instruction: Instruction) -> None:
+        summand, factor, tangent = instruction.arguments
+        operands = f"{self._spread(factor, instruction)}, {self._typed(tangent)}, {self._typed(summand)}"
+        kind = self._kind(tangent)
+        self._define(instruction.results[0], f"call {_type(kind, 1)} @llvm.fma.v{DIRECTIONS}f64({operands})")
+
+    def _spread(self, factor: int, instruction: Instruction) -> str:
+        """Write a tangent of which every element is a real; return it with its type."""
+        kind, name = _type(Kind.TANGENT, self._width), f"%t{instruction.results[0]}"
+        self._write(f"{name}.first = insertelement {kind} poison, {self._typed(factor)}, i32 0")
+        zeros = f"<{DIRECTIONS} x i32> zeroinitializer"
+        self._write(f"{name} = shufflevector {kind} {name}.first, {kind} poison, {zeros}")
+        return f"{kind} {name}"
 
     def _write_library_call(self, instruction: Instruction) -> None:
         """Write a call of the C library, lane by lane."""

@@ -1,0 +1,56 @@
+"""Jacobians of functions of states, by forward mode: exact to rounding, several columns in one evaluation."""
+
+from typing import Any
+
+import numpy as np
+
+from crane_sim.numerics.states import dimension
+from crane_sim.tracing.derivatives import DIRECTIONS as DIRECTIONS
+from crane_sim.tracing.derivatives import directional_derivatives as directional_derivatives
+
+
+def jacobian(f, arguments, index, rows):
+    """Return the derivatives (rows, n) of f(*arguments), a state, by the argument of that index, a state of n floats.
+
+    `rows` is the number of floats of f's value.
+    """
+    x = arguments[index]
+    n = dimension(x)
+    seeds, out = np.empty((n, DIRECTIONS)), np.empty((rows, n))
+    for first in range(0, n, DIRECTIONS):
+        fill_seeds(seeds, first)
+        directions = tuple([directions_like(x, seeds, 0) if i == index else None for i in range(len(arguments))])
+        _, derivative = directional_derivatives(f, arguments, directions)
+        write_columns(derivative, out, first, min(n - first, DIRECTIONS))
+    return out
+
+
+def fill_seeds(seeds, first):
+    """Fill directions (n, DIRECTIONS) with those of the coordinates from `first` on."""
+    for i in range(len(seeds)):
+        for k in range(DIRECTIONS):
+            seeds[i, k] = 1.0 if i == first + k else 0.0
+
+
+def directions_like(x: Any, seeds: Any, first: int) -> Any:
+    """Return the directions of a state, from row `first` of seeds (n, DIRECTIONS) on."""
+    if isinstance(x, np.ndarray):
+        return seeds[first : first + len(x)]
+    if not isinstance(x, tuple):
+        return seeds[first]
+    return tuple([directions_like(part, seeds, first + dimension(x[:i])) for i, part in enumerate(x)])
+
+
+def write_columns(derivative, out, first, count):
+    """Write `count` directions of the derivative of a state into columns of `out` from `first` on."""
+    rows = rows_of(derivative)
+    for i in range(len(rows)):
+        for k in range(count):
+            out[i, first + k] = rows[i][k]
+
+
+def rows_of(derivative: Any) -> Any:
+    """Return the derivatives of each float of a state: an array as it is, a flat tuple of arrays."""
+    if not isinstance(derivative, tuple):
+        return derivative
+    return tuple([row for part in derivative for row in (rows_of(part) if isinstance(part, tuple) else (part,))])
