@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.derivatives import jacobian
+from crane_sim.numerics.derivatives import state_and_time_jacobian
 from crane_sim.numerics.jit import generic
 from crane_sim.numerics.linear_systems import factor_dense, solve_dense
-from crane_sim.numerics.states import dimension
 
 EVENT_LOG_CAPACITY = 1000
 """Number of events that the log of a run keeps."""
@@ -74,11 +73,12 @@ def rhs_into(p, t, x, u, out, work):
 
 @generic
 def compute_jacobian(p, t, x, u):
-    """Return the Jacobian J of the state's derivative with respect to the state at (t, x), for `factor_shifted`.
+    """Return (the Jacobian J of the state's derivative with respect to the state at (t, x), its derivative in time).
 
-    By default the matrix (n, n), by forward mode.
+    J is what `factor_shifted` takes, by default the matrix (n, n). The derivative in time (n,) is that of a kink's
+    later side.
     """
-    return jacobian(rhs, (p, t, x, u), 2, dimension(x))
+    return state_and_time_jacobian(rhs, p, t, x, u)
 
 
 @generic

@@ -17,7 +17,6 @@ from crane_sim.trajectories.wind import (
     PowerLaw,
     Wind,
     gust_at,
-    ratio_gradient,
     speed_ratio,
 )
 
@@ -108,24 +107,6 @@ def pressure_drag(flow, windage, v):
     """Return the force (3,) [N] on a body in a relative flow v (3,) [m/s]."""
     c = 0.5 * flow.density * windage.drag_coefficient * windage.area * sqrt(dot(v, v))
     return c * v[0], c * v[1], c * v[2]
-
-
-def drag_gradient(flow, windage, v, change):
-    """Return the change (3,) of `pressure_drag` for a change (3,) of the relative flow v."""
-    speed = sqrt(dot(v, v))
-    along = dot(v, change) / speed if speed > 0.0 else 0.0
-    c = 0.5 * flow.density * windage.drag_coefficient * windage.area
-    return (
-        c * (speed * change[0] + along * v[0]),
-        c * (speed * change[1] + along * v[1]),
-        c * (speed * change[2] + along * v[2]),
-    )
-
-
-def flow_gradient(flow, r, change):
-    """Return the change (3,) [m/s] of the wind for a change (3,) [m] of the point r."""
-    rise = dot(flow.up, change) * ratio_gradient(flow.profile, flow.height + dot(flow.up, r), flow.reference)
-    return rise * flow.mean[0], rise * flow.mean[1], rise * flow.mean[2]
 
 
 @generic

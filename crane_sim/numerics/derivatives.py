@@ -9,20 +9,16 @@ from crane_sim.tracing.derivatives import DIRECTIONS as DIRECTIONS
 from crane_sim.tracing.derivatives import directional_derivatives as directional_derivatives
 
 
-def jacobian(f, arguments, index, rows):
-    """Return the derivatives (rows, n) of f(*arguments), a state, by the argument of that index, a state of n floats.
-
-    `rows` is the number of floats of f's value.
-    """
-    x = arguments[index]
+def state_and_time_jacobian(f, p, t, x, u):
+    """Return the derivatives by x, a state of n floats, (n, n), and by t (n,), of f(p, t, x, u), a state like x."""
     n = dimension(x)
-    seeds, out = np.empty((n, DIRECTIONS)), np.empty((rows, n))
-    for first in range(0, n, DIRECTIONS):
+    seeds, out = np.empty((n + 1, DIRECTIONS)), np.empty((n, n + 1))
+    for first in range(0, n + 1, DIRECTIONS):
         fill_seeds(seeds, first)
-        directions = tuple([directions_like(x, seeds, 0) if i == index else None for i in range(len(arguments))])
-        _, derivative = directional_derivatives(f, arguments, directions)
-        write_columns(derivative, out, first, min(n - first, DIRECTIONS))
-    return out
+        directions = (None, seeds[n], directions_like(x, seeds, 0), None)
+        slopes = directional_derivatives(f, (p, t, x, u), directions)[1]
+        write_columns(slopes, out, first, min(n + 1 - first, DIRECTIONS))
+    return out[:, :n], out[:, n]
 
 
 def fill_seeds(seeds, first):

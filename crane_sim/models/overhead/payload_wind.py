@@ -87,13 +87,3 @@ def add_elastic_wind(wind, p, base, t, x, out):
     wind, p, base, t: see `payload_force`; no wind is None.
     """
     return NO_LOAD
-
-
-@generic
-def elastic_wind_jacobian(wind, p, base, t, x, bands):
-    """Add the derivatives of an elastic cable's accelerations by the wind to `elastic_jacobian.Bands`."""
-
-
-@generic
-def elastic_wind_power_jacobian(wind, p, base, t, x, power):
-    """Add the derivatives of the wind's power by positions and velocities of an elastic cable to `power` (2 nq,)."""
