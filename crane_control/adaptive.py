@@ -13,11 +13,11 @@ from pydantic import BeforeValidator, Field
 
 from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, make_cartesian_law
 from crane_control.estimation.features import FeatureArguments, Features, draw_frequencies, write_features
-from crane_control.tracking.tracker import Estimate, Gains, estimate
+from crane_control.tracking.tracker import Estimate, Gains
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Seed, reject_bool
 from crane_sim.laws import read_group
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 
 Number = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10000)]
@@ -70,21 +70,28 @@ class Learner(NamedTuple):
         """Return the learner with zero weights."""
         return self._replace(state=initial_weights(len(self.features.frequencies)))
 
+    def estimate(self, pendulum, sample, measurement):
+        """Return the Estimate at a Sample, from which the learner learns."""
+        inputs, last_time = self.state.inputs, self.state.last_time
+        for i in range(2):
+            inputs[i], inputs[2 + i] = measurement.position[i], measurement.velocity[i]
+            inputs[4 + i] = measurement.position[i] - sample.goal[0][i]
+            inputs[6 + i] = measurement.velocity[i] - sample.goal[1][i]
+        inputs[8] = sample.t
+        elapsed = sample.t - last_time[0] if last_time[0] >= 0.0 else 0.0  # a law may begin in the middle of a run
+        last_time[0] = sample.t
+        u, nothing = adaptation_step(self, elapsed), (0.0, 0.0)
+        return Estimate(measurement.position, measurement.velocity, u, nothing, nothing, (1.0, 1.0))
+
 
 def initial_weights(d: int) -> Weights:
     """Return zero weights for d frequencies."""
     return Weights(np.zeros((2 * d, 2)), np.zeros(2 * d), np.zeros(9), np.full(1, -1.0))
 
 
-@generic
 def learning_factor(zone, q):
     """Return F(Q), eq. 97: factor of the learning rate at an error of size Q [m²/s²]; 1 without a dead zone."""
-    return 1.0
-
-
-@learning_factor.register(DeadZone)
-def _(zone, q):
-    return min(max((q - zone.cutoff) / (2.0 * zone.smoothing), 0.0), 1.0)
+    return 1.0 if zone is None else min(max((q - zone.cutoff) / (2.0 * zone.smoothing), 0.0), 1.0)
 
 
 def error_size(learner, inputs):
@@ -108,28 +115,6 @@ def adaptation_step(learner, elapsed):
         ux += weights[j, 0] * values[j]
         uy += weights[j, 1] * values[j]
     return ux, uy
-
-
-@estimate.register(Learner)
-def _(learner, pendulum, sample, measurement):
-    inputs, last_time = learner.state.inputs, learner.state.last_time
-    for i in range(2):
-        inputs[i], inputs[2 + i] = measurement.position[i], measurement.velocity[i]
-        inputs[4 + i], inputs[6 + i] = (
-            measurement.position[i] - sample.goal[0][i],
-            measurement.velocity[i] - sample.goal[1][i],
-        )
-    inputs[8] = sample.t
-    elapsed = sample.t - last_time[0] if last_time[0] >= 0.0 else 0.0  # a law may begin in the middle of a run
-    last_time[0] = sample.t
-    return Estimate(
-        measurement.position,
-        measurement.velocity,
-        adaptation_step(learner, elapsed),
-        (0.0, 0.0),
-        (0.0, 0.0),
-        (1.0, 1.0),
-    )
 
 
 def make_learner(settings: Adaptation, gains: Gains) -> Learner:

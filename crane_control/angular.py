@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from math import cos, sqrt
 from typing import Any, NamedTuple
 
-from crane_control.command import compute_efforts
-from crane_control.tracking.suspension import PositionServo, make_tip_servo, nominal_pendulum
-from crane_control.tracking.tip_servo import compute_cable_state, compute_efforts_for_acceleration
+from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
+from crane_control.tracking.tip_servo import PositionServo
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
@@ -47,11 +46,11 @@ class AngularLaw(NamedTuple):
     kd: float
     velocity: float  # 1: fed forward, 0: not
     acceleration: float
-    servo: Any  # of the suspension point, see `tracking.tip_servo`
+    servo: Any  # of the suspension point, a `tracking.tip_servo.TipServo`
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, t, q, v)
+        return system.compute_command(self, t, q, v)
 
 
 def compute_damping(length, damping, n, dn):
@@ -74,14 +73,15 @@ def compute_tracking(law, goal, tip, dtip, i):
 
 
 @system.command.register(AngularLaw)
-def _(law, t, q, v):
-    goal, cable = reference_at(law.trajectory, t), compute_cable_state(law.servo, law.length, q, v)
+def angular_command(law, t, q, v):
+    """Return the efforts (nu,) that damp the swing angles and move the suspension point along the reference."""
+    goal, cable = reference_at(law.trajectory, t), law.servo.cable_state(law.length, q, v)
     ax, ay = compute_damping(law.length, law.damping, cable.n, cable.dn)
     a = (
         ax + compute_tracking(law, goal, cable.tip, cable.dtip, 0),
         ay + compute_tracking(law, goal, cable.tip, cable.dtip, 1),
     )
-    return compute_efforts_for_acceleration(law.servo, t, cable, a)
+    return law.servo.acceleration_efforts(t, cable, a)
 
 
 def _check_start(nominal: Scene) -> None:

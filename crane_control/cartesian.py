@@ -4,10 +4,9 @@ from collections.abc import Callable, Mapping
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.command import compute_efforts
 from crane_control.tracking.multirate import MultirateTracker, make_multirate, tip_setpoint
 from crane_control.tracking.suspension import make_tip_servo, nominal_pendulum
-from crane_control.tracking.tip_servo import Servo, compute_cable_state, compute_suspension_efforts
+from crane_control.tracking.tip_servo import Servo
 from crane_control.tracking.tracker import INITIAL_DAMPING, Gains, Tracker
 from crane_control.tracking.vision import CameraSettings, make_camera
 from crane_sim import system
@@ -29,11 +28,11 @@ class CartesianLaw(NamedTuple):
     """The tracker, and the servo that brings the suspension point to its setpoint."""
 
     tracker: Tracker | MultirateTracker
-    servo: Any  # of the suspension point, see `tracking.tip_servo`
+    servo: Any  # of the suspension point, a `tracking.tip_servo.TipServo`
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, t, q, v)
+        return system.compute_command(self, t, q, v)
 
     def with_initial_state(self) -> "CartesianLaw":
         """Return the law with its initial state."""
@@ -50,10 +49,11 @@ class CartesianLaw(NamedTuple):
 
 
 @system.command.register(CartesianLaw)
-def _(law, t, q, v):
-    cable = compute_cable_state(law.servo, law.tracker.pendulum.length, q, v)
+def cartesian_command(law, t, q, v):
+    """Return the efforts (nu,) that bring the suspension point to the tracker's setpoint."""
+    cable = law.servo.cable_state(law.tracker.pendulum.length, q, v)
     setpoint = tip_setpoint(law.tracker, t, cable.tip, cable.payload, cable.dpayload)
-    return compute_suspension_efforts(law.servo, t, setpoint, cable)
+    return law.servo.suspension_efforts(t, setpoint, cable)
 
 
 class Forward(NamedTuple):

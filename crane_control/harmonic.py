@@ -34,7 +34,7 @@ from crane_control.estimation.oscillator import (
     initial_filter_state,
     predict,
 )
-from crane_control.tracking.tracker import Estimate, Tracker, compute_ramp, estimate, pendulum_omega_sq
+from crane_control.tracking.tracker import Estimate, Tracker, compute_ramp, pendulum_omega_sq
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_group
@@ -79,6 +79,16 @@ class HarmonicObserver(NamedTuple):
         """Return the observer with its initial state."""
         return self._replace(ekf=self.ekf.with_initial_state())
 
+    def estimate(self, pendulum, sample, measurement):
+        """Return the Estimate at a Sample, which updates the filter."""
+        update_filter(self, pendulum, sample, measurement)
+        x = self.ekf.state.x
+        u0, du0, d0 = compute_compensation(self, sample.t, x[0])
+        u1, du1, d1 = compute_compensation(self, sample.t, x[1])
+        position, velocity = (x[0, Y], x[1, Y]), (x[0, V], x[1, V])
+        length_ratio = x[0, LENGTH_RATIO], x[1, LENGTH_RATIO]
+        return Estimate(position, velocity, (u0, u1), (du0, du1), (d0, d1), length_ratio)
+
 
 def compute_compensation(observer, t, x):
     """Return (u [m/s²], its rate [m/s³], d + b within the ramp [m/s²]) of one axis in state x (7,) at t [s]."""
@@ -113,19 +123,6 @@ def update_filter(observer, pendulum, sample, measurement):
             if observer.velocity_measured:
                 correct(ekf, i, V, measurement.velocity[i], omega_sq, sample.tip[i], rate, 0.0)
         last_time[0] = sample.t
-
-
-@estimate.register(HarmonicObserver)
-def _(observer, pendulum, sample, measurement):
-    update_filter(observer, pendulum, sample, measurement)
-    x = observer.ekf.state.x
-    (u0, du0, d0), (u1, du1, d1) = (
-        compute_compensation(observer, sample.t, x[0]),
-        compute_compensation(observer, sample.t, x[1]),
-    )
-    return Estimate(
-        (x[0, Y], x[1, Y]), (x[0, V], x[1, V]), (u0, u1), (du0, du1), (d0, d1), (x[0, LENGTH_RATIO], x[1, LENGTH_RATIO])
-    )
 
 
 def _initial_theta(frequency: float | None, omega_sq: float) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
 from crane_sim.laws import read_settings
-from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.polynomials import MIN_INTERVAL, with_rest_at_ends
 from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, reference_at
@@ -31,18 +31,17 @@ WINCH_RATE = "m/s"  # unit of the command of a winch that imposes a velocity
 
 
 class JointRow(NamedTuple):
-    """The command of one actuated joint and those of the joints after it, a linked list, unrolled at compile time."""
+    """The command of one actuated joint."""
 
     position: float  # -, share of the path's position
     velocity: float  # -, share of the path's velocity
     gain: float  # 1/s, of the deviation
-    tail: "JointRow | None"
 
 
 class JointTrajectoryLaw(NamedTuple):
     """The law."""
 
-    rows: JointRow | None
+    rows: tuple[JointRow, ...]  # (nu,)
     trajectory: Trajectory  # of the actuated joints
     commands: tuple[str, ...]  # what each joint is commanded, of `laws.Law`
 
@@ -51,23 +50,13 @@ class JointTrajectoryLaw(NamedTuple):
         return compute_commands(self.rows, self.trajectory, t, np.array(q))
 
 
-@generic
-def row_commands(row, i, x, rate, q):
-    """Return the commands of a linked list of rows as a tuple; i: the joint of the first."""
-    return ()
-
-
-@row_commands.register(JointRow)
-def _(row, i, x, rate, q):
-    command = row.position * x[i] + row.velocity * rate[i] + row.gain * (x[i] - q[i])
-    return (command, *row_commands(row.tail, i + 1, x, rate, q))
-
-
 @entry_point
 def compute_commands(rows, trajectory, t, q):
     """Compiled commands (nu,) for calls from Python."""
     x, rate, _ = reference_at(trajectory, t)
-    return row_commands(rows, 0, x, rate, q)
+    return tuple(
+        [row.position * x[i] + row.velocity * rate[i] + row.gain * (x[i] - q[i]) for i, row in enumerate(rows)]
+    )
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> JointTrajectoryLaw:
@@ -82,10 +71,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> JointTrajectoryLaw:
     if nominal.trajectory is not None and not nominal.trajectory.of_joints:
         line = "control.law = 'joint_trajectory' follows paths of the joints only"
         raise SceneError(f"reference.path.of = 'payload': {line}")
-    rows, kinds = None, tuple("effort" if unit == WINCH_RATE else options.drive for unit in nominal.effort_units)
-    for kind in reversed(kinds):
-        by_position = kind == "position"
-        rows = JointRow(float(by_position), float(not by_position), 0.0 if by_position else options.position_gain, rows)
+    kinds = tuple("effort" if unit == WINCH_RATE else options.drive for unit in nominal.effort_units)
+    by_position, by_velocity = JointRow(1.0, 0.0, 0.0), JointRow(0.0, 1.0, options.position_gain)
+    rows = tuple(by_position if kind == "position" else by_velocity for kind in kinds)
     return JointTrajectoryLaw(rows, nominal.trajectory or _rest(nominal), kinds)
 
 

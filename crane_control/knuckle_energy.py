@@ -21,7 +21,7 @@ from crane_sim.laws import read_settings
 from crane_sim.models.cables.rope import MotionRope, add_rope_energy, rope_kinematics
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports import forward_kinematics, support_potential
-from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=3, max_length=4)]
@@ -62,63 +62,42 @@ class EnergyLaw(NamedTuple):
         return compute_lyapunov(self, float(t), q, v)
 
 
-@generic
 def saturated_spring(error_saturation, error):
     """Return (force, energy) of a spring, each divided by its stiffness; linear where error_saturation is None."""
-    return error, 0.5 * error**2
-
-
-@saturated_spring.register(float)
-def _(error_saturation, error):
+    if error_saturation is None:
+        return error, 0.5 * error**2
     root = sqrt(1.0 + (error / error_saturation) ** 2)
     return error / root, error * error / (1.0 + root)
 
 
-@generic
-def append_winch_effort(winch, tau, q, v):
-    """Return the efforts tau plus the winch's, where the rope is force-driven."""
-    return tau
-
-
-@append_winch_effort.register(RopeControl)
-def _(winch, tau, q, v):
-    return (*tau, winch.kp * (winch.target - q[3]) - winch.kd * v[3] - winch.weight)
-
-
-@generic
-def winch_lyapunov_terms(winch, q, v):
-    """Return the terms of the winch in (V, dV/dt)."""
-    return 0.0, 0.0
-
-
-@winch_lyapunov_terms.register(RopeControl)
-def _(winch, q, v):
-    return 0.5 * winch.kp * (winch.target - q[3]) ** 2, -winch.kd * v[3] * v[3]
-
-
 def control_action(parameters, q, v):
     """Return the efforts (nu,) of the law."""
-    kp, kd, target = parameters.kp, parameters.kd, parameters.target
+    kp, kd, target, winch = parameters.kp, parameters.kd, parameters.target, parameters.rope
     slew = kp[0] * saturated_spring(parameters.error_saturation, target[0] - q[0])[0] - kd[0] * v[0]
     boom = kp[1] * (target[1] - q[1]) - kd[1] * v[1] + parameters.gravity_moments[0] * cos(q[1])
     jib = kp[2] * (target[2] - q[2]) - kd[2] * v[2] + parameters.gravity_moments[1] * cos(q[2])
-    return append_winch_effort(parameters.rope, (slew, boom, jib), q, v)
+    if winch is None:
+        return slew, boom, jib
+    return slew, boom, jib, winch.kp * (winch.target - q[3]) - winch.kd * v[3] - winch.weight
 
 
 @system.command.register(EnergyLaw)
-def _(law, t, q, v):
+def energy_command(law, t, q, v):
+    """Return the efforts (nu,) of the law."""
     return control_action(law.parameters, q, v)
 
 
 @system.demand.register(EnergyLaw)
-def _(u, p, t, x):
+def energy_demand(u, p, t, x):
+    """Return the efforts (nu,) of the law, evaluated by the equations of the crane p."""
     q, v = system.actuated_joints(p, x)
     return control_action(u.parameters, q, v)
 
 
 @system.effort.register(EnergyLaw)
-def _(u, p, t, x):
-    return system.saturate(p, system.demand(u, p, t, x))
+def energy_effort(u, p, t, x):
+    """Return the demand of the law within what the actuators give."""
+    return system.saturate(p, energy_demand(u, p, t, x))
 
 
 @entry_point
@@ -130,11 +109,13 @@ def compute_control_action(parameters, q, v):
 @entry_point
 def compute_lyapunov(law, t, q, v):
     """Return (V, dV/dt) of the shaped energy at time t [s]."""
-    p, parameters = law.nominal, law.parameters
+    p, parameters, winch = law.nominal, law.parameters, law.parameters.rope
     x = system.state(p, t, q, v)
     pose = forward_kinematics(p.support, x[0])
     rope_state = rope_kinematics(pose, x[1])
-    value, value_rate = winch_lyapunov_terms(parameters.rope, q, v)
+    value, value_rate = 0.0, 0.0
+    if winch is not None:
+        value, value_rate = 0.5 * winch.kp * (winch.target - q[3]) ** 2, -winch.kd * v[3] * v[3]
     value = (
         value
         + system.kinetic(p, x)

@@ -31,11 +31,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_control import knuckle_energy
-from crane_control.command import compute_efforts
 from crane_control.knuckle_energy import (
     ControlParameters,
     EnergyLaw,
-    RopeControl,
     Settings,
     compute_lyapunov,
     control_action,
@@ -72,7 +70,7 @@ class MassEstimatingEnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
-        return compute_efforts(self, t, q, v)
+        return system.compute_command(self, t, q, v)
 
     def with_initial_state(self) -> "MassEstimatingEnergyLaw":
         """Return the law with an estimator at its initial state."""
@@ -124,17 +122,16 @@ def with_gravity_compensation_for_mass(parameters, p, mass):
         parameters.gravity_moments[0] + extra_weight * p.support.boom.length,
         parameters.gravity_moments[1] + extra_weight * p.support.jib.length,
     )
-    rope = RopeControl(winch.kp, winch.kd, winch.target, winch.weight + extra_weight)
-    return ControlParameters(
-        parameters.kp, parameters.kd, parameters.target, gravity_moments, rope, parameters.error_saturation
-    )
+    rope = winch._replace(weight=winch.weight + extra_weight)
+    return parameters._replace(gravity_moments=gravity_moments, rope=rope)
 
 
 @system.command.register(MassEstimatingEnergyLaw)
-def _(law, t, q, v):
+def mass_estimating_command(law, t, q, v):
+    """Return the efforts (4,) of the law for the mass that it estimates."""
     mass = update_estimate(law, t, q, v)
     efforts = control_action(with_gravity_compensation_for_mass(law.parameters, law.nominal, mass), q, v)
-    law.estimator.winch_effort[0] = min(efforts[3], 0.0)  # a rope transmits tension only
+    law.estimator.winch_effort[0] = min(efforts[-1], 0.0)  # a rope transmits tension only
     return efforts
 
 

@@ -30,7 +30,7 @@ from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import ForeignSetting, read_settings
 from crane_sim.numerics.column import Column, NotVectorisable
-from crane_sim.numerics.jit import entry_point, generic, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import (
     by_kind,
@@ -48,48 +48,37 @@ DEVIATIONS = {"m": (0.2, 0.2), "rad": (0.05, 0.1), "1": (0.05, 0.1)}
 
 
 class GainRow(NamedTuple):
-    """The effort of one actuated joint and those of the joints after it, a linked list, unrolled at compile time."""
+    """The effort of one actuated joint."""
 
     effort: float  # at the target
     gain: Any  # (2 nq,), of positions, then of velocities
-    tail: "GainRow | None"
 
 
 class LqrLaw(NamedTuple):
     """The law; its gain is that of its nominal crane, nq joints."""
 
-    rows: GainRow | None
+    rows: tuple[GainRow, ...]  # (nu,)
     target: Any  # (nq,)
     trajectory: Trajectory | None  # of the actuated joints, to the target
     poles: Any  # closed-loop eigenvalues (complex): s [1/s] of a continuous law, z of a sampled one
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q and velocities v, nq or more."""
-        return compute_feedback(self, t, np.array(q), np.array(v))
+        return system.compute_command(self, t, np.array(q), np.array(v))
 
 
-@generic
 def add_path_feedback(trajectory, effort, gain, target, t):
     """Return the effort with the feedback on a trajectory's deviation from the target at t [s]; none without one."""
-    return effort
-
-
-@add_path_feedback.register(Trajectory)
-def _(trajectory, effort, gain, target, t):
+    if trajectory is None:
+        return effort
     (x, rate, _), n = reference_at(trajectory, t), len(target)
     for i in range(len(x)):
         effort = effort + gain[i] * (x[i] - target[i]) + gain[n + i] * rate[i]
     return effort
 
 
-@generic
-def feedback(row, law, t, q, v):
-    """Return the efforts of a linked list of rows as a tuple."""
-    return ()
-
-
-@feedback.register(GainRow)
-def _(row, law, t, q, v):
+def row_effort(row, law, t, q, v):
+    """Return the effort of one row."""
     target, n = law.target, len(law.target)
     effort = add_path_feedback(law.trajectory, row.effort, row.gain, target, t)
     for i in range(n):
@@ -98,35 +87,26 @@ def _(row, law, t, q, v):
             - row.gain[i] * (nominal_coordinate(q, i, n) - target[i])
             - row.gain[n + i] * nominal_coordinate(v, i, n)
         )
-    return (effort, *feedback(row.tail, law, t, q, v))
+    return effort
 
 
 @system.command.register(LqrLaw)
-def _(law, t, q, v):
-    return feedback(law.rows, law, t, q, v)
+def feedback(law, t, q, v):
+    """Return the efforts (nu,) of the law."""
+    return tuple([row_effort(row, law, t, q, v) for row in law.rows])
 
 
 @system.demand.register(LqrLaw)
-def _(u, p, t, x):
-    return feedback(u.rows, u, t, *system.joints(p, x))
+def feedback_demand(u, p, t, x):
+    """Return the efforts (nu,) of the law, evaluated by the equations of the crane p."""
+    return feedback(u, t, *system.joints(p, x))
 
 
 @system.effort.register(LqrLaw)
-def _(u, p, t, x):
-    return saturated_feedback(u, p, t, x)
-
-
 @routine
-def saturated_feedback(law, p, t, x):
-    """Return the efforts (nu,) of the law in state x of model p at t; not inlined: called once per stage."""
-    q, v = system.joints(p, x)
-    return system.saturate(p, feedback(law.rows, law, t, q, v))
-
-
-@entry_point
-def compute_feedback(law, t, q, v):
-    """Compiled `command` for calls from Python."""
-    return feedback(law.rows, law, t, q, v)
+def feedback_effort(u, p, t, x):
+    """Return the demand of the law within what the actuators give; not inlined: called once per stage."""
+    return system.saturate(p, feedback_demand(u, p, t, x))
 
 
 class Settings(NamedTuple):
@@ -207,10 +187,9 @@ def build_columns(settings: Mapping[str, Any], nominal: Scene, covered: npt.NDAr
     except np.linalg.LinAlgError as error:  # one scene's numbers are not finite
         raise NotVectorisable(str(error)) from None
     covered &= found.valid
-    gains, rows = np.zeros((n, nu, 2 * nq)), None
+    gains = np.zeros((n, nu, 2 * nq))
     gains[:, :, moving] = found.gains
-    for k in reversed(range(nu)):
-        rows = GainRow(0.0, Column(gains[:, k], covered), rows)
+    rows = tuple(GainRow(0.0, Column(gains[:, k], covered)) for k in range(nu))
     return LqrLaw(rows, Column(q, covered), nominal.trajectory, Column(found.poles, covered))
 
 
@@ -298,9 +277,7 @@ def _make_laws(plants: _Plants) -> list[LqrLaw | SceneError]:
 
 def _make_law(gain: Array, poles: Any, scene: Scene, rest: tuple[Array, Array], to_joints: Array) -> LqrLaw:
     target, efforts = rest
-    rows = None
-    for effort, row in zip(efforts[::-1], (gain @ to_joints.T)[::-1], strict=True):
-        rows = GainRow(float(effort), row.copy(), rows)
+    rows = tuple(GainRow(float(effort), row.copy()) for effort, row in zip(efforts, gain @ to_joints.T, strict=True))
     return LqrLaw(rows, target, scene.trajectory, poles)
 
 

@@ -41,7 +41,7 @@ from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.supports.friction import Friction, dry_friction, friction_force
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.rails import ForceAxis
-from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 
 Gains = Annotated[tuple[NonNegative, ...], Field(min_length=1, max_length=2)]
@@ -52,15 +52,48 @@ class FixedLength(NamedTuple):
 
     length: float  # m
 
+    def state(self, q, v):
+        """Return (length [m], its rate [m/s], number of joints up to the swing) of the rope."""
+        return self.length, 0.0, 2
+
+    def control(self, q, v, weight):
+        """Return (efforts of the hoist, inverse mass [1/kg], bias acceleration [m/s²], terms in (V, dV/dt))."""
+        return (), 0.0, 0.0, (0.0, 0.0)
+
+    def friction_force(self, length_rate, efforts, tension, share):
+        """Return the friction [N] on the hoist, against `length_rate`, or at rest as much as it bears.
+
+        The rope's tension is `tension` without it, and rises by `share` of it.
+        """
+        return 0.0
+
 
 class HoistControl(NamedTuple):
-    """Control of a force-driven hoist that winds the rope."""
+    """Control of a force-driven hoist that winds the rope; its methods are those of `FixedLength`."""
 
     kp: float  # N/m
     kd: float  # N s/m
     target: float  # m
     reflected_mass: float  # kg, of drum and drive, at the rope
     friction: Friction | None = None  # which the law does not act on
+
+    def state(self, q, v):
+        """Return (length, its rate, number of joints up to the swing)."""
+        return q[1], v[1], 3
+
+    def control(self, q, v, weight):
+        """Return (efforts, inverse mass, bias acceleration, terms in (V, dV/dt)) of the hoist."""
+        error, length_rate = self.target - q[1], v[1]
+        force = self.kp * error - self.kd * length_rate - weight
+        value = 0.5 * self.kp * error * error + 0.5 * self.reflected_mass * length_rate * length_rate
+        terms = value, -self.kd * length_rate * length_rate
+        return (force,), 1.0 / self.reflected_mass, force / self.reflected_mass, terms
+
+    def friction_force(self, length_rate, efforts, tension, share):
+        """Return the friction on the hoist."""
+        if length_rate != 0.0:
+            return friction_force(self.friction, length_rate)
+        return friction_at_rest(self.friction, (efforts[0] + tension) / (1.0 - share))
 
 
 class OverheadEnergyLaw(NamedTuple):
@@ -79,37 +112,11 @@ class OverheadEnergyLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the effort commands (nu,) at joint positions q (nq,) and velocities v (nq,)."""
-        return compute_control_action(self, np.array(q), np.array(v))
+        return system.compute_command(self, t, np.array(q), np.array(v))
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says, the same at all times."""
         return compute_lyapunov(self, np.array(q), np.array(v))
-
-
-@generic
-def get_rope_state(rope, q, v):
-    """Return (length [m], its rate [m/s], number of joints up to the swing) of the rope."""
-    return rope.length, 0.0, 2
-
-
-@get_rope_state.register(HoistControl)
-def _(rope, q, v):
-    return q[1], v[1], 3
-
-
-@generic
-def hoist_control(rope, q, v, weight):
-    """Return (efforts of the hoist as a tuple, inverse mass [1/kg], bias acceleration [m/s²], terms in (V, dV/dt))."""
-    return (), 0.0, 0.0, (0.0, 0.0)
-
-
-@hoist_control.register(HoistControl)
-def _(rope, q, v, weight):
-    error, length_rate = rope.target - q[1], v[1]
-    force = rope.kp * error - rope.kd * length_rate - weight
-    value = 0.5 * rope.kp * error * error + 0.5 * rope.reflected_mass * length_rate * length_rate
-    terms = value, -rope.kd * length_rate * length_rate
-    return (force,), 1.0 / rope.reflected_mass, force / rope.reflected_mass, terms
 
 
 def trolley_force(law, q, v):
@@ -120,10 +127,10 @@ def trolley_force(law, q, v):
 
 def computed_tension(law, q, v, force):
     """Return (T [N] under the law without friction, sin α, the efforts of the hoist, its inverse mass [1/kg])."""
-    length, _, n = get_rope_state(law.rope, q, v)
+    length, _, n = law.rope.state(q, v)
     swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     s, m, mu = sin(swing), law.payload_mass, law.apparent_mass
-    efforts, inverse_mass, hoist_acc, _ = hoist_control(law.rope, q, v, m * law.gravity)
+    efforts, inverse_mass, hoist_acc, _ = law.rope.control(q, v, m * law.gravity)
     relative_acc = length * swing_rate * swing_rate + law.gravity * cos(swing) - s * force / mu - hoist_acc
     return relative_acc / (1.0 / m + s * s / mu + inverse_mass), s, efforts, inverse_mass
 
@@ -137,45 +144,21 @@ def control_action(law, q, v):
 
 
 @system.command.register(OverheadEnergyLaw)
-def _(law, t, q, v):
+def overhead_energy_command(law, t, q, v):
+    """Return the efforts (nu,) of the law."""
     return control_action(law, q, v)
 
 
 @system.effort.register(OverheadEnergyLaw)
-def _(u, p, t, x):
+def overhead_energy_effort(u, p, t, x):
+    """Return the efforts (nu,) of the law, evaluated by the equations of the crane p."""
     return control_action(u, *system.joints(p, x))
 
 
-@entry_point
-def compute_control_action(law, q, v):
-    """Compiled `control_action` for calls from Python."""
-    return control_action(law, q, v)
-
-
-@generic
-def hoist_friction(rope, length_rate, efforts, tension, share):
-    """Return the friction [N] on the hoist, against `length_rate`, or at rest as much as it bears.
-
-    The rope's tension is `tension` without it, and rises by `share` of it.
-    """
-    return 0.0
-
-
-@hoist_friction.register(HoistControl)
-def _(rope, length_rate, efforts, tension, share):
-    if length_rate != 0.0:
-        return friction_force(rope.friction, length_rate)
-    return friction_at_rest(rope.friction, (efforts[0] + tension) / (1.0 - share))
-
-
-@generic
 def friction_at_rest(friction, force):
     """Return the friction [N] against a force on a joint at rest: as large where it sticks."""
-    return 0.0
-
-
-@friction_at_rest.register(Friction)
-def _(friction, force):
+    if friction is None:
+        return 0.0
     sliding = dry_friction(friction.stribeck, friction, 0.0)
     return force if abs(force) <= friction.static else copysign(sliding, force)
 
@@ -183,12 +166,12 @@ def _(friction, force):
 def compute_friction_loss(law, q, v):
     """Return the power [W] by which friction on rail and hoist lowers V at joint positions and velocities (nq,)."""
     tension, s, efforts, inverse_mass = computed_tension(law, q, v, trolley_force(law, q, v))
-    ratio, (_, length_rate, _) = law.apparent_mass / law.trolley_mass, get_rope_state(law.rope, q, v)
+    ratio, (_, length_rate, _) = law.apparent_mass / law.trolley_mass, law.rope.state(q, v)
     on_rail = friction_force(law.friction, v[0])
     total = 1.0 / law.payload_mass + s * s / law.trolley_mass + inverse_mass
     change = s * on_rail / (law.trolley_mass * total)  # of the tension, by friction on the rail
     share = inverse_mass / total
-    on_hoist = hoist_friction(law.rope, length_rate, efforts, tension + change, share)
+    on_hoist = law.rope.friction_force(length_rate, efforts, tension + change, share)
     change += share * on_hoist
     return ratio * on_rail * v[0] + on_hoist * length_rate + (1.0 - ratio) * change * v[0] * s
 
@@ -196,9 +179,9 @@ def compute_friction_loss(law, q, v):
 @entry_point
 def compute_lyapunov(law, q, v):
     """Compiled `lyapunov`."""
-    length, length_rate, n = get_rope_state(law.rope, q, v)
+    length, length_rate, n = law.rope.state(q, v)
     swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
-    _, _, _, (value, value_rate) = hoist_control(law.rope, q, v, 0.0)
+    _, _, _, (value, value_rate) = law.rope.control(q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
     across, up = v[0] + length_rate * s + length * c * swing_rate, -length_rate * c + length * s * swing_rate
     value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))

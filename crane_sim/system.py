@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.derivatives import state_and_time_jacobian
-from crane_sim.numerics.jit import generic
+from crane_sim.numerics.jit import entry_point, generic
 from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 
 EVENT_LOG_CAPACITY = 1000
@@ -132,6 +132,12 @@ def demand(u, p, t, x):
 def command(law, t, q, v):
     """Return the effort commands (nu,) of a law; q and v begin with the actuated joints."""
     raise NotImplementedError
+
+
+@entry_point
+def compute_command(law, t, q, v):
+    """Compiled `command`, for calls from Python."""
+    return command(law, t, q, v)
 
 
 @generic

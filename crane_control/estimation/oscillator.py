@@ -121,8 +121,7 @@ def measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age):
     """
     x, row, half_age2 = ekf.state.x[i], ekf.state.work[1, 2], 0.5 * age * age
     ratio, acceleration = x[LENGTH_RATIO], omega_sq * (tip - x[Y]) + x[D] + x[BIAS]
-    for k in range(N):
-        row[k] = 0.0
+    row[:] = 0.0
     if component == Y:
         offset = x[Y] - age * x[V] + half_age2 * acceleration - tip
         row[Y], row[V], row[D], row[BIAS] = (

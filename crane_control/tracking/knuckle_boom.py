@@ -17,13 +17,7 @@ and the joints brake in the singular one.
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_control.tracking.tip_servo import (
-    CableState,
-    compute_cable_state,
-    compute_efforts_for_acceleration,
-    compute_suspension_efforts,
-    compute_tracking_acceleration,
-)
+from crane_control.tracking.tip_servo import CableState, compute_tracking_acceleration
 from crane_control.tracking.tracker import TipSetpoint
 from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope, rope_kinematics
 from crane_sim.models.effects import add_spring
@@ -32,7 +26,7 @@ from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.supports import forward_kinematics, state_from_joints, tip_acceleration
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 
 SINGULAR_SINE = 0.1  # sine of the angle between boom and jib below which the inverse is damped
 DAMPING_RADIUS = 0.1  # m from the tower's axis below which it is, too
@@ -49,11 +43,24 @@ class BoomServo(NamedTuple):
     rope: Any  # the rope of the crane
     crane: Crane  # nominal, with a rope whose acceleration is prescribed
 
+    def cable_state(self, length, q, v):
+        """Return the CableState below the boom, see `TipServo`."""
+        return boom_cable_state(self.crane, q, v)
 
-@compute_cable_state.register(BoomServo)
-def _(servo, length, q, v):
-    xs, xc = state_from_joints(servo.crane.support, servo.crane, q, v)
-    pose = forward_kinematics(servo.crane.support, xs)
+    def suspension_efforts(self, t, setpoint, cable):
+        """Return the efforts of the joints that move the boom's tip to a setpoint in its workspace, see `TipServo`."""
+        reachable = clamp_to_workspace(self.radius_range, setpoint)
+        return tip_efforts(self, t, cable, compute_tracking_acceleration(self, reachable, cable))
+
+    def acceleration_efforts(self, t, cable, a):
+        """Return the efforts of the joints, see `TipServo`."""
+        return tip_efforts(self, t, cable, a)
+
+
+def boom_cable_state(crane, q, v):
+    """Return the CableState below the tip of a nominal crane."""
+    xs, xc = state_from_joints(crane.support, crane, q, v)
+    pose = forward_kinematics(crane.support, xs)
     rope_state, (s, c), w = rope_kinematics(pose, xc), sincos(xs[0]), pose.yaw_rate
     tip, payload = to_turned_axes(pose.tip, -s, c), to_turned_axes(xc[:3], -s, c)
     dtip = to_turned_axes(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
@@ -103,42 +110,21 @@ def joint_efforts(crane, unforced, a):
     return (slew_effort, boom_effort, jib_effort), unforced.tension - tension_change
 
 
-@generic
-def rope_acceleration(rope, servo, rope_state):
+def rope_acceleration(servo, rope_state):
     """Return the acceleration [m/s²] of the rope's length that holds the length."""
+    if isinstance(servo.rope, LockedRope):
+        return 0.0
     return -servo.kd * rope_state.rate - servo.kp * (rope_state.length - servo.length)
 
 
-@rope_acceleration.register(LockedRope)
-def _(rope, servo, rope_state):
-    return 0.0
-
-
-@generic
-def append_winch_effort(rope, efforts, rope_state, acceleration, tension):
-    """Return the joint efforts (3,) plus the winch's, for this acceleration [m/s²] of the rope's length."""
-    return efforts
-
-
-@append_winch_effort.register(ForceRope)
-def _(rope, efforts, rope_state, acceleration, tension):
-    return (*efforts, -tension - add_spring(rope.spring, 0.0, rope_state.length))
-
-
-@append_winch_effort.register(MotionRope)
-def _(rope, efforts, rope_state, acceleration, tension):
-    return (*efforts, compute_winch_input(rope.time_constant, rope_state, acceleration))
-
-
-@generic
-def compute_winch_input(time_constant, rope_state, acceleration):
-    """Return the input of a rate-driven winch that gives its rope's length this acceleration."""
-    return acceleration
-
-
-@compute_winch_input.register(float)
-def _(time_constant, rope_state, acceleration):
-    return rope_state.rate + time_constant * acceleration
+def winch_efforts(rope, rope_state, acceleration, tension):
+    """Return the effort of the winch as a tuple, for this acceleration [m/s²] of the rope's length; none if locked."""
+    if isinstance(rope, ForceRope):
+        return (-tension - add_spring(rope.spring, 0.0, rope_state.length),)
+    if not isinstance(rope, MotionRope):
+        return ()
+    lag = rope.time_constant
+    return (acceleration if lag is None else rope_state.rate + lag * acceleration,)
 
 
 @routine
@@ -150,16 +136,11 @@ def tip_efforts(servo, t, cable, a):
     vertical_acceleration = -servo.kd * pose.tip_velocity[2] - servo.kp * (pose.tip[2] - servo.height)
     tip_acc = to_turned_axes((a[0], a[1], vertical_acceleration), s, c)
     accelerations = joint_accelerations(crane.support, pose, tip_acc, servo.kd)
-    rope_acc = rope_acceleration(servo.rope, servo, rope_state)
+    rope_acc = rope_acceleration(servo, rope_state)
     efforts, tension = joint_efforts(
         crane, solve_motion(crane, t, cable.crane_state, (0.0, 0.0, 0.0, rope_acc)), accelerations
     )
-    return append_winch_effort(servo.rope, efforts, rope_state, rope_acc, tension)
-
-
-@compute_efforts_for_acceleration.register(BoomServo)
-def _(servo, t, cable, a):
-    return tip_efforts(servo, t, cable, a)
+    return *efforts, *winch_efforts(servo.rope, rope_state, rope_acc, tension)
 
 
 def clamp_to_workspace(radius_range, setpoint):
@@ -172,9 +153,3 @@ def clamp_to_workspace(radius_range, setpoint):
         return TipSetpoint((radius_range[0], 0.0), (0.0, 0.0), (0.0, 0.0))
     scale = min(max(radius, radius_range[0]), radius_range[1]) / radius
     return TipSetpoint((scale * x, scale * y), (0.0, 0.0), (0.0, 0.0))
-
-
-@compute_suspension_efforts.register(BoomServo)
-def _(servo, t, setpoint, cable):
-    reachable = clamp_to_workspace(servo.radius_range, setpoint)
-    return tip_efforts(servo, t, cable, compute_tracking_acceleration(servo, reachable, cable))

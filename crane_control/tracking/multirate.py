@@ -11,7 +11,6 @@ import numpy as np
 from crane_control.tracking.tracker import Pendulum, TipSetpoint, Tracker, compute_tip_setpoint
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import with_initial_state
-from crane_sim.numerics.jit import generic
 
 TIME_TOLERANCE = 1e-9  # of an interval: rounding of the times
 
@@ -71,39 +70,22 @@ def _initial_setpoint() -> HeldSetpoint:
     return HeldSetpoint(np.zeros(1), np.zeros(6))
 
 
-@generic
 def tip_setpoint(tracker, t, tip, y, dy):
-    """Return the TipSetpoint at `tip` (2,) and payload y, dy (2,): a new one, or the one that is held."""
-    return compute_tip_setpoint(tracker, t, tip, y, dy)
+    """Return the TipSetpoint at `tip` (2,) and payload y, dy (2,): a new one, or the one that is held.
 
-
-@tip_setpoint.register(MultirateTracker)
-def _(tracker, t, tip, y, dy):
+    It is held on where the tracker is in another process.
+    """
+    if isinstance(tracker, Tracker):
+        return compute_tip_setpoint(tracker, t, tip, y, dy)
     setpoint = read_setpoint(tracker.held.setpoint)
     if t >= tracker.held.due[0]:
-        setpoint = renew_setpoint(tracker.tracker, setpoint, t, tip, y, dy)
-        store_setpoint(tracker.held.setpoint, setpoint)
+        if tracker.tracker is not None:
+            setpoint = compute_tip_setpoint(tracker.tracker, t, tip, y, dy)
+        tracker.held.setpoint[:] = (*setpoint.x, *setpoint.v, *setpoint.a)
         tracker.held.due[0] = (int(t / tracker.interval + TIME_TOLERANCE) + 1 - TIME_TOLERANCE) * tracker.interval
     return setpoint
-
-
-@generic
-def renew_setpoint(tracker, setpoint, t, tip, y, dy):
-    """Return the TipSetpoint from t [s] on: the held one where the tracker is in another process."""
-    return setpoint
-
-
-@renew_setpoint.register(Tracker)
-def _(tracker, setpoint, t, tip, y, dy):
-    return compute_tip_setpoint(tracker, t, tip, y, dy)
 
 
 def read_setpoint(values):
     """Return the numbers (6,) as a TipSetpoint."""
     return TipSetpoint((values[0], values[1]), (values[2], values[3]), (values[4], values[5]))
-
-
-def store_setpoint(values, setpoint):
-    """Write a TipSetpoint into the numbers (6,)."""
-    for i in range(2):
-        values[i], values[2 + i], values[4 + i] = setpoint.x[i], setpoint.v[i], setpoint.a[i]

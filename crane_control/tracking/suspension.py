@@ -1,31 +1,15 @@
 """Cranes that tracking laws accept: a pendulum whose suspension point is driven, or a knuckle boom with a rope."""
 
-from typing import NamedTuple
-
 from crane_control.tracking.knuckle_boom import BoomServo
 from crane_control.tracking.one_rope import check_has_one_rope
-from crane_control.tracking.tip_servo import Servo, compute_suspension_efforts
+from crane_control.tracking.tip_servo import PositionServo, Servo
 from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum
 from crane_sim.files.errors import SceneError
+from crane_sim.models.supports.support import structure_of
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.trajectory import Trajectory
-
-
-class PositionServo(NamedTuple):
-    """Gains of the servo in a plant whose suspension point takes positions as commands."""
-
-    kp: float  # 1/s²
-    kd: float  # 1/s
-
-
-@compute_suspension_efforts.register(PositionServo)
-def _(servo, t, setpoint, cable):
-    """Return position commands (2,) [m] for which the plant's servo accelerates the point as the setpoint asks."""
-    x, v, a = setpoint
-    lead, per_kp = servo.kd / servo.kp, 1.0 / servo.kp  # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
-    return x[0] + lead * v[0] + per_kp * a[0], x[1] + lead * v[1] + per_kp * a[1]
 
 
 def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
@@ -47,7 +31,7 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
             f"gravity = {nominal.model.gravity:g}: {law} needs gravity, without it nothing moves the payload"
         )
     path = nominal.trajectory
-    has_one_coordinate = path is not None and path.coordinates.tail is None
+    has_one_coordinate = path is not None and len(path.coordinates) == 1
     if path is None or path.of_joints or has_one_coordinate:
         raise SceneError(f"reference.path: {law} needs one of the payload's x and y")
     length = nominal.initial_q[3] if nominal.crane == "knuckle" else nominal.model.cable.length
@@ -70,7 +54,7 @@ def make_tip_servo(
     """
     if nominal.crane == "knuckle":
         return make_boom_servo(name, servo or Servo(), nominal, base)
-    plant_servo = nominal.model.support.servo
+    plant_servo = structure_of(nominal.model.support).servo
     if plant_servo is None:
         return servo or Servo()
     if servo is not None:

@@ -1,23 +1,36 @@
 """Tip servos: state of the cable below the suspension point, and the efforts that move this point.
 
 Equations are those of Smith & Egeland, "Nonparametric adaptive payload tracking for an offshore crane".
-A tip servo is the lowest loop of a tracking law: a `Servo`, a `suspension.PositionServo` or a `knuckle_boom.BoomServo`.
-Vectors are in the axes of the base and relative to it; the horizontal ones have the components x and y of the base. The
-default implementations here are those for the crane `pendulum`, whose suspension point is driven: its efforts are the
-commands of that drive, accelerations [m/s²] or positions [m].
+A tip servo is the lowest loop of a tracking law: a `Servo` or a `PositionServo` of the crane `pendulum`, whose
+suspension point is driven, by accelerations [m/s²] or positions [m]; or a `knuckle_boom.BoomServo`. Vectors are in the
+axes of the base and relative to it; the horizontal ones have the components x and y of the base.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.numerics.jit import generic
 
 
-class Servo(NamedTuple):
-    """Servo of the suspension point, which the law accelerates: natural frequency 26 rad/s, damping ratio 0.7."""
+class TipServo(Protocol):
+    """What a tip servo answers; gains kp [1/s²] on the position error of the suspension point, kd [1/s] on its rate."""
 
-    kp: Positive = 676.0  # 1/s², gain on the position error of the suspension point
-    kd: NonNegative = 36.4  # 1/s, gain on its velocity error
+    kp: float
+    kd: float
+
+    def cable_state(self, length: Any, q: Any, v: Any) -> Any:
+        """Return the CableState at joint positions q and velocities v (nq,) for a rope of the nominal length [m]."""
+        ...
+
+    def suspension_efforts(self, t: Any, setpoint: Any, cable: Any) -> Any:
+        """Return the efforts (nu,) that move the suspension point to a TipSetpoint at t [s] (eq. 64)."""
+        ...
+
+    def acceleration_efforts(self, t: Any, cable: Any, a: Any) -> Any:
+        """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at t [s].
+
+        A `PositionServo` has none.
+        """
+        ...
 
 
 class CableState(NamedTuple):
@@ -33,30 +46,14 @@ class CableState(NamedTuple):
     # suspension point; None where the point itself is driven
 
 
-@generic
-def compute_cable_state(servo, length, q, v):
-    """Return the CableState at joint positions q and velocities v (nq,) for a rope of the nominal length [m].
+def driven_cable_state(servo, length, q, v):
+    """Return the CableState below a driven suspension point.
 
     Joints are the tip's x, y, z [m] and the unit vector from the tip to the payload.
     """
     n, dn = (q[3], q[4], q[5]), (v[3], v[4], v[5])
     payload = (q[0] + length * n[0], q[1] + length * n[1])
     return CableState((q[0], q[1]), (v[0], v[1]), payload, (v[0] + length * dn[0], v[1] + length * dn[1]), n, dn, None)
-
-
-@generic
-def compute_efforts_for_acceleration(servo, t, cable, a):
-    """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at time t [s].
-
-    `cable` is the CableState at t. By default the efforts are a itself, for cranes whose commands are accelerations.
-    """
-    return a
-
-
-@generic
-def compute_suspension_efforts(servo, t, setpoint, cable):
-    """Return the efforts (nu,) that move the suspension point of a CableState to a TipSetpoint at t [s] (eq. 64)."""
-    raise NotImplementedError
 
 
 def compute_tracking_acceleration(servo, setpoint, cable):
@@ -67,6 +64,31 @@ def compute_tracking_acceleration(servo, setpoint, cable):
     return ax, ay
 
 
-@compute_suspension_efforts.register(Servo)
-def _(servo, t, setpoint, cable):
-    return compute_tracking_acceleration(servo, setpoint, cable)
+class Servo(NamedTuple):
+    """Servo of the suspension point, which the law accelerates: natural frequency 26 rad/s, damping ratio 0.7."""
+
+    kp: Positive = 676.0  # 1/s², gain on the position error of the suspension point
+    kd: NonNegative = 36.4  # 1/s, gain on its velocity error
+    cable_state = driven_cable_state
+
+    def suspension_efforts(self, t, setpoint, cable):
+        """Return the acceleration (2,) [m/s²] that is commanded, see `TipServo`."""
+        return compute_tracking_acceleration(self, setpoint, cable)
+
+    def acceleration_efforts(self, t, cable, a):
+        """Return a itself, which is commanded."""
+        return a
+
+
+class PositionServo(NamedTuple):
+    """Gains of the servo in a plant whose suspension point takes positions as commands."""
+
+    kp: float  # 1/s²
+    kd: float  # 1/s
+    cable_state = driven_cable_state
+
+    def suspension_efforts(self, t, setpoint, cable):
+        """Return position commands (2,) [m] for which the plant's servo accelerates the point as the setpoint asks."""
+        x, v, a = setpoint
+        lead, per_kp = self.kd / self.kp, 1.0 / self.kp  # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
+        return x[0] + lead * v[0] + per_kp * a[0], x[1] + lead * v[1] + per_kp * a[1]

@@ -10,6 +10,7 @@ from crane_control.tracking.tip_servo import Servo
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.rope import MotionRope
 from crane_sim.models.supports.knuckle_boom import Knuckle
+from crane_sim.models.supports.support import structure_of
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.polynomials import evaluate
@@ -36,9 +37,10 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | Non
         SceneError: the start or the trajectory needs a posture in which the tip cannot be moved in every direction.
     """
     model, (_, beta, gamma, length) = nominal.model, nominal.initial_q[:4]
-    boom, jib = model.support.boom.length, model.support.jib.length
+    structure = structure_of(model.support)
+    boom, jib = structure.boom.length, structure.jib.length
     height = boom * sin(beta) + jib * sin(gamma)
-    min_radius, max_radius = radius_range(model.support, height)
+    min_radius, max_radius = radius_range(structure, height)
     start = ("initial.q: the tip begins", boom * cos(beta) + jib * cos(gamma))
     for what, radius in (start, *trajectory_radii(nominal.trajectory)):
         if not min_radius <= radius <= max_radius:

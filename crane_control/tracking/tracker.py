@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 from crane_control.tracking.vision import measure
 from crane_sim.laws import with_initial_state
 from crane_sim.models.moving_base import base_kinematics_at
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.trajectories.base_motion import Base, MountedBase, SplineBase
+from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
 
 INITIAL_DAMPING = 0.2  # -, damping ratio that the gains give at the start of a ramp
@@ -45,7 +44,8 @@ class Tracker(NamedTuple):
     gains: Gains
     trajectory: Trajectory
     camera: Any  # None: the payload is measured exactly
-    disturbance_estimator: Any  # learner or observer, or None
+    disturbance_estimator: Any  # learner or observer, whose `estimate(pendulum, sample, measurement)` is an `Estimate`,
+    # or None
     base: Any  # the base's motion, if that is measured and fed forward, or None
 
     def with_initial_state(self) -> "Tracker":
@@ -82,25 +82,20 @@ class Estimate(NamedTuple):
     length_ratio: tuple[float, float]  # nominal length over the estimated one, axis by axis
 
 
-@generic
-def estimate(disturbance_estimator, pendulum, sample, measurement):
+def estimate(estimator, pendulum, sample, measurement):
     """Return the Estimate at a Sample; without an estimator, the measured state and no disturbance."""
+    if estimator is not None:
+        return estimator.estimate(pendulum, sample, measurement)
     return Estimate(measurement.position, measurement.velocity, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
-@generic
 def base_acceleration(base, gravity, t):
     """Return (apparent gravity, horizontal inertial acceleration (2,)) [m/s²] of a payload on a measured base.
 
     What a rotating base adds away from its origin is neglected.
     """
-    return gravity, (0.0, 0.0)
-
-
-@base_acceleration.register(Base)
-@base_acceleration.register(SplineBase)
-@base_acceleration.register(MountedBase)
-def _(base, gravity, t):
+    if base is None:
+        return gravity, (0.0, 0.0)
     x, y, z = base_kinematics_at(base, gravity, t).imposed
     return gravity - z, (x, y)
 

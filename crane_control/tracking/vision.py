@@ -12,7 +12,7 @@ from pydantic import Field
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Seed
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 
 MAX_FRAMES = 10_000_000
@@ -85,14 +85,10 @@ def _empty(size: int) -> CameraState:
     return CameraState(np.zeros(3, np.int64), np.zeros((size, 3)), np.zeros(3), np.zeros(4))
 
 
-@generic
 def measure(camera, t, position, velocity):
     """Return the Measurement at time t [s] of a payload at a position (2,) [m] with a velocity (2,) [m/s]."""
-    return Measurement(position, velocity, position, 0.0, True)
-
-
-@measure.register(Camera)
-def _(camera, t, position, velocity):
+    if camera is None:
+        return Measurement(position, velocity, position, 0.0, True)
     return take_frame(camera, t, position)
 
 
@@ -133,5 +129,4 @@ def filter_frame(camera, frame):
         previous = frame[1 + i] if first else filtered[i]
         filtered[i] = previous + gain * (frame[1 + i] - previous)
         filtered[2 + i] = (filtered[i] - previous) / elapsed
-    for i in range(3):
-        last_used_frame[i] = frame[i]
+    last_used_frame[:] = frame

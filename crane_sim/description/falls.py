@@ -23,7 +23,6 @@ from crane_sim.description.suspended import (
     box_edges,
     products_of,
 )
-from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.bridge import Bridge
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ WIDTH, HEIGHT, LENGTHS = 2.438, 2.591, (6.058, 12.192)  # m, of containers of 20
 
 def add_crane_on_falls(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    if isinstance(bare_support(scene.model.support), Bridge):
+    if isinstance(scene.model.support.structure, Bridge):
         tip = add_gantry(robot, scene)
     else:
         tip = add_support(robot, scene)
@@ -57,7 +56,7 @@ def add_crane_on_falls(robot: ElementTree.Element, scene: Scene) -> None:
 
 def add_gantry(robot: ElementTree.Element, scene: Scene) -> str:
     """Add portal and trolley; return the link of the trolley."""
-    crane: FallsCrane = scene.model._replace(support=bare_support(scene.model.support))
+    crane: FallsCrane = scene.model._replace(support=scene.model.support.structure)
     add_link(robot, "base_link", [])
     add_link(robot, "bridge_link", portal_visual(portal_of(scene)), point_mass(crane.support.bridge.mass))
     add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.trolley.mass))

@@ -35,7 +35,6 @@ from crane_sim.description.solids import (
     tube,
 )
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleSupport, rigid_support
 from crane_sim.models.supports.knuckle_boom import Knuckle
@@ -55,7 +54,7 @@ FOOT_HEIGHT = 0.12  # of a mobile crane's size: of the model's origin above the 
 
 def crane_size(scene: Scene) -> float:
     """Return a typical length [m]: the jib to the trolley's furthest point, or the boom's."""
-    support, start = rigid_support(bare_support(scene.model.support)), scene.initial_q
+    support, start = rigid_support(scene.model.support.structure), scene.initial_q
     if isinstance(support, Bridge):
         return 1.5 * float(np.sum(scene.model.cable.lengths))
     if isinstance(support, TowerCrane):
@@ -89,7 +88,7 @@ def ground_height(scene: Scene) -> float:
     if (surface := contact_height(scene)) is not None:
         return surface
     length = hung_length(scene)
-    support = rigid_support(bare_support(scene.model.support))
+    support = rigid_support(scene.model.support.structure)
     if isinstance(support, Bridge):
         return -1.3 * length
     if isinstance(support, TowerCrane):
@@ -101,7 +100,7 @@ def ground_height(scene: Scene) -> float:
 
 def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    crane: SuspendedCrane = scene.model._replace(support=rigid_support(bare_support(scene.model.support)))
+    crane: SuspendedCrane = scene.model._replace(support=rigid_support(scene.model.support.structure))
     tip = add_support(robot, scene)
     for name in ("swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)
@@ -113,7 +112,7 @@ def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
 
 def add_support(robot: ElementTree.Element, scene: Scene) -> str:
     """Add links and joints of a scene's support; return the link at its tip, whose axes are level."""
-    support = bare_support(scene.model.support)
+    support = scene.model.support.structure
     bends, size, rigid = (
         support if isinstance(support, FlexibleSupport | SwayingTower) else None,
         crane_size(scene),
@@ -312,7 +311,7 @@ def _jib_trolley(unit: float) -> list[Shape]:
 
 def bridge_reach(scene: Scene, size: float) -> tuple[float, float]:
     """Return the ends [m] of the drawn girder of a bridge crane."""
-    limits = rigid_support(bare_support(scene.model.support)).trolley.limits
+    limits = rigid_support(scene.model.support.structure).trolley.limits
     places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ())]
     return min(places) - 0.3 * size, max(places) + 0.3 * size
 

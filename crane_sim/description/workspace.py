@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.simulation.metrics import world_points
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
@@ -23,6 +23,7 @@ RAIL_OVERHANG = 0.25  # of the depth: overhang of the rail beyond the last node
 
 
 @entry_point
+@optimisation(LIGHT)
 def positions(motion, times):
     """Return the positions (n,) of a motion at times (n,) [s]."""
     out = np.empty(len(times))

@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.hardware.brakes import clip, compute_brake_effort
-from crane_sim.hardware.ideal_servos import add_imposed_efforts
-from crane_sim.hardware.servos import command_servos, demanded_effort, enter_phases, latch_servos
-from crane_sim.numerics.arrays import copy_into, store
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.hardware.ideal_servos import solve_efforts
+from crane_sim.hardware.servos import demanded_effort, enter_phases, latch_servos, plan_references
+from crane_sim.numerics.jit import routine
 
 
 class Drives(NamedTuple):
@@ -54,43 +53,29 @@ def set_target(drive, demand):
     drive.target = min(max(drive.effort, drive.low), drive.high)
 
 
-@generic
 def holds_demand(inputs, drive):
     """Return whether a drive's demand is held for a period: of open-loop inputs by a drive with a state of its own."""
-    return drive.has_state
+    return inputs is None or drive.has_state
 
 
-@holds_demand.register(type(None))
-def _(inputs, drive):
-    return True
-
-
-@generic
 def read_inputs(inputs, p, drives, t, x):
     """Set the targets of drives that hold no demand, by the inputs at time t [s] and state x."""
-    copy_into(drives.effort, system.demand(inputs, p, t, x))  # limits act, and are counted, behind it
+    if inputs is None:
+        return
+    drives.effort[:] = system.demand(inputs, p, t, x)  # limits act, and are counted, behind it
     for i in range(len(drives)):
         if not drives[i].has_state:
             set_target(drives[i], drives[i].effort)
 
 
-@read_inputs.register(type(None))
-def _(inputs, p, drives, t, x):
-    pass
-
-
-@generic
 def change_with_period(inputs, drives):
     """Return whether efforts may change at the end of a period: of drives that hold a demand, and of brakes."""
+    if inputs is None:
+        return True
     for i in range(len(drives)):
         if drives[i].has_state or drives[i].engaged:
             return True
     return False
-
-
-@change_with_period.register(type(None))
-def _(inputs, drives):
-    return True
 
 
 def motor_effort(drive, effort):
@@ -102,17 +87,13 @@ def motor_effort(drive, effort):
 
 
 @system.effort.register(Drives)
-def _(u, p, t, x):
-    return drive_efforts(p, u, t, x)
-
-
 @routine
-def drive_efforts(p, u, t, x):
+def drive_efforts(u, p, t, x):
     """Return the efforts (nu,) of drives and brakes in state x at time t [s]."""
     drives = u.records
     q, v = system.actuated_joints(p, x)
-    copy_into(drives.position, q)
-    copy_into(drives.velocity, v)
+    drives.position[:] = q
+    drives.velocity[:] = v
     read_inputs(u.inputs, p, drives, t, x)
     for i in range(len(drives)):
         drive = drives[i]
@@ -120,7 +101,8 @@ def drive_efforts(p, u, t, x):
         demanded = demanded_effort(u.servos, drive, i, t, approached)
         effort = motor_effort(drive, drive.effort_fraction * demanded)
         drive.effort = compute_brake_effort(drive) if drive.engaged else effort
-    add_imposed_efforts(u.servos, drives, p, t, x)
+    if u.servos is not None and u.servos.ideal is not None:
+        solve_efforts(u.servos.ideal.joints, u.servos.loops, drives, p, t, x)
     return system.saturate(p, system.efforts_from_row(p, drives.effort))
 
 
@@ -132,13 +114,13 @@ def accept_command(p, u, x, queue, k, command):
     """
     drives = u.records
     depth = len(queue)
-    store(queue, k % depth, 0, command)
+    queue[k % depth] = command
     read_inputs(u.inputs, p, drives, u.begin, x)
     for i in range(len(drives)):
         if holds_demand(u.inputs, drives[i]):
             set_target(drives[i], queue[(k - drives[i].delay) % depth, i])
-    copy_into(drives.target, system.saturate(p, system.efforts_from_row(p, drives.target)))
-    saturated = command_servos(u.servos, drives, p, u.begin, x, k == 0)
+    drives.target[:] = system.saturate(p, system.efforts_from_row(p, drives.target))
+    saturated = u.servos is not None and plan_references(u.servos, drives, p, u.begin, x, k == 0)
     for i in range(len(drives)):
         drive = drives[i]
         saturated = saturated or drive.target != drive.effort
@@ -161,7 +143,7 @@ def next_breakpoint(u, t, end):
 @routine
 def latch_efforts(p, u, t, x):
     """Store the drives' efforts at the end of a period, time t [s] and state x, with which the next period begins."""
-    copy_into(u.records.effort, system.effort(u, p, t, x))
+    u.records.effort[:] = system.effort(u, p, t, x)
     for i in range(len(u.records)):
         drive = u.records[i]
         drive.delivered_effort = drive.effort

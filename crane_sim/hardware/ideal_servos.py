@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.hardware.servos import Servos, reference_at
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.hardware.servos import reference_at
+from crane_sim.numerics.jit import routine
 from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 
 
@@ -21,29 +21,12 @@ class IdealServos(NamedTuple):
     joints: Any  # (m,), their indices
 
 
-@generic
-def add_imposed_efforts(servos, drives, p, t, x):
-    """Add to the efforts in `drives` those of ideal servo drives, at time t [s] and state x."""
-
-
-@add_imposed_efforts.register(Servos)
-def _(servos, drives, p, t, x):
-    impose_references(servos.ideal, servos.loops, drives, p, t, x)
-
-
-@generic
-def impose_references(ideal, loops, drives, p, t, x):
-    """Add the efforts of drives of ideal servos; there is none by default."""
-
-
-@impose_references.register(IdealServos)
-def _(ideal, loops, drives, p, t, x):
-    solve_efforts(ideal.joints, loops, drives, p, t, x)
-
-
 @routine
 def solve_efforts(joints, loops, drives, p, t, x):
-    """Add the efforts with which the joints have their references' accelerations; a brake that holds goes before."""
+    """Add to the efforts in `drives` those with which the joints have their references' accelerations.
+
+    A brake that holds goes before.
+    """
     m = len(joints)
     mobility, remainder = np.empty((m, m)), np.empty(m)
     missing_accelerations(joints, loops, drives, p, t, x, remainder)

@@ -2,18 +2,9 @@
 
 from typing import NamedTuple
 
-from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.overhead.double import DoubleCrane
-from crane_sim.models.overhead.elastic import ElasticCrane
-from crane_sim.models.overhead.modes import EventLimits
-from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
-from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
-from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.numerics.jit import generic
-from crane_sim.numerics.states import replace_field
 
 
 class PayloadFault(NamedTuple):
@@ -22,74 +13,31 @@ class PayloadFault(NamedTuple):
     nominal_mass: float  # kg, of the payload without them
 
 
-@generic
 def apply_payload_fault(fault, p, mass):
-    """Return the crane p with a payload of this mass [kg]; p itself in scenes without faults of the payload."""
-    return p
-
-
-@apply_payload_fault.register(PayloadFault)
-def _(fault, p, mass):
-    return replace_payload(p, mass)
-
-
-@generic
-def replace_payload(p, mass):
-    """Return the crane p with a payload of this mass [kg]."""
-    raise NotImplementedError
-
-
-@generic
-def replace_last(masses, mass):
-    """Return an array of node masses with another last one."""
-    masses = masses.copy()
-    masses[len(masses) - 1] = mass
-    return masses
-
-
-@generic
-def replace_event_masses(limits, mass):
-    """Return the limits of the events of a crane with this payload [kg] from now on.
+    """Return the crane p with a payload of this mass [kg]; p itself in scenes without faults of the payload.
 
     All masses of scheduled changes become this one: scenes with faults of the payload have no events that change it.
     """
-    return limits
+    if fault is None:
+        return p
+    if hasattr(p, "load"):
+        return p._replace(load=p.load._replace(mass=mass))
+    p = p._replace(cable=replace_payload(p, mass))
+    if getattr(p, "event_limits", None) is None:
+        return p
+    masses = p.event_limits.masses.copy()
+    masses[:] = mass
+    return p._replace(event_limits=p.event_limits._replace(masses=masses))
 
 
-@replace_event_masses.register(EventLimits)
-def _(s, mass):
-    masses = s.masses.copy()
-    for i in range(len(masses)):
-        masses[i] = mass
-    return replace_field(s, "masses", masses)
-
-
-@replace_payload.register(Crane)
-@replace_payload.register(SuspendedCrane)
-@replace_payload.register(FallsCrane)
-def _(p, mass):
-    return replace_field(p, "load", replace_field(p.load, "mass", mass))
-
-
-@replace_payload.register(RodCrane)
-def _(p, mass):
-    p = replace_field(p, "cable", replace_field(p.cable, "payload", mass))
-    return replace_field(p, "event_limits", replace_event_masses(p.event_limits, mass))
-
-
-@replace_payload.register(DoubleCrane)
-def _(p, mass):
-    return replace_field(p, "cable", replace_field(p.cable, "mass2", mass))
-
-
-@replace_payload.register(SpringCrane)
-def _(p, mass):
-    return replace_field(p, "cable", replace_field(p.cable, "mass", mass))
-
-
-@replace_payload.register(PlanarCrane)
-@replace_payload.register(SpatialCrane)
-@replace_payload.register(ElasticCrane)
-def _(p, mass):
-    p = replace_field(p, "cable", replace_field(p.cable, "masses", replace_last(p.cable.masses, mass)))
-    return replace_field(p, "event_limits", replace_event_masses(p.event_limits, mass))
+def replace_payload(p, mass):
+    """Return the cable of an overhead crane with another payload [kg]."""
+    if isinstance(p, DoubleCrane):
+        return p.cable._replace(mass2=mass)
+    if isinstance(p, SpringCrane):
+        return p.cable._replace(mass=mass)
+    if isinstance(p, RodCrane):
+        return p.cable._replace(payload=mass)
+    masses = p.cable.masses.copy()
+    masses[len(masses) - 1] = mass
+    return p.cable._replace(masses=masses)

@@ -45,8 +45,7 @@ def sense(seed, sensors, ring, k, q, v):
             sensor.sample = take_sample(seed, sensor, j, k)
         ring[k % depth, j] = sensor.sample
         if k == 0:  # before the start the output was the first sample
-            for d in range(depth):
-                ring[d, j] = sensor.sample
+            ring[:, j] = sensor.sample
         if not sensor.stuck:
             sensor.reading = ring[(k - sensor.delay) % depth, j]
         if sensor.lost:

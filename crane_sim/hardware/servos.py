@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.hardware.brakes import clip
 from crane_sim.hardware.reference_profiles import PHASES, Bounds, phase_distance, plan_position, plan_velocity
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 
 COMMANDS = ("effort", "velocity", "position")
 """Kinds of drives by what they are commanded; compiled code takes their indices."""
@@ -52,37 +52,22 @@ def loop_effort(loop, drive, t):
     return loop.gain * (v + loop.correction - drive.velocity) + loop.stiffness * (x + offset - drive.position)
 
 
-@generic
 def demanded_effort(servos, drive, i, t, effort):
     """Return the effort that the drive of joint i commands at time t [s]: `effort` unless it is a servo drive."""
-    return effort
-
-
-@demanded_effort.register(Servos)
-def _(servos, drive, i, t, effort):
+    if servos is None:
+        return effort
     loop = servos.loops[i]
     if loop.kind == EFFORT:
         return effort
     return 0.0 if loop.ideal else min(max(loop_effort(loop, drive, t), drive.low), drive.high)
 
 
-@generic
-def command_servos(servos, drives, p, t, x, first):
+@routine
+def plan_references(servos, drives, p, t, x, first):
     """Give servo drives the commands in `drives.effort` at time t [s] and state x; return whether one is limited.
 
     At the `first` period the references begin with the joints' motion.
     """
-    return False
-
-
-@command_servos.register(Servos)
-def _(servos, drives, p, t, x, first):
-    return plan_references(servos, drives, p, t, x, first)
-
-
-@routine
-def plan_references(servos, drives, p, t, x, first):
-    """Plan the references of servo drives; arguments and result of `command_servos`."""
     (q, v), limited = system.actuated_joints(p, x), False
     for i in range(len(drives)):
         loop, drive = servos.loops[i], drives[i]
@@ -131,17 +116,13 @@ def enter_phase(loop, phases, i, t, least):
     loop.phase_acceleration, loop.phase_jerk, loop.phase_end = phases[i, k, 2], phases[i, k, 3], begin + phases[i, k, 0]
 
 
-@generic
 def enter_phases(servos, t, end, least):
     """Enter the references' phases at time t [s]; return the instant [s] where the first of them ends, at most `end`.
 
     Instants nearer than `least` [s] to each other count as one.
     """
-    return end
-
-
-@enter_phases.register(Servos)
-def _(servos, t, end, least):
+    if servos is None:
+        return end
     for i in range(len(servos.loops)):
         loop = servos.loops[i]
         if loop.kind != EFFORT:
@@ -150,16 +131,13 @@ def _(servos, t, end, least):
     return end
 
 
-@generic
 def latch_servos(servos, drives, t):
     """Move the servo drives' integrals to the end of a period, time t [s], at which `drives` were evaluated.
 
     The transfer between brake and drive is bumpless: a drive begins with the brake's effort, and the other way round.
     """
-
-
-@latch_servos.register(Servos)
-def _(servos, drives, t):
+    if servos is None:
+        return
     for i in range(len(drives)):
         loop, drive = servos.loops[i], drives[i]
         if loop.kind != EFFORT and drive.engaged:

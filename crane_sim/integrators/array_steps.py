@@ -1,29 +1,27 @@
-"""Steps of an array state up to an instant, or to one in which a guard may fail: in one piece, between two buffers.
-
-What `integrate_to` does step by step, without an allocation at each of them.
-"""
+"""Steps up to an instant: one by one, or of an array state in one piece, between two buffers, without allocations."""
 
 import numpy as np
 
-from crane_sim.integrators.dop853 import DOP853, RK8
-from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.events import StepEnds, handle_events, may_switch
-from crane_sim.integrators.integration import (
-    Integration,
-    advance,
-    equal_step,
-    explicit_step,
-    max_steps,
-    stages,
-    status_of,
-)
-from crane_sim.integrators.rk4 import RK4
-from crane_sim.integrators.rodas import Rodas
+from crane_sim.integrators.integration import status_of
+from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.status import OK, TOO_MANY_STEPS
-from crane_sim.integrators.step_control import adaptive_step
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.states import replace_field
-from crane_sim.system import project_in_place
+from crane_sim.integrators.step_control import adaptive_step, advance, controls_error, equal_step, max_steps
+from crane_sim.numerics.jit import routine
+from crane_sim.system import project_in_place, switching
+
+
+def integrate_to(method, p, u, integration, t, end):
+    """Return the integration advanced until it covers time t [s], by steps that do not pass the instant `end` [s].
+
+    A step of a model that switches ends at its first event.
+    """
+    switches = switching(p)
+    if not isinstance(integration.x, np.ndarray) or (isinstance(method, Leapfrog) and switches is not None):
+        return take_single_steps(switches, method, p, u, integration, t, end)
+    if switches is None:
+        return advance_array(method, p, u, integration, t, end)
+    return advance_to_events(method, switches, p, u, integration, t, end)
 
 
 def take_single_steps(switches, method, p, u, integration, t, end):
@@ -32,64 +30,29 @@ def take_single_steps(switches, method, p, u, integration, t, end):
     while integration.t < t and integration.status == OK:
         integration = handle_events(switches, method, p, u, advance(method, p, u, integration, end))
         if integration.steps >= limit and integration.t < t and integration.status == OK:
-            integration = replace_field(integration, "status", TOO_MANY_STEPS)
+            integration = integration._replace(status=TOO_MANY_STEPS)
     return integration
 
 
-@generic
-def take_switching_steps(x, switches, method, p, u, integration, t, end):
-    """Return the result of `integrate_to` for a model that switches, from its state x."""
-    return take_single_steps(switches, method, p, u, integration, t, end)
-
-
-@take_switching_steps.register(np.ndarray)
-def _(x, switches, method, p, u, integration, t, end):
-    return take_array_steps_to_events(method, switches, p, u, integration, t, end)
-
-
-@generic
-def take_array_steps_to_events(method, switches, p, u, integration, t, end):
-    """Return the result of `take_switching_steps` of an array; see `take_array_steps`."""
-    return take_single_steps(switches, method, p, u, integration, t, end)
-
-
-@generic
-def take_smooth_steps(x, method, p, u, integration, t, end):
-    """Return the result of `integrate_to` for a model that does not switch, from its state x."""
-    return take_single_steps(None, method, p, u, integration, t, end)
-
-
-@take_smooth_steps.register(np.ndarray)
-def _(x, method, p, u, integration, t, end):
-    return take_array_steps(method, p, u, integration, t, end)
-
-
-@generic
-def take_array_steps(method, p, u, integration, t, end):
-    """Return the result of `take_smooth_steps` of an array; a method that answers `step_into` registers here, too."""
-    return take_single_steps(None, method, p, u, integration, t, end)
-
-
-@generic
 def step_into(method, scratch, p, t, x, u, h, end, out):
-    """Write the state one accepted step after (t, x) into `out`, of a method with error control.
+    """Write the state one accepted step after (t, x) into `out`.
 
     Returns:
         (time after the step, size to try next, evaluations, steps rejected, status)
     """
-    _, t, h, n, rejected, status = adaptive_step(method, scratch, p, t, x, u, h, end, out)
-    if status == OK:
-        project_in_place(p, out)
-    return t, h, n, rejected, status
-
-
-@step_into.register(RK4)
-@step_into.register(RK8)
-def _(method, scratch, p, t, x, u, h, end, out):
-    h, after = equal_step(method.step, t, end)
-    explicit_step(method, p, t, x, u, h, scratch, out)
+    if controls_error(method):
+        _, t, h, n, rejected, status = adaptive_step(method, scratch, p, t, x, u, h, end, out)
+        if status == OK:
+            project_in_place(p, out)
+        return t, h, n, rejected, status
+    size, after = equal_step(method.step, t, end)
+    if isinstance(method, Leapfrog):  # the size of the step before tells whether there is one
+        n = method.continue_step(p, t, x, u, size, scratch, h == 0.0, out)
+        size = 0.0 if after == end else size
+    else:
+        _, n = method.take_step(p, t, x, u, size, scratch, out)
     project_in_place(p, out)
-    return after, h, stages(method), 0, status_of(out)
+    return after, size, n, 0, status_of(out)
 
 
 @routine
@@ -117,28 +80,10 @@ def fill_steps(method, scratch, switches, p, t, u, h, until, end, limit, before,
     return start, t, h, evaluations, steps, rejected, status, swapped, fails
 
 
-@take_array_steps.register(RK4)
-@take_array_steps.register(RK8)
-@take_array_steps.register(DOP853)
-@take_array_steps.register(DOPRI5)
-@take_array_steps.register(Rodas)
-def _(method, p, u, integration, t, end):
-    return advance_array(method, p, u, integration, t, end)
-
-
 @routine
 def advance_array(method, p, u, integration, t, end):
     """Return the integration advanced as by `fill_steps`, of a model that does not switch."""
     return advance_smoothly(None, method, p, u, integration, t, end, max_steps(method))[0]
-
-
-@take_array_steps_to_events.register(RK4)
-@take_array_steps_to_events.register(RK8)
-@take_array_steps_to_events.register(DOP853)
-@take_array_steps_to_events.register(DOPRI5)
-@take_array_steps_to_events.register(Rodas)
-def _(method, switches, p, u, integration, t, end):
-    return advance_to_events(method, switches, p, u, integration, t, end)
 
 
 @routine
@@ -150,7 +95,7 @@ def advance_to_events(method, switches, p, u, integration, t, end):
         if fails:
             integration = handle_events(switches, method, p, u, integration)
         if integration.steps >= limit and integration.t < t and integration.status == OK:
-            integration = replace_field(integration, "status", TOO_MANY_STEPS)
+            integration = integration._replace(status=TOO_MANY_STEPS)
     return integration
 
 
@@ -164,17 +109,14 @@ def advance_smoothly(switches, method, p, u, integration, t, end, limit):
     )
     if swapped:
         x, before = before, x
-    return Integration(
-        start,
-        before,
-        now,
-        x,
-        h,
-        integration.evaluations + evaluations,
-        integration.steps + steps,
-        integration.rejected + rejected,
-        status,
-        integration.terminal_guard,
-        integration.event_log,
-        integration.scratch,
+    return integration._replace(
+        t0=start,
+        x0=before,
+        t=now,
+        x=x,
+        h=h,
+        evaluations=integration.evaluations + evaluations,
+        steps=integration.steps + steps,
+        rejected=integration.rejected + rejected,
+        status=status,
     ), fails

@@ -19,21 +19,16 @@ import numpy as np
 from crane_sim.integrators.integration import (
     MAX_STAGES,
     NO_GUARD,
-    Integration,
-    Scratch,
     add_evaluations,
-    advance,
     dense_output,
-    last_stage,
-    stages,
 )
 from crane_sim.integrators.status import OK, TERMINATED, TOO_MANY_SWITCHES
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.states import add, add_scaled, replace_entry, replace_field, scale
+from crane_sim.integrators.step_control import advance
+from crane_sim.numerics.jit import routine
+from crane_sim.numerics.states import add, add_scaled, scale
 from crane_sim.system import (
     EventStepControl,
     KinkStepControl,
-    Switching,
     apply_reset_map,
     guard,
     kink_guard,
@@ -58,23 +53,16 @@ class StepEnds(NamedTuple):
     x: Any
 
 
-@generic
 def hermite_slopes(scratch, method, p, u, ends, positions):
     """Return (derivatives at both ends of the last step, all or only of the positions, evaluations); of arrays as rows.
 
     These are the rows from `MAX_STAGES` + 1 on; the third one is to be filled with a state between.
     """
+    if scratch is not None:
+        return scratch.rows, fill_ends(method.last_stage, scratch, p, u, ends, positions)
     if positions > 0:
-        return (
-            constant_velocity_rates(ends.x0, positions),
-            constant_velocity_rates(ends.x, positions),
-        ), 0
+        return (constant_velocity_rates(ends.x0, positions), constant_velocity_rates(ends.x, positions)), 0
     return (rhs(p, ends.t0, ends.x0, u), rhs(p, ends.t, ends.x, u)), 2
-
-
-@hermite_slopes.register(Scratch)
-def _(scratch, method, p, u, ends, positions):
-    return scratch.rows, fill_ends(last_stage(method), scratch, p, u, ends, positions)
 
 
 def fill_ends(stage, scratch, p, u, ends, positions):
@@ -90,8 +78,8 @@ def fill_ends(stage, scratch, p, u, ends, positions):
             rows[SECOND, i] = ends.x[positions + i] if is_position else 0.0
         return 0
     if stage > 0:
-        for i in range(len(ends.x)):
-            rows[FIRST, i], rows[SECOND, i] = rows[0, i], rows[stage, i]
+        rows[FIRST] = rows[0]
+        rows[SECOND] = rows[stage]
         return 0
     rhs_into(p, ends.t0, ends.x0, u, rows[FIRST], work)
     rhs_into(p, ends.t, ends.x, u, rows[SECOND], work)
@@ -103,26 +91,10 @@ def constant_velocity_rates(x, positions):
 
     It is a flat tuple of `positions` positions and their velocities; or two such tuples, each half positions.
     """
-    return zero_acceleration_rates(x[0], x, positions)
-
-
-@generic
-def zero_acceleration_rates(first, x, positions):
-    """Return the result of `constant_velocity_rates` for a state whose first entry is `first`."""
-    rate = scale(0.0, x)
-    for i in range(positions):
-        rate = replace_entry(rate, i, x[positions + i])
-    return rate
-
-
-@zero_acceleration_rates.register(tuple)
-def _(first, x, positions):
-    second, rest = x[1], scale(0.0, x)
-    return (
-        zero_acceleration_rates(first[0], first, len(first) // 2),
-        zero_acceleration_rates(second[0], second, len(second) // 2),
-        *rest[2:],
-    )
+    if not isinstance(x[0], tuple):
+        return tuple([x[positions + i] if i < positions else zero for i, zero in enumerate(scale(0.0, x))])
+    halves = [constant_velocity_rates(part, len(part) // 2) for part in x[:2]]
+    return *halves, *scale(0.0, x)[2:]
 
 
 def guard_within(p, u, ends, t, x, work):
@@ -131,19 +103,15 @@ def guard_within(p, u, ends, t, x, work):
     return kink_guard(p, value, ends.t0, ends.x0, t, x), number, n
 
 
-@generic
 def guard_between(x, p, u, ends, slopes, s, work):
     """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
-    h, increment, (f0, f1) = ends.t - ends.t0, add_scaled(x, -1.0, ends.x0), slopes
-    correction = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
-    correction = add_scaled(correction, 1.0 - 2.0 * s, increment)
-    between = add(add_scaled(ends.x0, s, increment), scale(s * (s - 1.0), correction))
-    return guard_within(p, u, ends, ends.t0 + s * h, between, work)
-
-
-@guard_between.register(np.ndarray)
-def _(x, p, u, ends, slopes, s, work):
     h = ends.t - ends.t0
+    if not isinstance(x, np.ndarray):
+        increment, (f0, f1) = add_scaled(x, -1.0, ends.x0), slopes
+        correction = add(scale((s - 1.0) * h, f0), scale(s * h, f1))
+        correction = add_scaled(correction, 1.0 - 2.0 * s, increment)
+        between = add(add_scaled(ends.x0, s, increment), scale(s * (s - 1.0), correction))
+        return guard_within(p, u, ends, ends.t0 + s * h, between, work)
     for i in range(len(x)):
         increment = x[i] - ends.x0[i]
         correction = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * increment
@@ -164,18 +132,14 @@ def first_sign_change(p, u, ends, slopes, work, begin):
     return GUARD_SAMPLES if value < 0.0 else GUARD_SAMPLES + 1, n + more
 
 
-@generic
 def may_switch(switches, method, scratch, p, u, ends):
     """Return (whether a guard of an array fails at a sample of the step, by interpolation before its end, evaluations).
 
     Derivatives at the ends are written into the rows of `hermite_slopes`.
     """
-    return False, 0
-
-
-@may_switch.register(Switching)
-def _(switches, method, scratch, p, u, ends):
-    n = fill_ends(last_stage(method), scratch, p, u, ends, switches.positions)
+    if switches is None:
+        return False, 0
+    n = fill_ends(method.last_stage, scratch, p, u, ends, switches.positions)
     j, more = first_sign_change(p, u, ends, scratch.rows, scratch.work, 1)
     return j <= GUARD_SAMPLES, n + more
 
@@ -193,48 +157,24 @@ class EventLog(NamedTuple):
     rows: Any  # (capacity, 2): time [s], number of the event
 
 
-@generic
 def work_of(scratch):
     """Return the model's workspace, None where it needs none."""
-    return None
+    return None if scratch is None else scratch.work
 
 
-@work_of.register(Scratch)
-def _(scratch):
-    return scratch.work
-
-
-@generic
-def make_event_log(switches):
+def make_event_log(switches) -> Any:
     """Return an empty log of events; None for a model that does not switch."""
-    return None
+    return None if switches is None else EventLog(0, np.zeros((switches.capacity, 2)))
 
 
-@make_event_log.register(Switching)
-def _(switches):
-    return EventLog(0, np.zeros((switches.capacity, 2)))
-
-
-@generic
 def apply_pending_events(switches, p, u, integration):
     """Return the integration switched by every guard that fails at its present time: efforts may have jumped there."""
-    return integration
+    return integration if switches is None else apply_reset_maps(p, u, integration)
 
 
-@apply_pending_events.register(Switching)
-def _(switches, p, u, integration):
-    return apply_reset_maps(p, u, integration)
-
-
-@generic
 def handle_events(switches, method, p, u, integration):
     """Return the integration cut back to the first event of its last step, and switched; as it is without one."""
-    return integration
-
-
-@handle_events.register(Switching)
-def _(switches, method, p, u, integration):
-    if integration.status != OK:
+    if switches is None or integration.status != OK:
         return integration
     low, high, n = bracket(method, p, u, integration)
     integration = add_evaluations(integration, n)
@@ -248,14 +188,10 @@ def log_event(log, t, event):
     return EventLog(log.total + 1, log.rows)
 
 
-@generic
 def events_until(log, t):
     """Return the log without events after time t [s]; None for a model that does not switch."""
-    return log
-
-
-@events_until.register(EventLog)
-def _(log, t):
+    if log is None:
+        return None
     kept = n = min(log.total, len(log.rows))
     while n > 0 and log.rows[n - 1, 0] > t:
         n -= 1
@@ -267,19 +203,18 @@ def restart(integration, t, x):
 
     It keeps its counters: that work was done.
     """
-    log, counted = integration.event_log, (integration.evaluations, integration.steps, integration.rejected)
-    return Integration(t, x, t, x, 0.0, *counted, OK, NO_GUARD, events_until(log, t), integration.scratch)
+    log = events_until(integration.event_log, t)
+    return integration._replace(t0=t, x0=x, t=t, x=x, h=0.0, status=OK, terminal_guard=NO_GUARD, event_log=log)
 
 
 def with_event(integration, x, event):
     """Return the integration with an event at its present time, which puts it into state x."""
-    integration = replace_field(integration, "event_log", log_event(integration.event_log, integration.t, event))
-    return replace_field(replace_field(integration, "x", x), "h", 0.0)
+    return integration._replace(x=x, h=0.0, event_log=log_event(integration.event_log, integration.t, event))
 
 
 def terminate(integration, which):
     """Return the integration terminated by guard number `which`."""
-    return replace_field(replace_field(integration, "status", TERMINATED), "terminal_guard", which)
+    return integration._replace(status=TERMINATED, terminal_guard=which)
 
 
 @routine
@@ -291,7 +226,7 @@ def apply_reset_maps(p, u, integration):
         x, event, continues = apply_reset_map(p, integration.t, integration.x, u, which)
         integration, switches = with_event(integration, x, event), switches + 1
         if switches > MAX_SWITCHES:
-            integration = replace_field(integration, "status", TOO_MANY_SWITCHES)
+            integration = integration._replace(status=TOO_MANY_SWITCHES)
         elif not continues:
             integration = terminate(integration, which)
         value, which, more = guard(p, integration.t, integration.x, u, work)
@@ -311,7 +246,7 @@ def guard_at(method, p, u, integration, t, work):
     x = dense_output(method, p, u, integration, t)
     value, _, n = guard(p, t, x, u, work)
     value = kink_guard(p, value, integration.t0, integration.x0, t, x)
-    return value, n if t == integration.t else n + stages(method)
+    return value, n if t == integration.t else n + method.stages
 
 
 def bracket(method, p, u, integration):
@@ -367,25 +302,22 @@ def truncate_at_event(method, p, u, integration, low, high):
     """Return the integration cut back to its first event, between `low` and `high`, and switched."""
     t, n = find_root(method, p, u, integration, low, high)
     x = dense_output(method, p, u, integration, t)
-    integration = add_evaluations(replace_field(replace_field(integration, "t", t), "x", x), n + stages(method))
+    integration = add_evaluations(integration._replace(t=t, x=x), n + method.stages)
     return apply_reset_maps(p, u, integration)
 
 
 def at_begin(integration, h):
     """Return the integration back at the start of its last step, where a step of size h is tried next."""
-    integration = replace_field(replace_field(integration, "t", integration.t0), "x", integration.x0)
-    return replace_field(replace_field(integration, "steps", integration.steps - 1), "h", h)
+    return integration._replace(t=integration.t0, x=integration.x0, steps=integration.steps - 1, h=h)
 
 
-@generic
 def end_at_event(step_control, method, p, u, integration, low, high):
     """Return the integration that ends at its first event, between `low` and `high`, and switched."""
+    if isinstance(step_control, KinkStepControl):
+        return end_at_kink_or_event(step_control.of_events, method, p, u, integration, low, high)
+    if isinstance(step_control, EventStepControl):
+        return repeat_step_to_event(method, p, u, integration, low, high)
     return truncate_at_event(method, p, u, integration, low, high)
-
-
-@end_at_event.register(EventStepControl)
-def _(step_control, method, p, u, integration, low, high):
-    return repeat_step_to_event(method, p, u, integration, low, high)
 
 
 @routine
@@ -408,11 +340,6 @@ def repeat_step_to_event(method, p, u, integration, low, high):
     return integration
 
 
-@end_at_event.register(KinkStepControl)
-def _(step_control, method, p, u, integration, low, high):
-    return end_at_kink_or_event(step_control.of_events, method, p, u, integration, low, high)
-
-
 @routine
 def end_at_kink_or_event(step_control, method, p, u, integration, low, high):
     """Return the integration that ends at a kink, by steps up to it, or at an event, as `end_at_event` does.
@@ -421,7 +348,7 @@ def end_at_kink_or_event(step_control, method, p, u, integration, low, high):
     """
     t, n = find_root(method, p, u, integration, low, high)
     value, _, more = guard(p, t, dense_output(method, p, u, integration, t), u, work_of(integration.scratch))
-    integration = add_evaluations(integration, n + more + stages(method))
+    integration = add_evaluations(integration, n + more + method.stages)
     if value < 0.0:  # an event
         return end_at_event(step_control, method, p, u, integration, low, high)
     return repeat_step_to_event(method, p, u, integration, low, high)

@@ -8,10 +8,10 @@ from math import nan, sqrt
 from typing import NamedTuple
 
 from crane_sim.files.types import Positive
-from crane_sim.integrators.integration import advance, equal_step, stages, step, with_fixed_step
+from crane_sim.integrators.step_control import copy_state
 from crane_sim.numerics.jit import routine
 from crane_sim.numerics.states import add, add_scaled, scale, squared_error_norm
-from crane_sim.system import project, rhs
+from crane_sim.system import rhs
 
 ROOT = sqrt(15.0)
 A = (
@@ -30,10 +30,16 @@ class Gauss(NamedTuple):
     """Gauss collocation of order 6 with a fixed step, for long horizons: its energy error does not grow."""
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
+    stages, last_stage = 3, 0  # at least; a step counts its own
 
     def safe_step(self, frequency: float) -> float:
         """Return the largest step [s] with which the sweeps settle for motions up to `frequency` [rad/s]."""
         return 1.0 / frequency
+
+    def take_step(self, p, t, x, u, h, scratch, out):
+        """Return (state, evaluations), see `Method`."""
+        y, sweeps = solve_collocation(p, t, x, u, h)
+        return copy_state(y, out), 1 + 3 * sweeps
 
 
 def add_stages(x, h, row, k1, k2, k3):
@@ -62,20 +68,3 @@ def solve_collocation(p, t, x, u, h):
             return add_stages(x, h, B, k1, k2, k3), sweep + 1
         last = moved
     return scale(nan, x), MAX_SWEEPS
-
-
-@step.register(Gauss)
-def _(method, p, t, x, u, h, scratch):
-    return project(p, solve_collocation(p, t, x, u, h)[0])
-
-
-@stages.register(Gauss)
-def _(method):
-    return 3
-
-
-@advance.register(Gauss)
-def _(method, p, u, integration, end):
-    h, t = equal_step(method.step, integration.t, end)
-    x, sweeps = solve_collocation(p, integration.t, integration.x, u, h)
-    return with_fixed_step(integration, t, project(p, x), h, 1 + 3 * sweeps)

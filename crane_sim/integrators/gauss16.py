@@ -19,18 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.integrators.integration import (
-    Scratch,
-    advance,
-    explicit_step,
-    latest_step_end,
-    max_steps,
-    stages,
-)
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
-from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
 from crane_sim.numerics.arrays import accumulate
-from crane_sim.numerics.jit import generic, local_array, routine, simd_range, use_wide_vectors
+from crane_sim.numerics.jit import local_array, routine, simd_range, use_wide_vectors
 from crane_sim.numerics.lanes import LANES, lane, put_lane
 from crane_sim.numerics.stage_lanes import (
     STAGES,
@@ -97,6 +88,20 @@ class Gauss16(NamedTuple):
 
     rtol: Positive = 1e-12  # -, relative tolerance
     atol: NonNegative = 1e-14  # state's unit, absolute tolerance
+    order, stages, last_stage = ORDER, STAGES, 0  # stages at least; a step counts its own
+
+    def take_step(self, p, t, x, u, h, scratch, out):
+        """Return (state, evaluations), see `Method`."""
+        y, _, evaluations = self.step_with_error(scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h, out)
+        return y, evaluations + 1
+
+    def step_with_error(self, scratch, k1, p, t, x, u, h, out):
+        """Return (state, error, evaluations), see `ErrorControlled`."""
+        if scratch is None:
+            y, error, sweeps = collocate(self, p, t, x, u, h, k1)
+            return y, error, STAGES * sweeps
+        error, sweeps = collocate_array(self, p, t, x, u, h, scratch.rows, scratch.work, out)
+        return out, error, STAGES * sweeps
 
 
 def is_paired(entries, i):
@@ -208,18 +213,6 @@ def collocate(method, p, t, x, u, h, k1):
     return y, error if contraction * moved <= enough else inf, sweeps
 
 
-@generic
-def solve_step(scratch, method, p, t, x, u, h, k1, out):
-    """Return the result of `collocate`; an array state is written into `out`, and its derivatives are in scratch."""
-    return collocate(method, p, t, x, u, h, k1)
-
-
-@solve_step.register(Scratch)
-def _(scratch, method, p, t, x, u, h, k1, out):
-    error, sweeps = collocate_array(method, p, t, x, u, h, scratch.rows, scratch.work, out)
-    return None, error, sweeps
-
-
 @routine
 def collocate_array(method, p, t, x, u, h, rows, work, out):
     """Write the state one step after (t, x) into `out`; return (error, sweeps) as of `collocate`.
@@ -227,7 +220,8 @@ def collocate_array(method, p, t, x, u, h, rows, work, out):
     The rows are the derivative at (t, x), those at the stages, and three more to work with. Each stage takes the
     newest derivatives of the others.
     """
-    fill_rows(rows)
+    for j in range(FIRST, FIRST + STAGES):
+        rows[j] = rows[0]
     enough, moved, contraction, sweeps = SETTLED * SETTLED * len(x), inf, 1.0, 0
     while sweeps < MAX_SWEEPS and contraction * moved > enough:
         before, moved, sweeps = moved, 0.0, sweeps + 1
@@ -247,13 +241,6 @@ def collocate_array(method, p, t, x, u, h, rows, work, out):
     return error if contraction * moved <= enough else inf, sweeps
 
 
-def fill_rows(rows):
-    """Copy the derivative at the begin, row 0, to all stages."""
-    for j in range(FIRST, FIRST + STAGES):
-        for i in range(rows.shape[1]):
-            rows[j, i] = rows[0, i]
-
-
 @routine
 def take_stage(rows, j, x, h, rtol, atol):
     """Move the new derivative into row j; return the squared norm of the change."""
@@ -271,39 +258,3 @@ def row_square(rows, x, h, rtol, atol):
         ratio = rows[NEW, i] / (atol + rtol * (abs(x[i]) + abs(h * rows[0, i])))
         total += ratio * ratio
     return total
-
-
-@step_with_error.register(Gauss16)
-def _(method, scratch, k1, p, t, x, u, h, out):
-    y, error, sweeps = solve_step(scratch, method, p, t, x, u, h, k1, out)
-    return y, error, STAGES * sweeps
-
-
-@explicit_step.register(Gauss16)
-def _(method, p, t, x, u, h, scratch, out):
-    return solve_step(scratch, method, p, t, x, u, h, evaluate_first_stage(scratch, p, t, x, u), out)[0]
-
-
-@stages.register(Gauss16)
-def _(method):
-    return STAGES  # at least; a step counts its own
-
-
-@max_steps.register(Gauss16)
-def _(method):
-    return MAX_STEPS
-
-
-@error_order.register(Gauss16)
-def _(method):
-    return ORDER
-
-
-@advance.register(Gauss16)
-def _(method, p, u, integration, end):
-    return accepted_step(method, p, u, integration, end)
-
-
-@latest_step_end.register(Gauss16)
-def _(method, k, steps, period):
-    return inf

@@ -1,14 +1,50 @@
-"""State of an integration, and the generic functions that a method answers."""
+"""A method of integration, the state of an integration, and one step."""
 
-from math import ceil, inf, isfinite
-from typing import Any, NamedTuple
+from math import inf, isfinite
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from crane_sim.integrators.status import NOT_FINITE, OK
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.states import replace_field, squared_error_norm
+from crane_sim.numerics.jit import routine, simd_range
+from crane_sim.numerics.states import squared_error_norm
 from crane_sim.system import project, workspace
+
+
+class Method(Protocol):
+    """A method of integration: a NamedTuple of its settings, one file each.
+
+    One with a fixed step has a field `step` [s], its size, and `safe_step(frequency)`, the largest one to be trusted
+    for motions up to a frequency [rad/s]. The others are `ErrorControlled`.
+    """
+
+    stages: int
+    """Evaluations in one step."""
+    last_stage: int
+    """Row of the scratch with the derivative at the end of a step, 0 for a method that does not evaluate it there."""
+
+    def take_step(self, p: Any, t: Any, x: Any, u: Any, h: Any, scratch: Any, out: Any) -> tuple[Any, Any]:
+        """Return (the state one step of size h after (t, x), evaluations); an array is `out`, which is filled."""
+        ...
+
+
+class ErrorControlled(Method, Protocol):
+    """A method that chooses the size of its steps."""
+
+    rtol: float
+    atol: float
+    order: int
+    """Power of h with which the estimated error of a step shrinks."""
+
+    def step_with_error(
+        self, scratch: Any, k1: Any, p: Any, t: Any, x: Any, u: Any, h: Any, out: Any
+    ) -> tuple[Any, Any, Any]:
+        """Return (the state as `take_step` does, its error relative to the tolerance, evaluations).
+
+        k1 is the derivative at (t, x) as of `evaluate_first_stage`; a rejected step does not change it.
+        """
+        ...
+
 
 MAX_STAGES = 12
 
@@ -20,15 +56,9 @@ class Scratch(NamedTuple):
     work: Any  # the model's workspace
 
 
-@generic
-def scratch(x, p):
+def scratch(x, p) -> Any:
     """Return the work arrays for steps of a state like x: None where x is a tuple."""
-    return None
-
-
-@scratch.register(np.ndarray)
-def _(x, p):
-    return Scratch(np.empty((MAX_STAGES + 5, len(x))), workspace(p))
+    return Scratch(np.empty((MAX_STAGES + 5, len(x))), workspace(p)) if isinstance(x, np.ndarray) else None
 
 
 NO_GUARD = -1
@@ -56,30 +86,27 @@ class Integration(NamedTuple):
 
 def start(p, t, x, event_log):
     """Return the integration of model p that begins with state x at time t, with an empty log of events."""
-    return Integration(t, x, t, x, 0.0, 0, 0, 0, OK, NO_GUARD, event_log, scratch(x, p))
+    return Integration(t, x, t, x, 0.0, event_log=event_log, scratch=scratch(x, p))
 
 
 def with_step(integration, t, x, h, evaluations, steps, rejected, status):
     """Return the integration one step further, at (t, x), with more work counted; h is the size of the next step."""
-    return Integration(
-        integration.t,
-        integration.x,
-        t,
-        x,
-        h,
-        integration.evaluations + evaluations,
-        integration.steps + steps,
-        integration.rejected + rejected,
-        status,
-        integration.terminal_guard,
-        integration.event_log,
-        integration.scratch,
+    return integration._replace(
+        t0=integration.t,
+        x0=integration.x,
+        t=t,
+        x=x,
+        h=h,
+        evaluations=integration.evaluations + evaluations,
+        steps=integration.steps + steps,
+        rejected=integration.rejected + rejected,
+        status=status,
     )
 
 
 def add_evaluations(integration, evaluations):
     """Return the integration with more evaluations counted."""
-    return replace_field(integration, "evaluations", integration.evaluations + evaluations)
+    return integration._replace(evaluations=integration.evaluations + evaluations)
 
 
 def status_of(x):
@@ -87,107 +114,24 @@ def status_of(x):
     return OK if is_finite(x) else NOT_FINITE
 
 
-@generic
 def is_finite(x):
     """Return whether every number of the state, squared, is finite."""
-    return isfinite(squared_error_norm(x, x, x, 0.0, 1.0))
-
-
-@is_finite.register(np.ndarray)
-def _(x):
+    if not isinstance(x, np.ndarray):
+        return isfinite(squared_error_norm(x, x, x, 0.0, 1.0))
     overflows = 0  # counted, not left at the first one: a loop without a jump becomes vectors
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         overflows += 0 if x[i] * x[i] < inf else 1
     return overflows == 0
 
 
-@generic
 def allocate(x):
-    """Return the output buffer of a step from x: a new array where x is one."""
-    return x
+    """Return the array that a step from x fills, None where x is a tuple."""
+    return np.empty_like(x) if isinstance(x, np.ndarray) else None
 
 
-@allocate.register(np.ndarray)
-def _(x):
-    return np.empty_like(x)
-
-
-@generic
-def take_state(out, x):
-    """Return the new state: `out` where that is an array, else x."""
-    return x
-
-
-@take_state.register(np.ndarray)
-def _(out, x):
-    return out
-
-
-@generic
-def explicit_step(method, p, t, x, u, h, scratch, out):
-    """Return the state one step of size h after (t, x), of an explicit method; an array is written into `out`."""
-    raise NotImplementedError
-
-
-@generic
 def step(method, p, t, x, u, h, scratch):
     """Return the state one step of size h after (t, x), projected onto the model's constraints."""
-    out = allocate(x)
-    return project(p, take_state(out, explicit_step(method, p, t, x, u, h, scratch, out)))
-
-
-@generic
-def stages(method):
-    """Return the number of evaluations in one step."""
-    raise NotImplementedError
-
-
-@generic
-def last_stage(method):
-    """Return the row of the scratch with the stage at the end of a step, 0 for a method that has no such stage."""
-    return 0
-
-
-@generic
-def max_steps(method):
-    """Return the maximum number of steps to one instant; unlimited for fixed steps."""
-    return 2**62
-
-
-def equal_step(largest, t, end):
-    """Return (size, time after it) of the next of the steps of equal size, at most `largest`, up to `end`."""
-    n = max(1.0, ceil((end - t) / largest * (1.0 - 1e-12)))
-    h = (end - t) / n
-    return h, end if n == 1.0 else t + h
-
-
-def with_fixed_step(integration, t, x, h, evaluations):
-    """Return the integration after a fixed step of size h to state x at time t."""
-    return with_step(integration, t, x, h, evaluations, 1, 0, status_of(x))
-
-
-@generic
-def advance(method, p, u, integration, end):
-    """Return the integration one accepted step further, not past `end`; fixed methods take equal steps up to there."""
-    h, t = equal_step(method.step, integration.t, end)
-    return with_fixed_step(
-        integration, t, step(method, p, integration.t, integration.x, u, h, integration.scratch), h, stages(method)
-    )
-
-
-def periods_per_step(method, period):
-    """Return how many periods [s] a fixed step spans where nothing jumps between them, at least one."""
-    return max(1, int(method.step / period * (1.0 + 1e-12)))
-
-
-@generic
-def latest_step_end(method, k, steps, period):
-    """Return the instant [s] that no step in period k of `steps` may pass when nothing jumps at its end.
-
-    Fixed steps end where as many periods end as they span.
-    """
-    span = periods_per_step(method, period)
-    return max(k + 1, min((k // span + 1) * span, steps)) * period
+    return project(p, method.take_step(p, t, x, u, h, scratch, allocate(x))[0])
 
 
 @routine

@@ -11,11 +11,10 @@ Integration", 2nd ed., I.1.4.
 from typing import NamedTuple
 
 from crane_sim.files.types import Positive
-from crane_sim.integrators.array_steps import advance_array, step_into, take_array_steps
-from crane_sim.integrators.integration import MAX_STAGES, equal_step, explicit_step, stages, status_of
+from crane_sim.integrators.integration import MAX_STAGES
 from crane_sim.numerics.jit import routine, use_wide_vectors
 from crane_sim.numerics.rows import elementwise
-from crane_sim.system import position_count, project_in_place, rhs_into
+from crane_sim.system import position_count, rhs_into
 
 CARRIED = MAX_STAGES + 4  # row of a scratch: the derivative that the next step begins with
 
@@ -24,10 +23,24 @@ class Leapfrog(NamedTuple):
     """Order 2 with a fixed step, one evaluation each (two beside events): for light cables in rigid links."""
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
+    stages, last_stage = 2, 0  # of a step by itself
 
     def safe_step(self, frequency: float) -> float:
         """Return half the largest step [s] that is stable for motions up to `frequency` [rad/s]."""
         return 1.0 / frequency
+
+    def take_step(self, p, t, x, u, h, scratch, out):
+        """Return (state, evaluations), see `Method`: a step by itself, beside those that `continue_step` takes."""
+        leap(p, t, x, u, h, scratch, scratch.rows[1], True, out)
+        return out, 2
+
+    def continue_step(self, p, t, x, u, h, scratch, begins, out):
+        """Fill `out` with the state one step after (t, x) by the derivative that the step before has left.
+
+        There is none where a period begins: inputs may jump. Returns: the number of evaluations.
+        """
+        leap(p, t, x, u, h, scratch, scratch.rows[CARRIED], begins, out)
+        return 2 if begins else 1
 
 
 @elementwise
@@ -48,7 +61,7 @@ def leap(p, t, x, u, h, scratch, rate, first, out):
     """Write the state one step after (t, x) into `out`, and the derivative there into `rate`.
 
     Args:
-        p, t, x, u, h, scratch, out: as of `explicit_step`.
+        p, t, x, u, h, scratch, out: as of `take_step`.
         rate: row of the scratch with the derivative at (t, x).
         first: whether that is not in it yet.
     """
@@ -61,27 +74,3 @@ def leap(p, t, x, u, h, scratch, rate, first, out):
     kick(n, (out,), (x, middle[n:], h))
     rhs_into(p, t + h, out, u, rate, scratch.work)
     kick(others, (out[n:],), (middle[n:], rate[n:], half))
-
-
-@explicit_step.register(Leapfrog)
-def _(method, p, t, x, u, h, scratch, out):
-    leap(p, t, x, u, h, scratch, scratch.rows[1], True, out)  # a sample's, between steps that carry theirs
-
-
-@stages.register(Leapfrog)
-def _(method):
-    return 2  # of a step by itself
-
-
-@step_into.register(Leapfrog)
-def _(method, scratch, p, t, x, u, h, end, out):
-    """Take over the derivative of the step before, whose size is h; none, 0, where a period begins: inputs may jump."""
-    size, after = equal_step(method.step, t, end)
-    leap(p, t, x, u, size, scratch, scratch.rows[CARRIED], h == 0.0, out)
-    project_in_place(p, out)
-    return after, 0.0 if after == end else size, 2 if h == 0.0 else 1, 0, status_of(out)
-
-
-@take_array_steps.register(Leapfrog)
-def _(method, p, u, integration, t, end):
-    return advance_array(method, p, u, integration, t, end)

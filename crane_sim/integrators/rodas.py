@@ -7,18 +7,16 @@ needs no product with the Jacobian (Hairer, Wanner, "Solving Ordinary Differenti
 stage i solves (I / (γ h) - J) U_i = f(t + c_i h, x + Σ a_ij U_j) + Σ (C_ij / h) U_j + h d_i ∂f/∂t.
 """
 
-from math import inf, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.integrators.integration import advance, latest_step_end, max_steps, stages, step
-from crane_sim.integrators.runge_kutta import to_dense_tableau
-from crane_sim.integrators.step_control import MAX_STEPS, accepted_step, error_order, step_with_error
+from crane_sim.integrators.runge_kutta import evaluate_first_stage, to_dense_tableau
 from crane_sim.numerics.jit import routine
 from crane_sim.numerics.states import squared_error_norm
-from crane_sim.system import compute_jacobian, factor_shifted, project, rhs, rhs_into, solve_shifted, workspace
+from crane_sim.system import compute_jacobian, factor_shifted, rhs_into, solve_shifted, workspace
 
 # fmt: off
 GAMMA = 0.21193756319429014
@@ -61,6 +59,16 @@ class Rodas(NamedTuple):
 
     rtol: Positive = 1e-7  # -, relative tolerance
     atol: NonNegative = 1e-9  # state's unit, absolute tolerance
+    order, stages, last_stage = ORDER, STAGES, 0
+
+    def take_step(self, p, t, x, u, h, scratch, out):
+        """Return (state, evaluations), see `Method`."""
+        try_step(self, p, t, x, u, h, evaluate_first_stage(scratch, p, t, x, u), out)
+        return out, self.stages
+
+    def step_with_error(self, scratch, k1, p, t, x, u, h, out):
+        """Return (state, error, evaluations), see `ErrorControlled`."""
+        return out, try_step(self, p, t, x, u, h, k1, out), STAGES - 1
 
 
 @routine
@@ -71,8 +79,7 @@ def rosenbrock_step(p, t, x, u, h, k1):
     ks, y, work = np.empty((STAGES, len(x))), x.copy(), workspace(p)
     for s in range(STAGES):
         if s == 0:
-            for i in range(len(x)):
-                ks[0, i] = k1[i]
+            ks[0] = k1
         else:
             reach_stage(s, x, ks, y)
             rhs_into(p, t + _NODES[s] * h, y, u, ks[s], work)
@@ -90,8 +97,7 @@ def rosenbrock_step(p, t, x, u, h, k1):
 
 def reach_stage(s, x, ks, y):
     """Write the state of stage s into y."""
-    for i in range(len(x)):
-        y[i] = 0.0
+    y[:] = 0.0
     for j in range(s):
         for i in range(len(x)):
             y[i] += _DENSE_A[s, j] * ks[j, i]
@@ -99,45 +105,9 @@ def reach_stage(s, x, ks, y):
         y[i] += x[i]
 
 
-@step_with_error.register(Rodas)
-def _(method, scratch, k1, p, t, x, u, h, out):
-    return None, try_step(method, p, t, x, u, h, scratch.rows[0], out), STAGES - 1
-
-
 @routine
 def try_step(method, p, t, x, u, h, k1, out):
     """Write the state one step of size h after (t, x) into `out`, and return its error relative to the tolerance."""
     y, error = rosenbrock_step(p, t, x, u, h, k1)
-    for i in range(len(x)):
-        out[i] = y[i]
+    out[:] = y
     return sqrt(squared_error_norm(error, x, y, method.rtol, method.atol) / len(x))
-
-
-@max_steps.register(Rodas)
-def _(method):
-    return MAX_STEPS
-
-
-@error_order.register(Rodas)
-def _(method):
-    return ORDER
-
-
-@advance.register(Rodas)
-def _(method, p, u, integration, end):
-    return accepted_step(method, p, u, integration, end)
-
-
-@latest_step_end.register(Rodas)
-def _(method, k, steps, period):
-    return inf
-
-
-@step.register(Rodas)
-def _(method, p, t, x, u, h, scratch):
-    return project(p, rosenbrock_step(p, t, x, u, h, rhs(p, t, x, u))[0])
-
-
-@stages.register(Rodas)
-def _(method):
-    return STAGES

@@ -1,84 +1,81 @@
-"""Step size control of methods with an error estimate: acceptance of a step, size of the next one."""
+"""Sizes of steps: equal ones up to an instant, or those that hold an error estimate to the tolerance."""
 
-from math import isfinite, sqrt
+from math import ceil, inf, isfinite, sqrt
 
 import numpy as np
 
-from crane_sim.integrators.integration import (
-    Scratch,
-    allocate,
-    take_state,
-    with_step,
-)
+from crane_sim.integrators.integration import allocate, status_of, with_step
 from crane_sim.integrators.runge_kutta import evaluate_first_stage
 from crane_sim.integrators.status import NOT_FINITE, OK, STEP_TOO_SMALL
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.numerics.states import add, dimension, scale, squared_error_norm
-from crane_sim.system import project, rhs, rhs_into
+from crane_sim.system import project, rhs
 
 SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 6.0
 """A step is scaled by SAFETY err^(-1/order), within these bounds."""
-
-
 MAX_STEPS = 1_000_000
 """Limit to one instant: a diverging law needs ever shorter steps, and a run must end."""
 
 
-@generic
-def step_with_error(method, scratch, k1, p, t, x, u, h, out):
-    """Return (the state one step of size h after (t, x), its error relative to the tolerance, evaluations).
+def controls_error(method):
+    """Return whether a method is `ErrorControlled`: others take fixed steps."""
+    return hasattr(method, "rtol")
 
-    k1 is the derivative at (t, x) as of `evaluate_first_stage`; a rejected step does not change it. An array state is
-    written into `out` instead.
+
+def max_steps(method):
+    """Return the maximum number of steps to one instant; unlimited for fixed steps."""
+    return MAX_STEPS if controls_error(method) else 2**62
+
+
+def equal_step(largest, t, end):
+    """Return (size, time after it) of the next of the steps of equal size, at most `largest`, up to `end`."""
+    n = max(1.0, ceil((end - t) / largest * (1.0 - 1e-12)))
+    h = (end - t) / n
+    return h, end if n == 1.0 else t + h
+
+
+def periods_per_step(method, period):
+    """Return how many periods [s] a fixed step spans where nothing jumps between them, at least one."""
+    return max(1, int(method.step / period * (1.0 + 1e-12)))
+
+
+def latest_step_end(method, k, steps, period):
+    """Return the instant [s] that no step in period k of `steps` may pass when nothing jumps at its end.
+
+    Fixed steps end where as many periods end as they span.
     """
-    raise NotImplementedError
+    if controls_error(method):
+        return inf
+    span = periods_per_step(method, period)
+    return max(k + 1, min((k // span + 1) * span, steps)) * period
 
 
-@generic
-def error_order(method):
-    """Return the power of h with which the estimated error of a step shrinks, an exponent of the step size control."""
-    raise NotImplementedError
-
-
-@generic
-def derivative_norm(scratch, k1, x, rtol, atol):
-    """Return the weighted square of the derivative that `evaluate_first_stage` computed at x."""
-    return squared_error_norm(k1, x, x, rtol, atol)
-
-
-@derivative_norm.register(Scratch)
-def _(scratch, k1, x, rtol, atol):
-    return squared_error_norm(scratch.rows[0], x, x, rtol, atol)
-
-
-@generic
-def second_derivative_norm(scratch, k1, p, t, x, u, h, rtol, atol):
-    """Return the weighted square of the change of the derivative in an explicit Euler step of size h."""
-    change = add(rhs(p, t + h, add(x, scale(h, k1)), u), scale(-1.0, k1))
-    return squared_error_norm(change, x, x, rtol, atol)
-
-
-@second_derivative_norm.register(Scratch)
-def _(scratch, k1, p, t, x, u, h, rtol, atol):
-    rows = scratch.rows
-    for i in range(len(x)):
-        rows[1, i] = x[i] + h * rows[0, i]
-    rhs_into(p, t + h, rows[1], u, rows[2], scratch.work)
-    for i in range(len(x)):
-        rows[2, i] -= rows[0, i]
-    return squared_error_norm(rows[2], x, x, rtol, atol)
+def advance(method, p, u, integration, end):
+    """Return the integration one accepted step further, not past `end`; fixed methods take equal steps up to there."""
+    if controls_error(method):
+        return accepted_step(method, p, u, integration, end)
+    (h, t), x = equal_step(method.step, integration.t, end), integration.x
+    x, evaluations = method.take_step(p, integration.t, x, u, h, integration.scratch, allocate(x))
+    x = project(p, x)
+    return with_step(integration, t, x, h, evaluations, 1, 0, status_of(x))
 
 
 def select_initial_step(scratch, p, t, x, u, k1, rtol, atol, order):
     """Return a first step that an explicit Euler step shows to be careful (Hairer, Norsett, Wanner, II.4)."""
     n = dimension(x)
     d0 = sqrt(squared_error_norm(x, x, x, rtol, atol) / n)
-    d1 = sqrt(derivative_norm(scratch, k1, x, rtol, atol) / n)
+    d1 = sqrt(squared_error_norm(k1, x, x, rtol, atol) / n)
     h0 = 1e-6 if min(d0, d1) < 1e-5 else 0.01 * d0 / d1
     d2 = sqrt(second_derivative_norm(scratch, k1, p, t, x, u, h0, rtol, atol) / n) / h0
     steepest = max(d1, d2)
     h1 = max(1e-6, h0 * 1e-3) if steepest < 1e-15 else (0.01 / steepest) ** (1.0 / order)
     return min(100.0 * h0, h1)
+
+
+def second_derivative_norm(scratch, k1, p, t, x, u, h, rtol, atol):
+    """Return the weighted square of the change of the derivative in an explicit Euler step of size h."""
+    change = add(rhs(p, t + h, add(x, scale(h, k1)), u), scale(-1.0, k1))
+    return squared_error_norm(change, x, x, rtol, atol)
 
 
 @routine
@@ -88,17 +85,17 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     Returns:
         (state after the step as of `step_with_error`, its time, size to try next, evaluations, steps rejected, status)
     """
-    order, n, rejected, growth = error_order(method), 1, 0, MAX_FACTOR
+    n, rejected, growth = 1, 0, MAX_FACTOR
     k1 = evaluate_first_stage(scratch, p, t, x, u)
     if h == 0.0:
-        h, n = select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, order), n + 1
+        h, n = select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, method.order), n + 1
     status = STEP_TOO_SMALL if isfinite(h) else NOT_FINITE
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
-        y, error, evaluations = step_with_error(method, scratch, k1, p, t, x, u, size, out)
+        y, error, evaluations = method.step_with_error(scratch, k1, p, t, x, u, size, out)
         n += evaluations
-        factor = min(growth, max(MIN_FACTOR, SAFETY * error ** (-1.0 / order))) if error > 0.0 else growth
+        factor = min(growth, max(MIN_FACTOR, SAFETY * error ** (-1.0 / method.order))) if error > 0.0 else growth
         if error <= 1.0:
             return y, end if last else t + size, max(size * factor, h if last else 0.0), n, rejected, OK
         h, growth, rejected = size * (factor if isfinite(error) else MIN_FACTOR), 1.0, rejected + 1
@@ -106,26 +103,22 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     return copy_state(x, out), t, h, n, rejected, status
 
 
-@generic
 def copy_state(x, out):
-    """Return the state x as `step_with_error` does: a step that failed leaves the state as it was."""
-    return x
-
-
-@copy_state.register(np.ndarray)
-def _(x, out):
-    for i in range(len(x)):
-        out[i] = x[i]
+    """Return the state x; an array as `out`, which is filled with it."""
+    if not isinstance(x, np.ndarray):
+        return x
+    out[:] = x
+    return out
 
 
 @routine
 def accepted_step(method, p, u, integration, end):
     """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
-    out = allocate(integration.x)
+    x, scratch = integration.x, integration.scratch
     y, t, h, n, rejected, status = adaptive_step(
-        method, integration.scratch, p, integration.t, integration.x, u, integration.h, end, out
+        method, scratch, p, integration.t, x, u, integration.h, end, allocate(x)
     )
-    y, steps = take_state(out, y), 0
+    steps = 0
     if status == OK:
         y, steps = project(p, y), 1
     return with_step(integration, t, y, h, n, steps, rejected, status)

@@ -5,46 +5,22 @@ Importing any module of this package imports all models, so that every model is 
 """
 
 from crane_sim.models.falls import outputs as falls_outputs
-from crane_sim.models.overhead import (
-    base_energies,
-    base_load,
-    double,
-    elastic,
-    elastic_bands,
-    elastic_outputs,
-    elastic_wind,
-    node_forces,
-    payload_wind,
-    planar,
-    rod,
-    shared_implementations,
-    spatial,
-    spring,
-)
+from crane_sim.models.overhead import base_energies, elastic_bands, elastic_outputs
+from crane_sim.models.overhead import outputs as overhead_outputs
 from crane_sim.models.single_rope import crane, joint_coordinates, modes
 from crane_sim.models.supports import boom_wind
 from crane_sim.models.suspended import joints, outputs
 
 __all__ = [
     "base_energies",
-    "base_load",
     "boom_wind",
     "crane",
-    "double",
-    "elastic",
     "elastic_bands",
     "elastic_outputs",
     "falls_outputs",
-    "elastic_wind",
     "joint_coordinates",
     "joints",
     "modes",
-    "node_forces",
     "outputs",
-    "payload_wind",
-    "planar",
-    "rod",
-    "shared_implementations",
-    "spatial",
-    "spring",
+    "overhead_outputs",
 ]

@@ -1,14 +1,14 @@
 """Optional effects: a NamedTuple of parameters and an add_* function each. None (absent) returns what it was given.
 
-To add one: write its NamedTuple, register its function (and its `*_power` or `*_energy`), name it in the model, and in
-the scene schema.
+To add one: write its NamedTuple and its function (and its `*_power` or `*_energy`), call them in the model, and name it
+in the scene schema.
 """
 
 from math import atan2, sqrt
 from typing import Any, NamedTuple
 
 from crane_sim.files.types import Angle, NonNegative, Real
-from crane_sim.numerics.jit import generic
+from crane_sim.multibody.vectors import dot, scale, subtract
 from crane_sim.trajectories.inputs import Constant
 
 
@@ -34,52 +34,30 @@ class JibSpring(NamedTuple):
     relative: bool = False  # true: acts between boom and jib, on their angle, and turns both
 
 
-@generic
 def add_spring(spring, effort, q):
     """Return effort plus the spring's at coordinate q."""
-    return effort
+    return effort if spring is None else effort - spring.stiffness * (q - spring.rest)
 
 
-@add_spring.register(BoomSpring)
-@add_spring.register(RopeSpring)
-def _(spring, effort, q):
-    return effort - spring.stiffness * (q - spring.rest)
-
-
-@generic
 def add_spring_energy(spring, energy, q):
     """Return energy plus the spring's at coordinate q."""
-    return energy
+    return energy if spring is None else energy + 0.5 * spring.stiffness * (q - spring.rest) ** 2
 
 
-@add_spring_energy.register(BoomSpring)
-@add_spring_energy.register(RopeSpring)
-def _(spring, energy, q):
-    return energy + 0.5 * spring.stiffness * (q - spring.rest) ** 2
-
-
-@generic
 def add_jib_spring(spring, boom, jib, beta, gamma):
     """Return the moments (boom, jib) plus the spring's at elevations beta and gamma."""
-    return boom, jib
-
-
-@add_jib_spring.register(JibSpring)
-def _(spring, boom, jib, beta, gamma):
+    if spring is None:
+        return boom, jib
     if spring.relative:
         moment = spring.stiffness * (gamma - beta - spring.rest)
         return boom + moment, jib - moment
     return boom, jib - spring.stiffness * (gamma - spring.rest)
 
 
-@generic
 def add_jib_spring_energy(spring, energy, beta, gamma):
     """Return energy plus the spring's at elevations beta and gamma."""
-    return energy
-
-
-@add_jib_spring_energy.register(JibSpring)
-def _(spring, energy, beta, gamma):
+    if spring is None:
+        return energy
     deflection = gamma - beta - spring.rest if spring.relative else gamma - spring.rest
     return energy + 0.5 * spring.stiffness * deflection**2
 
@@ -90,18 +68,11 @@ class PayloadDrag(NamedTuple):
     coefficient: NonNegative  # kg/m, c of the force -c |v| v
 
 
-@generic
 def add_drag(drag, force, velocity):
     """Return the force (3,) plus the drag on a body moving at velocity (3,), both in the same axes."""
-    return force
-
-
-@add_drag.register(PayloadDrag)
-def _(drag, force, velocity):
-    fx, fy, fz = force
-    vx, vy, vz = velocity
-    c = drag.coefficient * sqrt(vx * vx + vy * vy + vz * vz)
-    return fx - c * vx, fy - c * vy, fz - c * vz
+    if drag is None:
+        return force
+    return subtract(force, scale(drag.coefficient * sqrt(dot(velocity, velocity)), velocity))
 
 
 class PayloadForce(NamedTuple):
@@ -112,18 +83,36 @@ class PayloadForce(NamedTuple):
     z: Any = Constant(0.0)
 
 
+class LinearFriction(NamedTuple):
+    """Swing joint friction tangential cos²θ2 θ1' and radial θ2' [N m] (knuckle paper, eq. 19)."""
+
+    tangential: NonNegative  # N m s, about the tangential swing's axis
+    radial: NonNegative  # N m s, about the radial swing's axis
+
+    def moments(self, n, w1, w2):
+        """Return the friction moments [N m] about the two swing axes per unit of lever.
+
+        Args:
+            n: unit vector from tip to payload (3,), in the axes of the support's frame.
+            w1: cos θ2 θ1', the tangential component of n' [1/s].
+            w2: θ2', its radial component [1/s].
+
+        Returns:
+            (f1 / cos θ2, f2): what, divided by the rope length, pulls on the payload against ê1 and ê2.
+        """
+        return self.tangential * w1, self.radial * w2
+
+
 class QuadraticFriction(NamedTuple):
     """Swing joint friction tangential cos²θ2 |θ1'| θ1' and radial |θ2'| θ2' [N m] (paper, eq. 14, corrected)."""
 
     tangential: NonNegative  # N m s², about the tangential swing's axis
     radial: NonNegative  # N m s², about the radial swing's axis
 
-
-class LinearFriction(NamedTuple):
-    """Swing joint friction tangential cos²θ2 θ1' and radial θ2' [N m] (knuckle paper, eq. 19)."""
-
-    tangential: NonNegative  # N m s, about the tangential swing's axis
-    radial: NonNegative  # N m s, about the radial swing's axis
+    def moments(self, n, w1, w2):
+        """Return as `LinearFriction.moments` does."""
+        c2 = sqrt(n[1] * n[1] + n[2] * n[2])  # θ1' = w1 / c2 has no limit at c2 = 0: there the model itself ends
+        return self.tangential * abs(w1) * w1 / c2, self.radial * abs(w2) * w2
 
 
 class PaperFriction(NamedTuple):
@@ -132,36 +121,11 @@ class PaperFriction(NamedTuple):
     tangential: NonNegative  # N m s, about the tangential swing's axis
     radial: NonNegative  # N m s, about the radial swing's axis
 
-
-@generic
-def swing_moments(friction, n, w1, w2):
-    """Return the friction moments [N m] about the two swing axes per unit of lever.
-
-    Args:
-        friction: the friction model.
-        n: unit vector from tip to payload (3,), in the axes of the support's frame.
-        w1: cos θ2 θ1', the tangential component of n' [1/s].
-        w2: θ2', its radial component [1/s].
-
-    Returns:
-        (f1 / cos θ2, f2): what, divided by the rope length, pulls on the payload against ê1 and ê2.
-    """
-    return 0.0, 0.0
+    def moments(self, n, w1, w2):
+        """Return as `LinearFriction.moments` does."""
+        c2 = sqrt(n[1] * n[1] + n[2] * n[2])
+        theta1, theta2 = atan2(n[1], -n[2]), atan2(n[0], c2)
+        return self.tangential * abs(theta1) * w1, self.radial * abs(theta2) * w2
 
 
-@swing_moments.register(LinearFriction)
-def _(friction, n, w1, w2):
-    return friction.tangential * w1, friction.radial * w2
-
-
-@swing_moments.register(QuadraticFriction)
-def _(friction, n, w1, w2):
-    c2 = sqrt(n[1] * n[1] + n[2] * n[2])  # θ1' = w1 / c2 has no limit at c2 = 0: there the model itself ends
-    return friction.tangential * abs(w1) * w1 / c2, friction.radial * abs(w2) * w2
-
-
-@swing_moments.register(PaperFriction)
-def _(friction, n, w1, w2):
-    c2 = sqrt(n[1] * n[1] + n[2] * n[2])
-    theta1, theta2 = atan2(n[1], -n[2]), atan2(n[0], c2)
-    return friction.tangential * abs(theta1) * w1, friction.radial * abs(theta2) * w2
+SwingFriction = QuadraticFriction | LinearFriction | PaperFriction

@@ -6,8 +6,6 @@ number encodes the guard's kind and an index, of an axis, a link or an end; that
 
 from enum import IntEnum
 
-from crane_sim.numerics.jit import generic
-
 
 class Guard(IntEnum):
     """Kinds of guards."""
@@ -29,15 +27,13 @@ LEAVES, TOUCHES, BOUNCES = 0, 1, 2  # and of a load: slips, sticks
 _KINDS, _INDICES = 8, 10_000  # room for kinds, and for indices
 
 
-@generic
 def encode(kind, index, outcome=0):
     """Return the number of a guard, or of an event with an outcome."""
     return (outcome * _KINDS + kind) * _INDICES + index
 
 
-@generic
 def decode(number):
-    """Return (kind, index, outcome) of a number; generic, as `encode` is, since Python asks too."""
+    """Return (kind, index, outcome) of a number."""
     return number // _INDICES % _KINDS, number % _INDICES, number // (_INDICES * _KINDS)
 
 
@@ -56,12 +52,6 @@ def smaller_guard(best, value, number):
     return (value, number) if value < best[0] else best
 
 
-@generic
 def travel_guard(limits, best, q, number):
     """Return the smaller one of `best` and the guard of a coordinate's limits (low, high) at q; None: no limits."""
-    return best
-
-
-@travel_guard.register(tuple)
-def _(limits, best, q, number):
-    return smaller_guard(best, min(q - limits[0], limits[1] - q), number)
+    return best if limits is None else smaller_guard(best, min(q - limits[0], limits[1] - q), number)

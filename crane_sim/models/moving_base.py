@@ -11,13 +11,14 @@ z, (0, 0, -g), is `imposed_acceleration`: it vanishes for a base at rest, and it
 crane. A base at rest is None everywhere, at no cost.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from crane_sim.multibody.vectors import Vector, add, combine, multiply, scale, subtract
+from crane_sim.multibody.vectors import cross as cross
+from crane_sim.multibody.vectors import dot as dot
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import MountedBase, base_motion_at
-
-Vector = tuple[float, float, float]
 
 
 class Pose(NamedTuple):
@@ -45,16 +46,6 @@ class BaseState(NamedTuple):
     height: float  # m, of the origin in the world
 
 
-def cross(a, b):
-    """Return the vector product (3,) of a and b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def dot(a, b):
-    """Return the scalar product of the vectors (3,) a and b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 def rotation(roll, pitch, yaw):
     """Return the rows of R = Rz(yaw) Ry(pitch) Rx(roll), which takes vectors of the base to the world."""
     (sr, cr), (sp, cp), (sy, cy) = sincos(roll), sincos(pitch), sincos(yaw)
@@ -80,33 +71,26 @@ def angular_motion(angles, rates, seconds):
 
 def rotate_to_base(rows, a):
     """Return Rᵀ a (3,), the world's vector a in the axes of the base."""
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows
-    return xx * a[0] + yx * a[1] + zx * a[2], xy * a[0] + yy * a[1] + zy * a[2], xz * a[0] + yz * a[1] + zz * a[2]
+    return combine(rows, a)
 
 
-@generic
-def base_kinematics_at(base, gravity, t):
+def base_kinematics_at(base, gravity, t) -> Any:
     """Return the BaseKinematics at time t [s], gravity [m/s²] acting along -z of the world; None for a base at rest."""
-    return _base_kinematics_at(base, gravity, t)
+    if base is None:
+        return None
+    if isinstance(base, MountedBase):
+        return mounted_kinematics(base, gravity, vessel_kinematics(base.vessel, gravity, t))
+    return vessel_kinematics(base, gravity, t)
 
 
 @routine
-def _base_kinematics_at(base, gravity, t):
+def vessel_kinematics(base, gravity, t):
+    """Return the BaseKinematics of a base that moves by itself."""
     x, v, a = base_motion_at(base, t)
     rows = rotation(x[3], x[4], x[5])
     turn, turn_rate = angular_motion((x[3], x[4], x[5]), (v[3], v[4], v[5]), (a[3], a[4], a[5]))
     px, py, pz = rotate_to_base(rows, (-a[0], -a[1], -a[2] - gravity))
     return BaseKinematics(rotate_to_base(rows, v), (px, py, pz + gravity), turn, turn_rate)
-
-
-@base_kinematics_at.register(type(None))
-def _(base, gravity, t):
-    return None
-
-
-@base_kinematics_at.register(MountedBase)
-def _(base, gravity, t):
-    return mounted_kinematics(base, gravity, _base_kinematics_at(base.vessel, gravity, t))
 
 
 @routine
@@ -116,21 +100,17 @@ def mounted_kinematics(base, gravity, vessel):
     At the lever arm r the velocity is v + ω × r and the acceleration a + α × r + ω × (ω × r).
     """
     w, w_dot, r = vessel.angular_velocity, vessel.angular_acceleration, base.position
-    vx, vy, vz = cross(w, r)
-    nx, ny, nz = cross(w, (vx, vy, vz))
-    ax, ay, az = cross(w_dot, r)
-    u, f = vessel.velocity, vessel.imposed
-    felt = (f[0] - ax - nx, f[1] - ay - ny, f[2] - az - nz - gravity)
-    px, py, pz = rotate_to_base(base.rows, felt)
+    turning = cross(w, r)
+    x, y, z = subtract(subtract(vessel.imposed, cross(w_dot, r)), cross(w, turning))
+    px, py, pz = rotate_to_base(base.rows, (x, y, z - gravity))
     return BaseKinematics(
-        rotate_to_base(base.rows, (u[0] + vx, u[1] + vy, u[2] + vz)),
+        rotate_to_base(base.rows, add(vessel.velocity, turning)),
         (px, py, pz + gravity),
         rotate_to_base(base.rows, w),
         rotate_to_base(base.rows, w_dot),
     )
 
 
-@generic
 def imposed_acceleration(base, r, v):
     """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
 
@@ -138,60 +118,33 @@ def imposed_acceleration(base, r, v):
         base: see `base_kinematics_at`.
         r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes of the base.
     """
-    return 0.0, 0.0, 0.0
+    if base is None:
+        return 0.0, 0.0, 0.0
+    w = base.angular_velocity
+    turning = cross(w, add(cross(w, r), scale(2.0, v)))
+    return subtract(subtract(base.imposed, turning), cross(base.angular_acceleration, r))
 
 
-@imposed_acceleration.register(BaseKinematics)
-def _(base, r, v):
-    x, y, z = cross(base.angular_velocity, r)
-    dx, dy, dz = cross(base.angular_velocity, (x + 2.0 * v[0], y + 2.0 * v[1], z + 2.0 * v[2]))
-    ex, ey, ez = cross(base.angular_acceleration, r)
-    return base.imposed[0] - dx - ex, base.imposed[1] - dy - ey, base.imposed[2] - dz - ez
-
-
-@generic
 def add_imposed(base, mass, force, r, v):
     """Return the force (3,) [N] plus what the base imposes on a mass; other arguments of `imposed_acceleration`."""
-    return force
+    return force if base is None else add(force, scale(mass, imposed_acceleration(base, r, v)))
 
 
-@add_imposed.register(BaseKinematics)
-def _(base, mass, force, r, v):
-    x, y, z = imposed_acceleration(base, r, v)
-    return force[0] + mass * x, force[1] + mass * y, force[2] + mass * z
-
-
-@generic
 def airspeed(base, r, v):
     """Return the velocity (3,) [m/s] through the air, which rests in the world; arguments of `imposed_acceleration`."""
-    return v
+    return v if base is None else add(add(base.velocity, cross(base.angular_velocity, r)), v)
 
 
-@airspeed.register(BaseKinematics)
-def _(base, r, v):
-    x, y, z = cross(base.angular_velocity, r)
-    return base.velocity[0] + x + v[0], base.velocity[1] + y + v[1], base.velocity[2] + z + v[2]
-
-
-@generic
 def turned_about_z(base, angle):
-    """Return the base in axes that are turned by an angle [rad] about its z."""
-    return base
-
-
-@turned_about_z.register(BaseKinematics)
-def _(base, angle):
-    s, c = sincos(angle)
-    velocity, imposed = to_turned_axes(base.velocity, s, c), to_turned_axes(base.imposed, s, c)
-    w, w_dot = to_turned_axes(base.angular_velocity, s, c), to_turned_axes(base.angular_acceleration, s, c)
-    return BaseKinematics(velocity, imposed, w, w_dot)
-
-
-@turned_about_z.register(BaseState)
-def _(base, angle):
+    """Return BaseKinematics or a BaseState in axes that are turned by an angle [rad] about the base's z."""
+    if base is None:
+        return None
     s, c = sincos(angle)
     velocity, w = to_turned_axes(base.velocity, s, c), to_turned_axes(base.angular_velocity, s, c)
-    return BaseState(velocity, w, to_turned_axes(base.up, s, c), base.height)
+    if isinstance(base, BaseState):
+        return BaseState(velocity, w, to_turned_axes(base.up, s, c), base.height)
+    imposed, w_dot = to_turned_axes(base.imposed, s, c), to_turned_axes(base.angular_acceleration, s, c)
+    return BaseKinematics(velocity, imposed, w, w_dot)
 
 
 def to_turned_axes(a, s, c):
@@ -199,76 +152,35 @@ def to_turned_axes(a, s, c):
     return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
 
-@generic
 def pose_at(base, t):
     """Return the base's Pose at time t [s], None where it rests."""
+    if base is None:
+        return None
+    if isinstance(base, MountedBase):
+        vessel, columns = pose_at(base.vessel, t), tuple(zip(*base.rows, strict=True))
+        rows = tuple([multiply(columns, row) for row in vessel.rows])
+        return Pose(rows, to_world(vessel, base.position))
     x, _, _ = base_motion_at(base, t)
     return Pose(rotation(x[3], x[4], x[5]), (x[0], x[1], x[2]))
 
 
-@pose_at.register(type(None))
-def _(base, t):
-    return None
-
-
-@pose_at.register(MountedBase)
-def _(base, t):
-    x, _, _ = base_motion_at(base.vessel, t)
-    rows, (first, second, third) = rotation(x[3], x[4], x[5]), base.rows
-    columns = (
-        (first[0], second[0], third[0]),
-        (first[1], second[1], third[1]),
-        (first[2], second[2], third[2]),
-    )
-    return Pose(
-        (product_row(rows[0], columns), product_row(rows[1], columns), product_row(rows[2], columns)),
-        (
-            x[0] + dot(rows[0], base.position),
-            x[1] + dot(rows[1], base.position),
-            x[2] + dot(rows[2], base.position),
-        ),
-    )
-
-
-def product_row(row, columns):
-    """Return a row (3,) of a product of matrices, from a row of the first and the columns of the second."""
-    return dot(row, columns[0]), dot(row, columns[1]), dot(row, columns[2])
-
-
-@generic
 def to_world(pose, r):
     """Return the point r (3,) [m] of the base in the world."""
-    return r
+    return r if pose is None else add(pose.origin, multiply(pose.rows, r))
 
 
-@to_world.register(Pose)
-def _(pose, r):
-    (x, y, z), (a, b, c) = pose.origin, pose.rows
-    return x + dot(a, r), y + dot(b, r), z + dot(c, r)
-
-
-@generic
 def to_base(pose, a):
     """Return the vector a (3,) of the world in the axes of the base."""
-    return a
+    return a if pose is None else rotate_to_base(pose.rows, a)
 
 
-@to_base.register(Pose)
-def _(pose, a):
-    return rotate_to_base(pose.rows, a)
-
-
-@generic
 def base_state(base, t, angle):
     """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
-    kinematics, pose, (s, c) = base_kinematics_at(base, 0.0, t), pose_at(base, t), sincos(angle)
-    velocity, w = to_turned_axes(kinematics.velocity, s, c), to_turned_axes(kinematics.angular_velocity, s, c)
-    return BaseState(velocity, w, to_turned_axes(pose.rows[2], s, c), pose.origin[2])
-
-
-@base_state.register(type(None))
-def _(base, t, angle):
-    return None
+    if base is None:
+        return None
+    kinematics, pose = base_kinematics_at(base, 0.0, t), pose_at(base, t)
+    still = BaseState(kinematics.velocity, kinematics.angular_velocity, pose.rows[2], pose.origin[2])
+    return turned_about_z(still, angle)
 
 
 def added_energy(base, gravity, mass, r, v):
@@ -280,8 +192,7 @@ def added_energy(base, gravity, mass, r, v):
         mass: kg.
         r, v: its position [m] and velocity [m/s] relative to the base (3,), in the axes of `base`.
     """
-    x, y, z = cross(base.angular_velocity, r)
-    u = (base.velocity[0] + x, base.velocity[1] + y, base.velocity[2] + z)
+    u = add(base.velocity, cross(base.angular_velocity, r))
     return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (base.height + dot(base.up, r) - r[2])
 
 

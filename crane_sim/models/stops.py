@@ -4,7 +4,6 @@ from math import inf
 from typing import Any, NamedTuple
 
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
-from crane_sim.numerics.jit import generic
 from crane_sim.system import Switching
 
 MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
@@ -23,7 +22,6 @@ class Stops(NamedTuple):
     taut: float = 0.0  # 1: a run ends when the rope goes slack, 0: the rope is a rod that can push
 
 
-@generic
 def make_switching(stops, positions):
     """Return the result of `system.switching` for a crane with these stops, None for a crane without.
 
@@ -31,11 +29,8 @@ def make_switching(stops, positions):
         stops: the stops.
         positions: number of positions that the guards depend on where no rope has to stay taut, see `Switching`.
     """
-    return None
-
-
-@make_switching.register(Stops)
-def _(stops, positions):
+    if stops is None:
+        return None
     return Switching(1, 0 if stops.taut > 0.0 else positions, None)
 
 

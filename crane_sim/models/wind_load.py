@@ -9,16 +9,10 @@ from math import sqrt
 from typing import NamedTuple
 
 from crane_sim.files.types import Fraction, NonNegative, Real
-from crane_sim.models.moving_base import Vector, dot, pose_at, to_base, to_turned_axes, to_world
+from crane_sim.models.moving_base import pose_at, to_base, to_turned_axes, to_world
+from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic
-from crane_sim.trajectories.wind import (
-    LogarithmicLaw,
-    PowerLaw,
-    Wind,
-    gust_at,
-    speed_ratio,
-)
+from crane_sim.trajectories.wind import LogarithmicLaw, PowerLaw, gust_at, speed_ratio
 
 
 class Windage(NamedTuple):
@@ -66,31 +60,22 @@ class Airflow(NamedTuple):
     density: float  # kg/m³
 
 
-@generic
 def airflow_at(wind, base, t, angle):
     """Return the Airflow at time t [s] in axes turned by an angle [rad] about the base's z; None without wind."""
-    return None
-
-
-@airflow_at.register(Wind)
-def _(wind, base, t, angle):
-    pose, (s, c), (x, y) = pose_at(base, t), sincos(angle), wind.direction
-    u, v, w = gust_at(wind.gusts[0], t), gust_at(wind.gusts[1], t), gust_at(wind.gusts[2], t)
-    mean = to_turned_axes(to_base(pose, (wind.speed * x, wind.speed * y, 0.0)), s, c)
-    gust = to_turned_axes(to_base(pose, (u * x - v * y, u * y + v * x, w)), s, c)
-    up = to_turned_axes(to_base(pose, (0.0, 0.0, 1.0)), s, c)
+    if wind is None:
+        return None
+    pose, (x, y), (u, v, w) = pose_at(base, t), wind.direction, [gust_at(gust, t) for gust in wind.gusts]
+    mean = to_base(pose, (wind.speed * x, wind.speed * y, 0.0))
+    gust = to_base(pose, (u * x - v * y, u * y + v * x, w))
     height = wind.origin_height + to_world(pose, (0.0, 0.0, 0.0))[2]
-    return Airflow(mean, gust, up, height, wind.height, wind.profile, wind.density)
+    up = to_base(pose, (0.0, 0.0, 1.0))
+    return turned_flow(Airflow(mean, gust, up, height, wind.height, wind.profile, wind.density), angle)
 
 
-@generic
 def turned_flow(flow, angle):
     """Return the Airflow in axes that are turned by an angle [rad] about the z of its own; None without wind."""
-    return None
-
-
-@turned_flow.register(Airflow)
-def _(flow, angle):
+    if flow is None:
+        return None
     s, c = sincos(angle)
     mean, gust, up = to_turned_axes(flow.mean, s, c), to_turned_axes(flow.gust, s, c), to_turned_axes(flow.up, s, c)
     return Airflow(mean, gust, up, flow.height, flow.reference, flow.profile, flow.density)
@@ -99,17 +84,14 @@ def _(flow, angle):
 def relative_flow(flow, r, velocity):
     """Return the velocity (3,) [m/s] of the wind at r [m] less that of a body, `velocity` through still air [m/s]."""
     ratio = speed_ratio(flow.profile, flow.height + dot(flow.up, r), flow.reference)
-    (ux, uy, uz), (gx, gy, gz) = flow.mean, flow.gust
-    return ratio * ux + gx - velocity[0], ratio * uy + gy - velocity[1], ratio * uz + gz - velocity[2]
+    return subtract(add(scale(ratio, flow.mean), flow.gust), velocity)
 
 
 def pressure_drag(flow, windage, v):
     """Return the force (3,) [N] on a body in a relative flow v (3,) [m/s]."""
-    c = 0.5 * flow.density * windage.drag_coefficient * windage.area * sqrt(dot(v, v))
-    return c * v[0], c * v[1], c * v[2]
+    return scale(0.5 * flow.density * windage.drag_coefficient * windage.area * sqrt(dot(v, v)), v)
 
 
-@generic
 def add_wind(flow, windage, force, r, velocity):
     """Return the force (3,) [N] plus the wind's on a body.
 
@@ -119,35 +101,14 @@ def add_wind(flow, windage, force, r, velocity):
         force: on the body (3,) [N].
         r, velocity: of the body (3,): its position [m] and its velocity through still air [m/s].
     """
-    return force
+    if flow is None or windage is None:
+        return force
+    return add(force, pressure_drag(flow, windage, relative_flow(flow, r, velocity)))
 
 
-@add_wind.register(Airflow)
-def _(flow, windage, force, r, velocity):
-    return add_drag_of(windage, flow, force, r, velocity)
-
-
-@generic
-def add_drag_of(windage, flow, force, r, velocity):
-    """Return the result of `add_wind`; `flow` is not None."""
-    return force
-
-
-@add_drag_of.register(Windage)
-def _(windage, flow, force, r, velocity):
-    x, y, z = pressure_drag(flow, windage, relative_flow(flow, r, velocity))
-    return force[0] + x, force[1] + y, force[2] + z
-
-
-@generic
 def rod_drag(windage, flow, along, r, velocity):
     """Return the force (3,) [N] of the wind on a rod with the unit vector `along`; others as in `add_wind`."""
-    return 0.0, 0.0, 0.0
-
-
-@rod_drag.register(RodWindage)
-@rod_drag.register(JibWindage)
-def _(windage, flow, along, r, velocity):
+    if windage is None:
+        return 0.0, 0.0, 0.0
     v = relative_flow(flow, r, velocity)
-    part = dot(v, along)
-    return pressure_drag(flow, windage, (v[0] - part * along[0], v[1] - part * along[1], v[2] - part * along[2]))
+    return pressure_drag(flow, windage, subtract(v, scale(dot(v, along), along)))

@@ -1,44 +1,41 @@
 """Small symmetric systems, written out: L D Lᵀ without pivoting, for matrices that are positive definite."""
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 Matrix = tuple[tuple[Any, ...], ...]
-"""Rows of a matrix (n, n)."""
+"""Rows of a matrix (n, n), or of its lower triangle."""
 
 
 class Factors(NamedTuple):
     """A factored matrix L D Lᵀ."""
 
-    lower: Matrix  # L below its diagonal of ones
+    lower: Matrix  # rows of L left of its diagonal of ones
     inverse_pivots: tuple[Any, ...]  # 1 / D
 
 
 def factor(matrix: Matrix) -> Factors:
     """Return the factors of a positive definite matrix, whose lower triangle is read."""
-    n = len(matrix)
-    lower: list[list[Any]] = [[0.0] * n for _ in range(n)]
-    inverse: list[Any] = []
-    for j in range(n):
-        scaled: list[Any] = []  # D_k L_jk
+    lower, inverse = (), ()
+    for j, row in enumerate(matrix):
+        scaled, own = (), ()  # D_k L_jk, L_jk
         for k in range(j):
-            scaled.append(matrix[j][k] - inner(scaled, lower[k]))
-            lower[j][k] = scaled[k] * inverse[k]
-        inverse.append(1.0 / (matrix[j][j] - inner(scaled, lower[j])))
-    return Factors(tuple(map(tuple, lower)), tuple(inverse))
+            entry = row[k] - inner(scaled, lower[k])
+            scaled, own = (*scaled, entry), (*own, entry * inverse[k])
+        lower, inverse = (*lower, own), (*inverse, 1.0 / (row[j] - inner(scaled, own)))
+    return Factors(lower, inverse)
 
 
 def solve(factors: Factors, b: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return the solution x (n,) of L D Lᵀ x = b."""
-    lower, inverse = factors
-    y: list[Any] = []
-    for i, entry in enumerate(b):
-        y.append(entry - inner(y, lower[i]))
-    x = [entry * pivot for entry, pivot in zip(y, inverse, strict=True)]
+    y, x = (), ()
+    for entry, row in zip(b, factors.lower, strict=True):
+        y = (*y, entry - inner(y, row))
     for i in reversed(range(len(b))):
-        for k in range(i + 1, len(b)):
-            x[i] = x[i] - lower[k][i] * x[k]
-    return tuple(x)
+        total = y[i] * factors.inverse_pivots[i]
+        for k, further in enumerate(x):
+            total = total - factors.lower[i + 1 + k][i] * further
+        x = (total, *x)
+    return x
 
 
 def add(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -46,9 +43,22 @@ def add(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
-def inner(a: Sequence[Any], b: Sequence[Any]) -> Any:
+def subtract(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return a - b (n,)."""
+    return tuple(x - y for x, y in zip(a, b, strict=True))
+
+
+def scale(factor: Any, a: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return a multiple of a (n,)."""
+    return tuple(factor * x for x in a)
+
+
+def inner(a: tuple[Any, ...], b: tuple[Any, ...]) -> Any:
     """Return the sum of the products of the entries of a with the first ones of b, from left to right."""
-    total = 0.0
-    for x, y in zip(a, b, strict=False):
-        total = total + x * y
-    return total
+    return sum(x * y for x, y in zip(a, b, strict=False))
+
+
+def product(matrix: Matrix, a: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the product (n,) of a symmetric matrix, given by its lower triangle, and a vector."""
+    n = len(a)
+    return tuple(sum((matrix[i][k] if k <= i else matrix[k][i]) * a[k] for k in range(n)) for i in range(n))

@@ -1,9 +1,12 @@
-"""A tree of joints and rigid bodies on a base that may move: the equations M(q) v̇ + c(q, v) = τ + Σ Jᵀ f.
+"""A tree of joints and rigid bodies: the equations M(q) v̇ + c(q, v) + g ∂V/∂q = τ + Σ Jᵀ f.
 
-Composite rigid bodies give M, the recursion of Newton and Euler gives c (Featherstone, Rigid Body Dynamics
-Algorithms, 2008, chapters 5 and 6), both about the base's origin. Gravity and the base's motion are the root's
-acceleration. Components are along the base's axes, or, where the first joint slews, along axes that it turns: below
-it a boom then stays in one plane, and most components are the literal 0.
+Composite rigid bodies give M, the recursion of Newton and Euler gives c (Featherstone, Rigid Body Dynamics Algorithms,
+2008, chapters 5 and 6), both about the base's origin and relative to the base; what a moving base imposes is an effort
+(`imposed_efforts`). Components are along the base's axes or, where the first joint turns about their z, along axes that
+turn with it: a boom then stays in one plane, and most components are the integer 0, which costs nothing in code.
+
+Coordinates q are what drives move. The position of a joint is a sum of coordinates, mostly one alone: an elevation that
+is measured from the horizontal is that of the link below plus the joint's own turn.
 """
 
 from typing import Any, NamedTuple
@@ -25,8 +28,7 @@ from crane_sim.multibody.vectors import (
     scale,
     turned_inertia,
 )
-from crane_sim.tracing.elementary import sincos
-from crane_sim.tracing.operations import select
+from crane_sim.numerics.elementary import sincos
 
 X, Y, Z = 0, 1, 2
 """Axes of a link."""
@@ -44,18 +46,18 @@ class Joint(NamedTuple):
     """A joint, and the link that it moves. The link's axes are those of the link below where the position is 0."""
 
     axis: int  # X, Y or Z of the link below
+    position: tuple[tuple[int, int], ...]  # (number of a coordinate, factor): their sum
     slides: bool = False  # along the axis; else it turns about it, right-handed
     reverse: bool = False  # the position counts in the other sense
     parent: int = -1  # number of the joint that moves the link below, -1: it is the base
     offset: Vector = ZERO  # m, of the link's origin at position 0, in the axes of the link below
     bodies: tuple[Body, ...] = ()
-    rotor: Any = 0.0  # kg or kg m², of the motor, at the joint's speed
 
 
 class Point(NamedTuple):
-    """A point of a link, such as the tip that carries the rope."""
+    """A point of a link."""
 
-    joint: int  # that moves the link
+    joint: int  # that moves the link, -1: it is the base
     offset: Vector = ZERO  # m, in the link's axes
 
 
@@ -66,21 +68,12 @@ class Tree(NamedTuple):
     tip: Point
 
 
-class BaseMotion(NamedTuple):
-    """Motion of the base's origin, in the axes of the base."""
-
-    acceleration: Vector  # m/s², with gravity upwards: (0, 0, g) at rest
-    angular_velocity: Vector = ZERO  # rad/s
-    angular_acceleration: Vector = ZERO  # rad/s²
-    velocity: Vector = ZERO  # m/s
-
-
 class Link(NamedTuple):
-    """Motion of a link without joint accelerations."""
+    """Motion of a link relative to the base, without accelerations of coordinates."""
 
     axes: Matrix
     origin: Vector  # m, from the base's origin
-    velocity: Vector  # m/s
+    velocity: Vector  # m/s, of the origin
     angular_velocity: Vector  # rad/s
     acceleration: Vector  # m/s², of the origin
     angular_acceleration: Vector  # rad/s²
@@ -100,7 +93,7 @@ class Composite(NamedTuple):
     mass: Any  # kg
     first_moment: Vector  # kg m, mass times place of the centre
     inertia: Matrix  # kg m², about the base's origin
-    bias: Wrench  # that moves it without joint accelerations
+    bias: Wrench  # that moves it without accelerations of coordinates
 
 
 class Screw(NamedTuple):
@@ -110,120 +103,139 @@ class Screw(NamedTuple):
     angular: Vector
 
 
-class Dynamics(NamedTuple):
-    """A tree at one instant.
-
-    `turn` is (sine, cosine) of the angle about the base's z that the components' axes are turned by: the slew's.
-    """
+class Kinematics(NamedTuple):
+    """Places and motion of a tree's links; `turn` is (sine, cosine) of the angle that the components' axes turn by."""
 
     turn: tuple[Any, Any]
     links: tuple[Link, ...]
     screws: tuple[Screw, ...]
+
+
+class Inertia(NamedTuple):
+    """Inertia and bias of a tree at one instant."""
+
+    matrix: linear.Matrix  # (n, n) of coordinates, lower triangle
+    bias_efforts: tuple[Any, ...]  # c (n,)
+    weights: tuple[Any, ...]  # kg or kg m, (n,): ∂V/∂q of the potential V g
     momenta: tuple[Wrench, ...]  # of each joint's composite at its unit velocity
     bias: Wrench  # of the whole tree
-    mass_matrix: linear.Matrix  # (n, n), lower triangle
-    bias_efforts: tuple[Any, ...]  # c (n,)
-    factors: linear.Factors
+    first_moment: Vector  # kg m, of the whole tree
 
 
-def compute_dynamics(
-    tree: Tree, q: tuple[Any, ...], v: tuple[Any, ...], base: BaseMotion, free: tuple[Any, ...] | None = None
-) -> Dynamics:
-    """Return the dynamics at joint positions q and velocities v, both (n,).
-
-    Args:
-        tree: joints and bodies.
-        q: joint positions (n,) [m or rad].
-        v: joint velocities (n,).
-        base: motion of the base, gravity included.
-        free: (n,) conditions, false where a joint sticks and leaves the equations; None: all joints move.
-    """
-    turn = sincos(q[0]) if _slews(tree) else (0.0, 1.0)
-    links = _move_links(tree, q, v, turn, _root_link(base, turn))
-    screws = tuple(_screw(tree, links, turn, i) for i in range(len(links)))
-    composites = _compose(tree, links)
-    momenta = tuple(_momentum(c, s) for c, s in zip(composites, screws, strict=True))
-    matrix = _mass_matrix(tree, screws, momenta)
-    bias_efforts = tuple(_power(s, c.bias) for c, s in zip(composites, screws, strict=True))
-    total = _sum_of([c.bias for c, joint in zip(composites, tree.joints, strict=True) if joint.parent < 0])
-    factors = linear.factor(matrix if free is None else _without_sticking(matrix, free))
-    return Dynamics(turn, links, screws, momenta, total, matrix, bias_efforts, factors)
+def compute_kinematics(tree: Tree, q: tuple[Any, ...], v: tuple[Any, ...]) -> Kinematics:
+    """Return the kinematics at coordinates q (n,) [m or rad] and rates v (n,)."""
+    slews = _slews(tree)
+    turn = sincos(_sum_of(q, tree.joints[0].position)) if slews else (0, 1)
+    root, links = Link(IDENTITY, ZERO, ZERO, ZERO, ZERO, ZERO, (ZERO, ZERO, ZERO)), ()
+    for joint in tree.joints:
+        below = links[joint.parent] if joint.parent >= 0 else root
+        links = (*links, _move_link(joint, below, q, v, slews and joint.parent < 0))
+    screws = tuple(_screw(tree, links, i) for i in range(len(links)))
+    return Kinematics(turn, links, screws)
 
 
-def accelerations(dynamics: Dynamics, efforts: tuple[Any, ...], free: tuple[Any, ...] | None = None) -> tuple[Any, ...]:
-    """Return joint accelerations (n,) under efforts (n,) on the joints, 0 where a joint sticks.
-
-    Efforts are those of drives and springs, and what forces on the links add: `efforts_of`.
-    """
-    rest = tuple(u - c for u, c in zip(efforts, dynamics.bias_efforts, strict=True))
-    if free is not None:
-        rest = tuple(select(moves, entry, 0.0) for moves, entry in zip(free, rest, strict=True))
-    return linear.solve(dynamics.factors, rest)
-
-
-def efforts_of(tree: Tree, dynamics: Dynamics, point: Point, force: Vector, moment: Vector = ZERO) -> tuple[Any, ...]:
-    """Return the joint efforts Jᵀ f (n,) of a force [N] on a point of a link and a moment [N m] on it.
-
-    Force and moment are in the components' axes.
-    """
-    wrench = Wrench(force, add(moment, cross(point_position(dynamics, point), force)))
-    below = _ancestors(tree, point.joint)
-    return tuple(_power(s, wrench) if i in below else 0.0 for i, s in enumerate(dynamics.screws))
+def compute_inertia(tree: Tree, kinematics: Kinematics, n: int) -> Inertia:
+    """Return inertia and bias of a tree with n coordinates."""
+    composites = _compose(tree, kinematics.links)
+    momenta = tuple(_momentum(c, s) for c, s in zip(composites, kinematics.screws, strict=True))
+    joints = [(c.bias, s) for c, s in zip(composites, kinematics.screws, strict=True)]
+    bias_efforts = to_coordinates(tree, tuple(_power(screw, bias) for bias, screw in joints), n)
+    roots = [c for c, joint in zip(composites, tree.joints, strict=True) if joint.parent < 0]
+    return Inertia(
+        matrix=_matrix_of_coordinates(tree, _matrix_of_joints(tree, kinematics.screws, momenta), n),
+        bias_efforts=bias_efforts,
+        weights=to_coordinates(tree, tuple(momentum.force[Z] for momentum in momenta), n),
+        momenta=momenta,
+        bias=_total([c.bias for c in roots]),
+        first_moment=_sum_vectors([c.first_moment for c in roots]),
+    )
 
 
-def point_position(dynamics: Dynamics, point: Point) -> Vector:
-    """Return the place [m] of a point, from the base's origin."""
-    link = dynamics.links[point.joint]
-    return add(link.origin, combine(link.axes, point.offset))
-
-
-def point_velocity(dynamics: Dynamics, point: Point) -> Vector:
-    """Return the velocity [m/s] of a point, that of the base included."""
-    link = dynamics.links[point.joint]
-    return add(link.velocity, cross(link.angular_velocity, combine(link.axes, point.offset)))
-
-
-def point_acceleration(tree: Tree, dynamics: Dynamics, point: Point, joint_accelerations: tuple[Any, ...]) -> Vector:
-    """Return the acceleration [m/s²] of a point, with that of the base and gravity upwards."""
-    link = dynamics.links[point.joint]
-    total = add(link.acceleration, multiply(link.gradient, combine(link.axes, point.offset)))
-    place = point_position(dynamics, point)
-    for i in _ancestors(tree, point.joint):
-        screw = dynamics.screws[i]
-        total = add(total, scale(joint_accelerations[i], add(screw.linear, cross(screw.angular, place))))
+def to_coordinates(tree: Tree, efforts: tuple[Any, ...], n: int) -> tuple[Any, ...]:
+    """Return the efforts on n coordinates of efforts on the tree's joints."""
+    total = (0,) * n
+    for joint, effort in zip(tree.joints, efforts, strict=True):
+        for i, factor in joint.position:
+            total = (*total[:i], total[i] + factor * effort, *total[i + 1 :])
     return total
 
 
-def point_mobility(tree: Tree, dynamics: Dynamics, point: Point, n: Vector, free: tuple[Any, ...] | None = None) -> Any:
-    """Return the mobility nᵀ J M⁻¹ Jᵀ n [1/kg] of a point along the unit vector n."""
-    levers = efforts_of(tree, dynamics, point, n)
-    if free is not None:
-        levers = tuple(select(moves, lever, 0.0) for moves, lever in zip(free, levers, strict=True))
-    answer = linear.solve(dynamics.factors, levers)
-    return linear.inner(levers, answer)
+def efforts_of(tree: Tree, kinematics: Kinematics, n: int, joint: int, wrench: Wrench) -> tuple[Any, ...]:
+    """Return the efforts Jᵀ f (n,) of a wrench on the link of a joint, in the components' axes."""
+    below = _ancestors(tree, joint)
+    powers = [_power(screw, wrench) if i in below else 0 for i, screw in enumerate(kinematics.screws)]
+    return to_coordinates(tree, tuple(powers), n)
 
 
-def base_reaction(dynamics: Dynamics, joint_accelerations: tuple[Any, ...]) -> Wrench:
-    """Return the wrench that moves the tree: of the base and of all forces on links together."""
-    moved = [_scaled(momentum, a) for momentum, a in zip(dynamics.momenta, joint_accelerations, strict=True)]
-    return _sum_of([dynamics.bias, *moved])
+def wrench_at(place: Vector, force: Vector) -> Wrench:
+    """Return the wrench of a force [N] at a place [m]."""
+    return Wrench(force, cross(place, force))
 
 
-def to_tree_axes(dynamics: Dynamics, a: Vector) -> Vector:
+def point_position(kinematics: Kinematics, point: Point) -> Vector:
+    """Return the place [m] of a point, from the base's origin."""
+    if point.joint < 0:
+        return point.offset
+    link = kinematics.links[point.joint]
+    return add(link.origin, combine(link.axes, point.offset))
+
+
+def point_velocity(kinematics: Kinematics, point: Point) -> Vector:
+    """Return the velocity [m/s] of a point relative to the base."""
+    link = kinematics.links[point.joint]
+    return add(link.velocity, cross(link.angular_velocity, combine(link.axes, point.offset)))
+
+
+def point_acceleration(tree: Tree, kinematics: Kinematics, point: Point, qdd: tuple[Any, ...]) -> Vector:
+    """Return the acceleration [m/s²] of a point relative to the base at accelerations qdd (n,) of coordinates."""
+    link = kinematics.links[point.joint]
+    total = add(link.acceleration, multiply(link.gradient, combine(link.axes, point.offset)))
+    return add(total, velocity_at_rates(tree, kinematics, point, qdd))
+
+
+def velocity_at_rates(tree: Tree, kinematics: Kinematics, point: Point, rates: tuple[Any, ...]) -> Vector:
+    """Return J v [m/s]: the velocity of a point relative to the base at rates (n,) of coordinates."""
+    total, place = ZERO, point_position(kinematics, point)
+    for i in _ancestors(tree, point.joint):
+        screw = kinematics.screws[i]
+        rate = _sum_of(rates, tree.joints[i].position)
+        total = add(total, scale(rate, add(screw.linear, cross(screw.angular, place))))
+    return total
+
+
+def body_motions(tree: Tree, kinematics: Kinematics) -> tuple[tuple[int, Body, Vector, Vector, Matrix, Vector], ...]:
+    """Return (joint, body, place [m] and velocity [m/s] of its centre, inertia [kg m²], angular velocity) of all."""
+    motions = ()
+    for i, (joint, link) in enumerate(zip(tree.joints, kinematics.links, strict=True)):
+        for body in joint.bodies:
+            r = combine(link.axes, body.centre)
+            velocity = add(link.velocity, cross(link.angular_velocity, r))
+            inertia = turned_inertia(link.axes, body.inertia)
+            motions = (*motions, (i, body, add(link.origin, r), velocity, inertia, link.angular_velocity))
+    return motions
+
+
+def tree_reaction(tree: Tree, inertia: Inertia, qdd: tuple[Any, ...], gravity: Any) -> Wrench:
+    """Return the wrench of a base at rest on the tree, on which no other forces act, at accelerations qdd (n,)."""
+    total = inertia.bias
+    for momentum, joint in zip(inertia.momenta, tree.joints, strict=True):
+        rate = _sum_of(qdd, joint.position)
+        total = _total([total, Wrench(scale(rate, momentum.force), scale(rate, momentum.moment))])
+    x, y, _ = scale(gravity, inertia.first_moment)
+    mass = sum(body.mass for joint in tree.joints for body in joint.bodies)
+    return Wrench(add(total.force, (0, 0, gravity * mass)), add(total.moment, (y, -x, 0)))
+
+
+def to_tree_axes(turn: tuple[Any, Any], a: Vector) -> Vector:
     """Return a vector of the base's axes in the components' axes."""
-    return _turn_back(a, dynamics.turn)
+    s, c = turn
+    return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
 
-def to_base_axes(dynamics: Dynamics, a: Vector) -> Vector:
+def to_base_axes(turn: tuple[Any, Any], a: Vector) -> Vector:
     """Return a vector of the components' axes in the base's."""
-    s, c = dynamics.turn
+    s, c = turn
     return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
-
-
-def slew(tree: Tree) -> int | None:
-    """Return the number of the first joint below the tip that turns about its z axis, None where none does."""
-    turning = [i for i in _ancestors(tree, tree.tip.joint) if tree.joints[i].axis == Z and not tree.joints[i].slides]
-    return min(turning, default=None)
 
 
 def _slews(tree: Tree) -> bool:
@@ -231,36 +243,21 @@ def _slews(tree: Tree) -> bool:
     return first.axis == Z and not first.slides and not first.reverse and all(j.parent >= 0 for j in tree.joints[1:])
 
 
-def _root_link(base: BaseMotion, turn: tuple[Any, Any]) -> Link:
-    """Return the base as a link, in the components' axes."""
-    w, alpha = _turn_back(base.angular_velocity, turn), _turn_back(base.angular_acceleration, turn)
-    axes = tuple(_turn_back(axis, turn) for axis in IDENTITY)
-    acceleration, velocity = _turn_back(base.acceleration, turn), _turn_back(base.velocity, turn)
-    return Link(axes, ZERO, velocity, w, acceleration, alpha, acceleration_gradient(w, alpha))  # type: ignore[arg-type]
+def _sum_of(q: tuple[Any, ...], position: tuple[tuple[int, int], ...]) -> Any:
+    return sum(factor * q[i] for i, factor in position)
 
 
-def _turn_back(a: Vector, turn: tuple[Any, Any]) -> Vector:
-    s, c = turn
-    return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
-
-
-def _move_links(
-    tree: Tree, q: tuple[Any, ...], v: tuple[Any, ...], turn: tuple[Any, Any], root: Link
-) -> tuple[Link, ...]:
-    links: list[Link] = []
-    for i, joint in enumerate(tree.joints):
-        below = root if joint.parent < 0 else links[joint.parent]
-        carried = _carry(below, joint.offset)
-        if joint.slides:
-            links.append(_slide(carried, _axis(joint, below.axes), q[i], v[i]))
-        else:
-            axes = IDENTITY if i == 0 and _slews(tree) else _turn_axes(joint, below.axes, q[i])
-            links.append(_turn(carried, axes, _axis(joint, below.axes), v[i]))
-    return tuple(links)
+def _move_link(joint: Joint, below: Link, q: tuple[Any, ...], v: tuple[Any, ...], turns_axes: bool) -> Link:
+    carried, axis = _carry(below, joint.offset), _axis(joint, below.axes)
+    rate = _sum_of(v, joint.position)
+    if joint.slides:
+        return _slide(carried, axis, _sum_of(q, joint.position), rate)
+    axes = IDENTITY if turns_axes else _turn_axes(joint, below.axes, _sum_of(q, joint.position))
+    return _turn(carried, axes, axis, rate)
 
 
 def _axis(joint: Joint, axes: Matrix) -> Vector:
-    return scale(-1.0, axes[joint.axis]) if joint.reverse else axes[joint.axis]
+    return scale(-1, axes[joint.axis]) if joint.reverse else axes[joint.axis]
 
 
 def _carry(link: Link, offset: Vector) -> Link:
@@ -285,13 +282,12 @@ def _slide(link: Link, axis: Vector, q: Any, v: Any) -> Link:
 
 def _turn_axes(joint: Joint, axes: Matrix, angle: Any) -> Matrix:
     """Return the axes after a turn about one of them; the other two turn in their plane."""
-    s, c = sincos(angle)
+    s, c = (0, 1) if isinstance(angle, int) else sincos(angle)
     s = -s if joint.reverse else s
-    turned = list(axes)
     i, j = (joint.axis + 1) % 3, (joint.axis + 2) % 3
-    turned[i] = add(scale(c, axes[i]), scale(s, axes[j]))
-    turned[j] = add(scale(c, axes[j]), scale(-s, axes[i]))
-    return tuple(turned)  # type: ignore[return-value]
+    first = add(scale(c, axes[i]), scale(s, axes[j]))
+    second = add(scale(c, axes[j]), scale(-s, axes[i]))
+    return tuple(first if k == i else second if k == j else axes[k] for k in range(3))  # type: ignore[return-value]
 
 
 def _turn(link: Link, axes: Matrix, axis: Vector, v: Any) -> Link:
@@ -303,24 +299,25 @@ def _turn(link: Link, axes: Matrix, axis: Vector, v: Any) -> Link:
     )
 
 
-def _screw(tree: Tree, links: tuple[Link, ...], turn: tuple[Any, Any], i: int) -> Screw:
+def _screw(tree: Tree, links: tuple[Link, ...], i: int) -> Screw:
     joint, link = tree.joints[i], links[i]
-    below = tuple(_turn_back(axis, turn) for axis in IDENTITY) if joint.parent < 0 else links[joint.parent].axes
-    axis = _axis(joint, below)  # type: ignore[arg-type]
+    below = links[joint.parent].axes if joint.parent >= 0 else IDENTITY
+    axis = _axis(joint, below)
     return Screw(axis, ZERO) if joint.slides else Screw(cross(link.origin, axis), axis)
 
 
-def _compose(tree: Tree, links: tuple[Link, ...]) -> list[Composite]:
-    composites = [_link_composite(joint, link) for joint, link in zip(tree.joints, links, strict=True)]
-    for i in reversed(range(len(composites))):
+def _compose(tree: Tree, links: tuple[Link, ...]) -> tuple[Composite, ...]:
+    composites = tuple(_link_composite(joint, link) for joint, link in zip(tree.joints, links, strict=True))
+    for i in reversed(range(len(links))):
         parent = tree.joints[i].parent
         if parent >= 0:
-            composites[parent] = _join(composites[parent], composites[i])
+            whole = _join(composites[parent], composites[i])
+            composites = (*composites[:parent], whole, *composites[parent + 1 :])
     return composites
 
 
 def _link_composite(joint: Joint, link: Link) -> Composite:
-    total = Composite(0.0, ZERO, (ZERO, ZERO, ZERO), Wrench(ZERO, ZERO))
+    total = Composite(0, ZERO, (ZERO, ZERO, ZERO), Wrench(ZERO, ZERO))
     for body in joint.bodies:
         total = _join(total, _body_composite(body, link))
     return total
@@ -339,7 +336,7 @@ def _body_composite(body: Body, link: Link) -> Composite:
 
 def _join(a: Composite, b: Composite) -> Composite:
     inertia = add_matrices(a.inertia, b.inertia)
-    return Composite(a.mass + b.mass, add(a.first_moment, b.first_moment), inertia, _sum_of([a.bias, b.bias]))
+    return Composite(a.mass + b.mass, add(a.first_moment, b.first_moment), inertia, _total([a.bias, b.bias]))
 
 
 def _momentum(composite: Composite, screw: Screw) -> Wrench:
@@ -349,44 +346,48 @@ def _momentum(composite: Composite, screw: Screw) -> Wrench:
     return Wrench(linear_part, add(multiply(composite.inertia, screw.angular), cross(h, screw.linear)))
 
 
-def _mass_matrix(tree: Tree, screws: tuple[Screw, ...], momenta: tuple[Wrench, ...]) -> linear.Matrix:
-    rows = []
-    for i, joint in enumerate(tree.joints):
+def _matrix_of_joints(tree: Tree, screws: tuple[Screw, ...], momenta: tuple[Wrench, ...]) -> linear.Matrix:
+    """Return the lower triangle of the mass matrix of the joints."""
+    rows = ()
+    for i, momentum in enumerate(momenta):
         below = _ancestors(tree, i)
-        row = [_power(screws[k], momenta[i]) if k in below else 0.0 for k in range(i + 1)]
-        row[i] = row[i] + joint.rotor
-        rows.append(tuple(row))
-    return tuple(rows)
+        rows = (*rows, tuple(_power(screws[k], momentum) if k in below else 0 for k in range(i + 1)))
+    return rows
 
 
-def _without_sticking(matrix: linear.Matrix, free: tuple[Any, ...]) -> linear.Matrix:
-    """Return the matrix with the rows and columns of sticking joints replaced by those of the identity."""
-    rows = []
-    for i, row in enumerate(matrix):
-        kept = [select(free[i], select(free[k], row[k], 0.0), 0.0) for k in range(i)]
-        rows.append((*kept, select(free[i], row[i], 1.0)))
-    return tuple(rows)
+def _matrix_of_coordinates(tree: Tree, matrix: linear.Matrix, n: int) -> linear.Matrix:
+    """Return the lower triangle of AᵀMA, M the mass matrix of the joints, A their positions by coordinates."""
+    rows = ()
+    for k in range(n):
+        full = tuple(sum(f * _entry(matrix, j, i) for i, f in _uses(tree, k)) for j in range(len(matrix)))
+        rows = (*rows, tuple(sum(f * full[j] for j, f in _uses(tree, other)) for other in range(k + 1)))
+    return rows
 
 
-def _ancestors(tree: Tree, i: int) -> set[int]:
-    """Return the numbers of the joints that move link i: joint i, and those below."""
-    found = set()
-    while i >= 0:
-        found.add(i)
-        i = tree.joints[i].parent
-    return found
+def _uses(tree: Tree, k: int) -> tuple[tuple[int, int], ...]:
+    """Return (number of a joint, factor) of those that coordinate k moves."""
+    return tuple((i, f) for i, joint in enumerate(tree.joints) for number, f in joint.position if number == k)
+
+
+def _entry(matrix: linear.Matrix, i: int, k: int) -> Any:
+    return matrix[i][k] if k <= i else matrix[k][i]
+
+
+def _ancestors(tree: Tree, i: int) -> tuple[int, ...]:
+    """Return the numbers of the joints that move link i: those below, and joint i."""
+    return () if i < 0 else (*_ancestors(tree, tree.joints[i].parent), i)
 
 
 def _power(screw: Screw, wrench: Wrench) -> Any:
     return dot(screw.linear, wrench.force) + dot(screw.angular, wrench.moment)
 
 
-def _scaled(wrench: Wrench, factor: Any) -> Wrench:
-    return Wrench(scale(factor, wrench.force), scale(factor, wrench.moment))
-
-
-def _sum_of(wrenches: list[Wrench]) -> Wrench:
-    total = Wrench(ZERO, ZERO)
-    for wrench in wrenches:
-        total = Wrench(add(total.force, wrench.force), add(total.moment, wrench.moment))
+def _sum_vectors(vectors: list[Vector]) -> Vector:
+    total = ZERO
+    for vector in vectors:
+        total = add(total, vector)
     return total
+
+
+def _total(wrenches: list[Wrench]) -> Wrench:
+    return Wrench(_sum_vectors([w.force for w in wrenches]), _sum_vectors([w.moment for w in wrenches]))

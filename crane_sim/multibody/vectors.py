@@ -7,8 +7,8 @@ Vector = tuple[Any, Any, Any]
 Matrix = tuple[Vector, Vector, Vector]
 """Rows."""
 
-ZERO: Vector = (0.0, 0.0, 0.0)
-IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+ZERO: Vector = (0, 0, 0)
+IDENTITY: Matrix = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 def add(a: Vector, b: Vector) -> Vector:
@@ -62,6 +62,11 @@ def acceleration_gradient(w: Vector, alpha: Vector) -> Matrix:
     )
 
 
+def diagonal(x: Any, y: Any, z: Any) -> Matrix:
+    """Return the matrix with these entries on its diagonal."""
+    return (x, 0, 0), (0, y, 0), (0, 0, z)
+
+
 def point_inertia(mass: Any, r: Vector) -> Matrix:
     """Return the inertia m (r² 1 - r rᵀ) [kg m²] of a mass at r about the origin."""
     x, y, z = scale(mass, r)
@@ -72,6 +77,6 @@ def point_inertia(mass: Any, r: Vector) -> Matrix:
 
 def turned_inertia(axes: Matrix, inertia: Matrix) -> Matrix:
     """Return a body's inertia in the axes that `axes`, the body's own, are given in: the sum of I_ij e_i e_jᵀ."""
-    columns = [combine(axes, row) for row in inertia]  # Σ_j I_ij e_j
-    entries = [[sum(axes[k][i] * columns[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
-    return tuple(entries[0]), tuple(entries[1]), tuple(entries[2])  # type: ignore[return-value]
+    columns = tuple(combine(axes, row) for row in inertia)  # Σ_j I_ij e_j
+    rows = tuple(tuple(sum(axes[k][i] * columns[k][j] for k in range(3)) for j in range(3)) for i in range(3))
+    return rows  # type: ignore[return-value]

@@ -9,12 +9,6 @@ from crane_sim.numerics.jit import routine, simd_range
 
 
 @routine
-def add_arrays(x, y):
-    """Return x + y."""
-    return add_scaled_arrays(x, 1.0, y)
-
-
-@routine
 def scale_array(a, x):
     """Return a x."""
     out = np.empty_like(x)
@@ -87,8 +81,3 @@ def dense(row: tuple[float | None, ...]) -> tuple[float, ...]:
 def store(rows: Any, i: int, first: int, values: tuple[float, ...]) -> None:
     """Copy the values, any number of them, into row i from column `first` on."""
     rows[i, first : first + len(values)] = values
-
-
-def copy_into(out: Any, values: tuple[float, ...]) -> None:
-    """Copy the values into an array of the same length, which may be 0."""
-    out[:] = values

@@ -4,6 +4,7 @@ A function of plain Python that an entry point calls is compiled with it: there 
 it computes with floats. What may be said of a function:
 
 - `entry_point`: Python calls it, and it runs as machine code, cached on disk.
+- `optimisation`: an entry point that runs for some instants of a run only is compiled quickly, to slower code.
 - `routine`: it is not inlined into its callers: a long one, of which copies would cost time to compile.
 - `generic`: it has single dispatch, one implementation for each type of its first argument, like
   functools.singledispatch; the type is known when a call is traced.
@@ -17,8 +18,12 @@ import functools
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from crane_sim.tracing.calls import forget_functions
 from crane_sim.tracing.code_cache import note_implementation
 from crane_sim.tracing.entry_point import EntryPoint
+from crane_sim.tracing.machine_code import LIGHT as LIGHT
+from crane_sim.tracing.machine_code import NONE as NONE
+from crane_sim.tracing.machine_code import Optimisation
 from crane_sim.tracing.vectors import local_array as local_array
 from crane_sim.tracing.vectors import simd_range as simd_range
 from crane_sim.tracing.vectors import use_wide_vectors as use_wide_vectors
@@ -29,6 +34,16 @@ Function = Callable[..., Any]
 def entry_point(f: Any) -> EntryPoint:
     """Return `f` as a function that runs as machine code."""
     return EntryPoint(f)
+
+
+def optimisation(level: Optimisation) -> Callable[[Function], Function]:
+    """Return a decorator of an entry point's function, which is compiled with this optimisation."""
+
+    def note(f: Function) -> Function:
+        f.optimisation = level  # type: ignore[attr-defined]
+        return f
+
+    return note
 
 
 def routine(f: Function) -> Function:
@@ -44,8 +59,8 @@ class TypeDispatched(Protocol):
         """Call the implementation for these arguments."""
         ...
 
-    def register(self, cls: type) -> Callable[[Function], Function]:
-        """Return a decorator that adds the implementation for first arguments of class `cls`."""
+    def register(self, *classes: type) -> Callable[[Function], Function]:
+        """Return a decorator that adds the implementation for first arguments of these classes."""
         ...
 
     def has_implementation(self, cls: type) -> bool:
@@ -56,7 +71,7 @@ class TypeDispatched(Protocol):
 def generic(f: Function) -> TypeDispatched:
     """Return a function with single dispatch on the type of its first argument, in Python and in compiled code alike.
 
-    `f.register(Type)` adds the implementation for a NamedTuple class, for `tuple` (any other tuple), for `float`,
+    `f.register(Type, …)` adds the implementation for NamedTuple classes, for `tuple` (any other tuple), for `float`,
     `np.ndarray` or `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default.
     """
     table = functools.singledispatch(f)
@@ -66,11 +81,14 @@ def generic(f: Function) -> TypeDispatched:
     def call(*args: Any) -> Any:
         return implementations[type(args[0])](*args)
 
-    def register(cls: type) -> Callable[[Function], Function]:
+    def register(*classes: type) -> Callable[[Function], Function]:
         def add(implementation: Function) -> Function:
             implementations.clear()
-            note_implementation(f, cls, implementation)
-            return table.register(cls)(implementation)
+            forget_functions()
+            for cls in classes:
+                note_implementation(f, cls, implementation)
+                table.register(cls)(implementation)
+            return implementation
 
         return add
 

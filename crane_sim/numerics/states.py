@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from crane_sim.numerics.arrays import (
-    add_arrays,
     add_scaled_arrays,
     array_square,
     dense,
@@ -26,7 +25,7 @@ State = Any
 def add(x: State, y: State) -> State:
     """Return x + y."""
     if isinstance(x, np.ndarray):
-        return add_arrays(x, y)
+        return add_scaled_arrays(x, 1.0, y)
     return tuple([add(a, b) for a, b in zip(x, y, strict=True)]) if isinstance(x, tuple) else x + y
 
 
@@ -59,9 +58,10 @@ def weighted_sum(h: float, row: tuple[float | None, ...], ks: tuple[State, ...])
 
 
 def add_weighted(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
-    """Return x + the sum of `weighted_sum`; of arrays, `out` is filled with it, and not returned."""
+    """Return x + the sum of `weighted_sum`; an array as `out`, which is filled; its ks are rows of a scratch."""
     if isinstance(x, np.ndarray):
-        return move_rows(x, h, dense(row), ks.rows, out)
+        move_rows(x, h, dense(row), ks.rows, out)
+        return out
     return add(x, weighted_sum(h, row, ks))
 
 

@@ -12,8 +12,8 @@ from crane_sim.description.pendulum import cable_length
 from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.models.falls.crane import FallsCrane
-from crane_sim.models.supports.actuated_support import bare_support
 from crane_sim.models.supports.flexible import rigid_support
+from crane_sim.models.supports.support import structure_of
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.rotations import rotations_about_z
@@ -50,7 +50,7 @@ class Framing(NamedTuple):
 
 def of_knuckle(scene: Scene) -> Framing:
     """Return how to draw a scene's knuckle-boom crane."""
-    support = bare_support(scene.model.support)
+    support = structure_of(scene.model.support)
     size = support.boom.length + support.jib.length
     heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])  # where the crane works
     aside = heading - radians(72.0)
@@ -138,7 +138,7 @@ def hung_mass(crane: Any) -> float:
 def gantry_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
     crane = scene.model
-    weight, portal = crane.gravity * heaviest_load(crane), bare_support(crane.support).bridge.mass
+    weight, portal = crane.gravity * heaviest_load(crane), crane.support.structure.bridge.mass
     hoist = weight if scene.effort_units[2] == "N" else 1.0
     return 0.1 * weight, 0.05 * portal, hoist
 
@@ -150,7 +150,7 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
     a slew or a trolley a tenth of it.
     """
     radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
-    crane, support = scene.model, rigid_support(bare_support(scene.model.support))
+    crane, support = scene.model, rigid_support(structure_of(scene.model.support))
     load = hung_mass(crane)
     section = support.telescope.mass if isinstance(support, TelescopicBoom) else 0.0
     masses: dict[str, float] = dict.fromkeys(("slew", "trolley", "bridge"), 0.1 * load)
@@ -188,7 +188,7 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     takes its acceleration or its rate gets one of its unit.
     """
     crane = scene.model
-    support, load = bare_support(crane.support), hung_mass(crane)
+    support, load = structure_of(crane.support), hung_mass(crane)
     boom, jib = support.boom, support.jib
     scales = {"N m": crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass), "N": load * crane.gravity}
     scales |= {"m/s²": 1.0, "m/s": 1.0}

@@ -44,36 +44,36 @@ def average(part: Any) -> Any:
 
 
 @average.register
-def _(part: Base) -> Base:
+def _average_base(part: Base) -> Base:
     constant_part = np.where(part.frequencies == 0.0, part.amplitudes * np.sin(part.phases), 0.0)
     return Base(part.offsets + constant_part.sum(axis=1), *np.zeros((3, len(part.offsets), 1)))
 
 
 @average.register
-def _(part: SplineBase) -> SplineBase:
+def _average_spline(part: SplineBase) -> SplineBase:
     spans, powers = np.diff(part.knots), np.arange(1, part.coefficients.shape[2] + 1)
     areas = np.sum(part.coefficients * spans[:, None] ** powers / powers, axis=(1, 2))
     return SplineBase(part.knots[[0, -1]], (areas / spans.sum()).reshape(-1, 1, 1))
 
 
 @average.register
-def _(part: Gust) -> Gust:
+def _average_gust(part: Gust) -> Gust:
     return Gust(part.rate, np.zeros((1, part.nodes.shape[1])))
 
 
 @average.register
-def _(part: Sine) -> Sine:
+def _average_sine(part: Sine) -> Sine:
     constant_part = part.amplitude * sin(part.phase) if part.frequency == 0.0 else 0.0
     return Sine(0.0, 0.0, part.offset + constant_part)
 
 
 @average.register
-def _(part: Polynomial) -> Polynomial:
+def _average_polynomial(part: Polynomial) -> Polynomial:
     return part if not any(part.coefficients[1:]) else Polynomial((0.0,) * len(part.coefficients))
 
 
 @average.register
-def _(part: Table) -> Table:
+def _average_table(part: Table) -> Table:
     if len(set(part.values)) == 1:
         return part
     mean = float(np.trapezoid(part.values, part.times)) / (part.times[-1] - part.times[0])
@@ -81,10 +81,10 @@ def _(part: Table) -> Table:
 
 
 @average.register
-def _(part: PrescribedAxis) -> PrescribedAxis:
+def _rest_axis(part: PrescribedAxis) -> PrescribedAxis:
     return PrescribedAxis(REST)
 
 
 @average.register
-def _(part: PrescribedHoist) -> PrescribedHoist:
+def _rest_hoist(part: PrescribedHoist) -> PrescribedHoist:
     return PrescribedHoist(REST)

@@ -4,6 +4,7 @@ import copy
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -68,12 +69,12 @@ class Scene:
     hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
     instruments: Instruments | None = None  # camera and motion reference unit; None without
 
-    @property
+    @cached_property
     def period_ns(self) -> int:
         """The period in whole nanoseconds: stamps are multiples of it."""
         return round(self.period * 1e9)
 
-    @property
+    @cached_property
     def steps(self) -> int:
         """Control periods in the run, at least one."""
         return max(1, round(self.duration / self.period))

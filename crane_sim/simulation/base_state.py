@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crane_sim.models.moving_base import base_kinematics_at, pose_at
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import NONE, entry_point, optimisation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,15 +29,13 @@ class BaseState(NamedTuple):
 
 
 @entry_point
+@optimisation(NONE)
 def fill_base_state(base, gravity, t, out):
     """Fill out (8, 3) with the fields of `BaseState`, in their order, of a moving base at time t [s]."""
     pose, motion = pose_at(base, t), base_kinematics_at(base, gravity, t)
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = pose.rows[i][j]
-        out[3, i], out[4, i] = pose.origin[i], motion.velocity[i]
-        out[5, i], out[6, i] = motion.angular_velocity[i], -motion.imposed[i]
-        out[7, i] = motion.angular_acceleration[i]
+    out[:3], out[3], out[4] = pose.rows, pose.origin, motion.velocity
+    out[5], out[7] = motion.angular_velocity, motion.angular_acceleration
+    out[6] = tuple([-x for x in motion.imposed])
     out[6, 2] += gravity  # `imposed` is without it
 
 

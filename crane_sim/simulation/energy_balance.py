@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 
 Array = npt.NDArray[np.float64]
 
@@ -51,8 +51,7 @@ def work_instant(balance, metered, q, u, supplied):
     """Take the work of one instant into the sums; return what was supplied up to it [J]."""
     if not metered and balance.count[0] > 0:
         balance.work[0], balance.work[1] = work_up_to(balance.work, balance.last, q)
-    for j in range(len(q)):
-        balance.last[0, j], balance.last[1, j] = q[j], u[j]
+    balance.last[0], balance.last[1] = q, u
     balance.count[0] += 1
     return supplied if metered else balance.work[0] + balance.work[1]
 
@@ -68,6 +67,7 @@ def balance_instant(balance, metered, q, u, supplied, kinetic, potential):
 
 
 @entry_point
+@optimisation(LIGHT)
 def balance_instants(balance, metered, q, u, supplied, kinetic, potential):
     """Take K instants into the sums, one a period.
 
@@ -84,6 +84,7 @@ def balance_instants(balance, metered, q, u, supplied, kinetic, potential):
 
 
 @entry_point
+@optimisation(LIGHT)
 def supplied_up_to(balance, metered, q, supplied):
     """Return the energy [J] supplied up to positions q (nu,), where the meter reads `supplied` [J]."""
     if metered or balance.count[0] == 0:
@@ -93,6 +94,7 @@ def supplied_up_to(balance, metered, q, supplied):
 
 
 @entry_point
+@optimisation(LIGHT)
 def balance_errors(balance, metered, q, energy, supplied):
     """Return (energy error at the end, the largest of all instants), relative to the range of the energies.
 

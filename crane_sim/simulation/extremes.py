@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
 from crane_sim.scenes.schema.rigging import ATTITUDE
@@ -43,6 +43,7 @@ def note_range_at(row, low, high):
 
 
 @entry_point
+@optimisation(LIGHT)
 def note_range(rows, low, high):
     """Update the least `low` (m,) and greatest `high` (m,) values of each column of rows (K, m)."""
     for i in range(len(rows)):

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from crane_sim import system
 from crane_sim.hardware.faults import JOINT_STUCK, SCHEDULED, SENSOR_LOSS, FaultLog
 from crane_sim.hardware.ideal_servos import IdealServos
 from crane_sim.hardware.payloads import apply_payload_fault
@@ -18,18 +19,14 @@ from crane_sim.hardware.records import TOTALS, ideal_sensors, make_records
 from crane_sim.hardware.reference_profiles import PHASES
 from crane_sim.hardware.servos import Servos
 from crane_sim.hardware.settings import BrakeSettings, HardwareConfig, ideal_hardware
-from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.actuated_support import ActuatedSupport
-from crane_sim.models.supports.backlash import GearedSupport
-from crane_sim.models.supports.flexible import FlexibleSupport
-from crane_sim.models.supports.swaying_tower import SwayingTower
+from crane_sim.models.supports.flexible import without_bending
+from crane_sim.models.supports.support import Support, trailing_count
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
 from crane_sim.simulation.initial_demands import initial_demands
 from crane_sim.stepping.hardware_periods import (
     HardwareState,
-    command_at,
     hardware_step,
     measure_states,
     sample_first_state,
@@ -89,22 +86,9 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
 
 def stiffened(model: Any, q: Array) -> tuple[Any, Array]:
     """Return (model, positions) without play of drives and bending, which would hide joints' inertia; else both."""
-    support, further = getattr(model, "support", None), 0
-    if isinstance(support, GearedSupport):
-        further, support = len(support.drives.inertia), support.support
-    bent = support.support if isinstance(support, ActuatedSupport) else support
-    if isinstance(bent, FlexibleSupport | SwayingTower):
-        bending = coordinate_count(bent) - coordinate_count(bent.support)
-        further, support = further + bending, stiff_support(support, bending)
-    return (model._replace(support=support), q[:-further]) if further else (model, q)
-
-
-def stiff_support(support: Any, bending: int) -> Any:
-    """Return a support without its bending, friction and motors of its drives kept."""
-    if isinstance(support, ActuatedSupport):
-        motors = support.motors and support.motors[:-bending]
-        return support._replace(support=support.support.support, motors=motors)
-    return support.support
+    support = getattr(model, "support", None)
+    further = trailing_count(support) if isinstance(support, Support) else 0
+    return (model._replace(support=without_bending(support)), q[:-further]) if further else (model, q)
 
 
 def joint_mechanics(scene: Scene) -> JointMechanics:
@@ -169,6 +153,7 @@ class HardwareRun:
         """Prepare the hardware at the start of a run."""
         config: HardwareConfig = scene.hardware or ideal_hardware(len(scene.joint_names), len(scene.actuated))
         self._scene, self.faults = scene, config.names
+        self._step = hardware_step.with_own_calls()
         self.state = _initial_hardware(scene.seed, config)
         self.initial_demands = initial_demands(scene, config)
         set_initial_demands(self.state, np.array([self.initial_demands.get(name, 0.0) for name in scene.actuated]))
@@ -215,11 +200,11 @@ class HardwareRun:
         source = unwrap(self._scene.source)
         if type(source) is tuple:
             return source
-        return (0.0,) * len(self.state.drives) if source is None else command_at(source, t, q, v)
+        return (0.0,) * len(self.state.drives) if source is None else system.compute_command(source, t, q, v)
 
     def step(self, method: Any, model: Any, inputs: Any, command: tuple[float, ...], *step_args: Any) -> Any:
         """Integrate over a period; arguments and results of `hardware_step`."""
-        return hardware_step(method, model, self.state, inputs, command, *step_args)
+        return self._step(method, model, self.state, inputs, command, *step_args)
 
     @property
     def saturated(self) -> int:
@@ -229,12 +214,12 @@ class HardwareRun:
     @property
     def payload_energy(self) -> float:
         """Energy [J] supplied by changes of the payload."""
-        return float(self._totals.payload_energy)
+        return 0.0 if self.state.payload_fault is None else float(self._totals.payload_energy)
 
     @property
     def payload_mass(self) -> float:
         """Present mass [kg] of the payload; 0 in scenes without faults of the payload."""
-        return float(self._totals.payload_mass)
+        return 0.0 if self.state.payload_fault is None else float(self._totals.payload_mass)
 
     def model_with_payload(self, model: Any, mass: float) -> Any:
         """Return the model with a payload of this mass [kg]."""

@@ -11,7 +11,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.hardware.drives import Drives
 from crane_sim.integrators import Status, apply_pending_events, dense_output, restart
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import NONE, entry_point, optimisation
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.stepping.hardware_periods import state_at
@@ -27,18 +27,21 @@ def as_tuple(vector: Any) -> tuple[float, ...]:
 
 
 @entry_point
+@optimisation(NONE)
 def switch_at_start(p, integration, row):
     """Return an integration at its start, switched by every guard that fails there under efforts `row` (nu,)."""
     return apply_pending_events(switching(p), p, efforts_from_row(p, row), integration)
 
 
 @entry_point
+@optimisation(NONE)
 def restart_within_step(method, p, u, integration, t):
     """Return the integration restarted at time t [s] within the last step, taken under the source u."""
     return restart(integration, t, dense_output(method, p, u, integration, t))
 
 
 @entry_point
+@optimisation(NONE)
 def restart_under_drives(method, p, hardware, inputs, integration, t):
     """Return the integration restarted at time t [s] within the last step, taken under drives with these inputs."""
     u = Drives(t, hardware.drives, hardware.servos, inputs)

@@ -16,7 +16,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.numerics.column import NotVectorisable, arrays_of, as_float
 from crane_sim.numerics.derivatives import DIRECTIONS, directional_derivatives
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene, load_scene
@@ -61,6 +61,7 @@ def acceleration_at(p, z, nq):
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_accelerations(models, points, directions, out, slopes):
     """Fill `out` (n, nq) with accelerations of n cranes, `slopes` (n, k, nq) with derivatives along k directions.
 

@@ -14,7 +14,7 @@ from crane_sim.numerics.lanes import LANES, lane, put_lane
 from crane_sim.numerics.states import scale, smaller
 from crane_sim.simulation.energy_balance import add_compensated, balance_instant
 from crane_sim.simulation.extremes import note_range_at
-from crane_sim.simulation.metric_loops import Clock, RunColumns, RunScratch, count_limited, output_of, watch_run
+from crane_sim.simulation.metric_loops import Clock, RunColumns, RunScratch, count_limited
 from crane_sim.simulation.peaks import PUSHED, watch_efforts, watch_swing, watch_tension
 from crane_sim.simulation.settling import is_outside
 from crane_sim.stepping.periods import write_instant
@@ -29,6 +29,15 @@ class LaneBuffers(NamedTuple):
     swung: Any  # (2, LANES), by how much ropes swing further than before: in the run, and in its last part
     least: Any  # (2 nq + nu + 6, LANES), the least values of instants in these lanes, see `values_of`
     pushed: Any  # (1, LANES), instants at which the link pushed
+
+    def make_output(self, clock, run, scratch, states):
+        """Return the output of the rollout of one run, whose states are to be kept in `states`."""
+        for j in simd_range(LANES):
+            self.pushed[0, j] = 0.0
+            for c in range(len(self.least)):
+                self.least[c, j] = np.inf
+        run.counts[4] = 0
+        return LaneOutput(states, scratch.commands, scratch.times[:0], scratch.rows[:0], clock, run, scratch)
 
 
 def lane_buffers(nq: int, nu: int) -> LaneBuffers:
@@ -48,42 +57,33 @@ class LaneOutput(NamedTuple):
     run: RunColumns  # of one run
     scratch: RunScratch
 
-
-@output_of.register(LaneBuffers)
-def _(lanes, clock, run, scratch, states):
-    for j in simd_range(LANES):
-        lanes.pushed[0, j] = 0.0
-        for c in range(len(lanes.least)):
-            lanes.least[c, j] = np.inf
-    run.counts[4] = 0
-    return LaneOutput(states, scratch.commands, scratch.times[:0], scratch.rows[:0], clock, run, scratch)
+    @routine
+    def watch_rest(self, p):
+        """Gather the metrics of the instants that have not been watched as they came."""
+        run, scratch = self.run, self.scratch
+        k, lanes = run.counts[1], scratch.lanes
+        q, v = system.joints(p, system.state(p, 0.0, run.q, run.v))
+        whole, like = k - k % LANES, (q, v, system.efforts_from_row(p, scratch.commands[0]))
+        join_lanes(run, lanes)
+        observe_lanes(p, like, scratch, whole)
+        for i in range(whole, k + 1):
+            watch_instant(self, i, i - whole)
+        note_last_outside(run, scratch, whole, k - whole)
+        count_limited_lanes(run, scratch, whole, k - whole)
+        for j in range(6):
+            run.ends[j] = lanes.observed[3 + j, k % LANES]
 
 
 @write_instant.register(LaneOutput)
-def _(out, i, p, t, x, u):
+def put_instant(out, i, p, t, x, u):
+    """Put instant i into its lane, after the block before it has been watched."""
     (q, v), tau, lanes, j = system.joints(p, x), system.effort(u, p, t, x), out.scratch.lanes, i % LANES
     if j == 0 and i > 0:
         watch_block(out, p, (q, v, tau), i - LANES)
     put_lane(lanes.joints, j, (q, v, tau))
     lanes.supplied[0, j] = system.energy_supplied(p, x)
     out.rows[i, 0] = out.scratch.times[i]
-    for c in range(len(q)):
-        out.rows[i, 1 + c], out.rows[i, 1 + len(q) + c] = q[c], v[c]
-
-
-@watch_run.register(LaneOutput)
-def _(out, p, clock, run, scratch, states):
-    k, lanes = run.counts[1], scratch.lanes
-    q, v = system.joints(p, system.state(p, 0.0, run.q, run.v))
-    whole, like = k - k % LANES, (q, v, system.efforts_from_row(p, scratch.commands[0]))
-    join_lanes(run, lanes)
-    observe_lanes(p, like, scratch, whole)
-    for i in range(whole, k + 1):
-        watch_instant(out, i, i - whole)
-    note_last_outside(run, scratch, whole, k - whole)
-    count_limited_lanes(run, scratch, whole, k - whole)
-    for j in range(6):
-        run.ends[j] = lanes.observed[3 + j, k % LANES]
+    out.rows[i, 1 : 1 + len(q)], out.rows[i, 1 + len(q) :] = q, v
 
 
 @routine

@@ -5,7 +5,7 @@ They are gathered by the compiled functions that `metrics.Metrics` calls block b
 
 from typing import Any, NamedTuple
 
-from crane_sim.numerics.jit import entry_point, generic, routine
+from crane_sim.numerics.jit import entry_point, routine
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.simulation.energy_balance import Balance, balance_errors, balance_instants
 from crane_sim.simulation.extremes import note_range
@@ -57,23 +57,20 @@ class RunScratch(NamedTuple):
     ends: Any  # (steps + 1, 6) m, likewise
     driven_q: Any  # (steps + 1, nu), likewise
     states: Any  # (AT_ONCE, steps + 1, 1 + 2 nq), time and joints of the runs
-    lanes: Any  # `metric_lanes.LaneBuffers` where instants are watched in lanes, as they come; None for others
+    lanes: Any  # `metric_lanes.LaneBuffers` where instants are watched in lanes as they come; None: at the end, in rows
 
 
-@generic
 def roll_out(source, method, p, integration, period, out):
     """Return (last integration, number of whole periods); fill `out`."""
+    if isinstance(source, Sampled):
+        return zero_order_hold_rollout(method, p, source.law, integration, period, out)
     return continuous_rollout(method, p, source, integration, period, out)
 
 
-@roll_out.register(Sampled)
-def _(source, method, p, integration, period, out):
-    return zero_order_hold_rollout(method, p, source.law, integration, period, out)
-
-
-@generic
-def output_of(lanes, clock, run, scratch, states):
-    """Return the output of the rollout of one run, whose states are to be kept in `states`: rows by default."""
+def output_of(clock, run, scratch, states) -> Any:
+    """Return the output of the rollout of one run, whose states are to be kept in `states`."""
+    if scratch.lanes is not None:
+        return scratch.lanes.make_output(clock, run, scratch, states)
     return Output(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
 
 
@@ -85,29 +82,30 @@ def run_cranes_with_metrics(cranes, clock, runs, scratch, first, last):
         run, states = take_entry(runs, i), scratch.states[i - first]
         integration, _, _ = begin(p, run.q, run.v)
         run.balance.start[0] = read_meters(p, integration.x)[0]
-        out = output_of(scratch.lanes, clock, run, scratch, states)
+        out = output_of(clock, run, scratch, states)
         integration, done = roll_out(source, method, p, integration, clock.period, out)
         run.counts[0], run.counts[1], run.counts[2] = integration.status, done, integration.evaluations
         run.counts[3] = integration.terminal_guard
         runs.reached[i] = integration.t
-        watch_run(out, p, clock, run, scratch, states)
+        if scratch.lanes is None:
+            watch_run(p, clock, run, scratch, states)
+        else:
+            out.watch_rest(p)
         energy, supplied = read_meters(p, integration.x)
         audit = balance_errors(run.balance, clock.metered, run.driven_end, energy, supplied)
         run.audit[0], run.audit[1] = audit
 
 
-@generic
 @routine
-def watch_run(out, p, clock, run, scratch, states):
-    """Gather the metrics of one run that have not been gathered as it went: all, from rows; copy its states."""
+def watch_run(p, clock, run, scratch, states):
+    """Gather the metrics of one run from its rows; copy its states."""
     k, nq, nu = run.counts[1], len(run.q), len(run.target)
     rows, t = scratch.rows[: k + 1], scratch.times[: k + 1]
     q, v, u = rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : 2 * nq + nu]
     fill_watched(p, t, q, v, scratch.energies, scratch.ends)
     for i in range(k + 1):
         states[i, 0] = t[i]
-        for j in range(2 * nq):
-            states[i, 1 + j] = rows[i, j]
+        states[i, 1:] = rows[i, : 2 * nq]
         for j in range(nu):
             scratch.driven_q[i, j] = q[i, scratch.driven[j]]
     driven_q, energies = scratch.driven_q[:k], scratch.energies
@@ -117,10 +115,8 @@ def watch_run(out, p, clock, run, scratch, states):
     note_range(q, run.ranges[0], run.ranges[1])
     note_outside(run.target, run.near, t[:k], driven_q, run.outside)
     run.counts[4] = count_limited(scratch.commands[:k], u[:k])
-    for j in range(6):
-        run.ends[j] = scratch.ends[k, j]
-    for j in range(nu):
-        run.driven_end[j] = scratch.driven_q[k, j]
+    run.ends[:] = scratch.ends[k]
+    run.driven_end[:] = scratch.driven_q[k]
 
 
 def count_limited(commands, efforts):

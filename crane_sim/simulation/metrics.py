@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.models.moving_base import pose_at, rotate_to_base
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
@@ -31,6 +31,7 @@ DIFFERENCE_STEP = 1e-3  # s: rounding leaves 1e-8 of an acceleration, what the t
 
 
 @entry_point
+@optimisation(LIGHT)
 def tip_accelerations(p, t, q, v, u, step, out):
     """Write the magnitude of the tip's acceleration relative to the base (K,) [m/s²] into `out`.
 
@@ -54,15 +55,14 @@ def tip_accelerations(p, t, q, v, u, step, out):
 
 
 @entry_point
+@optimisation(LIGHT)
 def in_base(base, t, points):
     """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base, from its origin."""
     out = np.empty_like(points)
     for i in range(len(points)):
         pose = pose_at(base, t[i])
         x, y, z = pose.origin
-        turned = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
-        for j in range(3):
-            out[i, j] = turned[j]
+        out[i] = rotate_to_base(pose.rows, (points[i, 0] - x, points[i, 1] - y, points[i, 2] - z))
     return out
 
 
@@ -166,6 +166,7 @@ class Derived(NamedTuple):
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
     """Fill what follows from joint coordinates at times t (K,).
 
@@ -186,12 +187,14 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
 
 
 @entry_point
+@optimisation(NONE)
 def read_meters(p, x):
     """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
     return system.kinetic(p, x) + system.potential(p, x), system.energy_supplied(p, x)
 
 
 @entry_point
+@optimisation(NONE)
 def world_points(p, t, q, v):
     """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
     points = np.empty((system.point_count(p), 3))
@@ -200,6 +203,7 @@ def world_points(p, t, q, v):
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_contact_forces(p, t, q, v, out):
     """Fill out (K,) with the normal force [N] of a surface on the load at times t (K,) and joints q, v."""
     for i in range(len(q)):

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 
 Array = npt.NDArray[np.float64]
 
@@ -25,6 +25,7 @@ def swing_angles(tips: Array, payloads: Array) -> Array:
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_watched(p, t, q, v, energies, ends):
     """Fill energies (K, 2) [J], kinetic and potential relative to the base, and ends (K, 6) [m], tip and payload."""
     points, tip = np.empty((system.point_count(p), 3)), system.tip_index(p)
@@ -32,8 +33,7 @@ def fill_watched(p, t, q, v, energies, ends):
         x = system.state(p, t[i], q[i], v[i])
         energies[i, 0], energies[i, 1] = system.kinetic(p, x), system.potential(p, x)
         system.points(p, t[i], x, points)
-        for j in range(3):
-            ends[i, j], ends[i, 3 + j] = points[tip, j], points[-1, j]
+        ends[i, :3], ends[i, 3:] = points[tip], points[-1]
 
 
 class Peaks(NamedTuple):
@@ -79,6 +79,7 @@ def watch_tension(peaks, least, greatest):
 
 
 @entry_point
+@optimisation(LIGHT)
 def watch_instants(peaks, t, late, u, tensions, ends):
     """Take K instants into the peaks of one run.
 

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from crane_sim.integrators.status import OK
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_state import (
-    as_tuple,
     make_initial,
     restart_under_drives,
     restart_within_step,
@@ -59,6 +57,7 @@ class Plant:
         if not isinstance(scene, Scene):
             raise SceneError(f"scene = {shorten(scene)}: must be a Scene, as `crane_sim.load_scene` returns")
         self.scene, self._picklable = scene, picklable
+        self._hold_step, self._follow_step = zero_order_hold_step.with_own_calls(), continuous_step.with_own_calls()
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self.faults: tuple[str, ...] = scene.hardware.names if scene.hardware is not None else ()
         self.reset()
@@ -76,7 +75,8 @@ class Plant:
         self._start = with_initial(self.scene, q, v)  # the scene with the state that this run began in
         self.model = self.scene.model
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
-        self._integration, self.q, self.v, self.seen, self._hardware = make_initial(self._start)
+        integration, self.q, self.v, self.seen, self._hardware = make_initial(self._start)
+        self._take_integration(integration)
         self._failed: Any = None  # the integration that ended within the period that begins, until one succeeds
         self.rates_before = self.v
         self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
@@ -98,7 +98,11 @@ class Plant:
     @property
     def integration(self) -> Any:
         """The integration under way, with its counters of evaluations and steps."""
-        return self._integration
+        return self._integration._replace(scratch=self._scratch)
+
+    def _take_integration(self, integration: Any) -> None:
+        """Go on with an integration, whose work arrays stay apart: they are not passed again in every period."""
+        self._integration, self._scratch = integration._replace(scratch=None), integration.scratch
 
     @property
     def saturated(self) -> int:
@@ -129,7 +133,7 @@ class Plant:
         if self.model.energy_meter is None:
             self._flush()
             metered = system.with_meter(self.model, False)
-            self._integration = resume(metered, self._integration, self.t, self.q, self.v)
+            self._take_integration(resume(metered, self._integration, self.t, self.q, self.v))
             self.model = metered
             self._change_metrics(self._hardware)
         return self._hardware
@@ -174,43 +178,49 @@ class Plant:
             ValueError: there are not nu efforts, or none for a scene without a source; the message is one line.
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
-        self._check_efforts(u)
-        integration, q, v, measured, applied = self._advance_period(None if u is None else tuple(map(float, u)))
-        if integration.status != OK and integration.t < (self.k + 1) * self.scene.period:
+        end = (self.k + 1) * self.scene.period
+        integration, joints, measured, applied = self._integrate(self._take_efforts(u), end)
+        if integration.status != OK and integration.t < end:
             self._failed = integration
             check_status(integration, self.model)
         self.rates_before = self.v
-        self._integration, self.q, self.v, self.applied = integration, as_tuple(q), as_tuple(v), applied
+        self._integration, self.q, self.v, self.seen, self.applied = integration, *joints, measured, applied
         self._failed = None
-        self.seen = (self.q, self.v) if measured is None else (as_tuple(measured[0]), as_tuple(measured[1]))
         self.k += 1
         self._filled += 1
         self._still = self._still + 1 if self._braking and self._rests() else 0
         if self._filled == BLOCK:
             self._flush()
 
-    def _check_efforts(self, u: Sequence[float] | None) -> None:
-        if isinstance(u, Real):
-            raise ValueError(f"u = {shorten(u)}: must be a number for each actuated joint: (x,), a tuple")
-        if u is not None and len(u) != len(self._driven):
-            driven = ", ".join(self.scene.actuated) or "none"
-            raise ValueError(f"u = {shorten(u)}: has {len(u)} values; joints that take efforts: {driven}")
-        if u is None and self.scene.sampled and not self._braking:
-            raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
-
-    def _advance_period(self, u: tuple[float, ...] | None) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
-        """Return (integration, q, v, measured (q, v) or None, efforts applied) one period later."""
-        scene, end = self.scene, (self.k + 1) * self.scene.period
-        if self._hardware is not None:
-            return self._advance_with_hardware(self._hardware, u)
+    def _take_efforts(self, u: Sequence[float] | None) -> tuple[float, ...] | None:
         if u is None:
-            step_args = (self._integration, self.k, scene.steps, scene.period, self._rows, self._filled)
-            integration, q, v, applied, u = continuous_step(scene.method, self.model, scene.source, *step_args)
+            if self.scene.sampled and not self._braking:
+                raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
+            return None
+        try:
+            count = len(u)
+        except TypeError:
+            message = f"u = {shorten(u)}: must be a number for each actuated joint: (x,), a tuple"
+            raise ValueError(message) from None
+        if count != len(self._driven):
+            driven = ", ".join(self.scene.actuated) or "none"
+            raise ValueError(f"u = {shorten(u)}: has {count} values; joints that take efforts: {driven}")
+        return tuple(map(float, u))
+
+    def _integrate(self, u: tuple[float, ...] | None, end: float) -> tuple[Any, Any, Any, tuple[float, ...]]:
+        """Return (integration, (q, v), (q, v) as seen, efforts applied) at the end [s] of the period."""
+        if self._hardware is not None:
+            return self._integrate_with_hardware(self._hardware, u)
+        scene, like = self.scene, self.scene.initial_q
+        if u is None:
+            step_args = (self._integration, self._scratch, self.k, scene.steps, scene.period, self._rows, self._filled)
+            integration, q, v, applied, u = self._follow_step(scene.method, self.model, scene.source, *step_args, like)
         else:
-            step_args = (self._restart_at_period(None), end, self._rows, self._filled)
-            integration, q, v, applied = zero_order_hold_step(scene.method, self.model, u, *step_args)
+            step_args = (self._restart_at_period(None), self._scratch, end, self._rows, self._filled, like)
+            integration, q, v, applied = self._hold_step(scene.method, self.model, u, *step_args)
         self._saturated += applied != u
-        return integration, q, v, None, applied
+        joints = q, v
+        return integration, joints, joints, applied
 
     def _restart_at_period(self, mass: float | None) -> Any:
         """Return the integration at the start of the period, which a step of the scene's own source may have passed.
@@ -220,20 +230,23 @@ class Plant:
         """
         if self._integration.t <= self.t:
             return self._integration
+        method, integration = self.scene.method, self.integration
         if self._hardware is not None and mass is not None:
             crane, drives = self._hardware.model_with_payload(self.model, mass), self._hardware
-            step_args = (drives.state, drives.inputs, self._integration, self.t)
-            return restart_under_drives(self.scene.method, crane, *step_args)
-        return restart_within_step(self.scene.method, self.model, self.scene.source, self._integration, self.t)
+            step_args = (drives.state, drives.inputs, integration, self.t)
+            restarted = restart_under_drives(method, crane, *step_args)
+        else:
+            restarted = restart_within_step(method, self.model, self.scene.source, integration, self.t)
+        return restarted._replace(scratch=None)
 
-    def _advance_with_hardware(
+    def _integrate_with_hardware(
         self, hardware: HardwareRun, u: tuple[float, ...] | None
-    ) -> tuple[Any, Any, Any, Any, tuple[float, ...]]:
+    ) -> tuple[Any, Any, Any, tuple[float, ...]]:
         driven = (None, u) if u is not None else (hardware.inputs, hardware.open_loop_command(self.t, self.q, self.v))
-        mass, energy = hardware.payload_mass, hardware.payload_energy
+        mass, energy, scene = hardware.payload_mass, hardware.payload_energy, self.scene
         start = self._integration if u is None else self._restart_at_period(mass)
-        step_args = (start, self.k, self.scene.steps, self.scene.period, self._rows, self._filled)
-        integration, (q, v), measured, applied = hardware.step(self.scene.method, self.model, *driven, *step_args)
+        step_args = (start, self._scratch, self.k, scene.steps, scene.period, self._rows, self._filled, scene.initial_q)
+        integration, joints, measured, applied = hardware.step(scene.method, self.model, *driven, *step_args)
         if hardware.payload_mass != mass:
             if integration.status != OK:  # the next attempt begins with the other payload
                 self._integration = self._restart_at_period(mass)
@@ -241,7 +254,7 @@ class Plant:
             self._flush()
             self._rows[0] = row
             self._change_metrics(hardware, hardware.payload_energy - energy)
-        return integration, q, v, measured if self.scene.hardware is not None else None, applied
+        return integration, joints, measured if scene.hardware is not None else joints, applied
 
     def _flush(self) -> None:
         start = self.k - self._filled

@@ -6,12 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 
 Array = npt.NDArray[np.float64]
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_falls(p, t, q, v, u, out):
     """Fill `out` (K, n + 2) as `system.fall_tensions` does, at times t (K,) and joints q, v (K, nq), efforts u."""
     for i in range(len(q)):

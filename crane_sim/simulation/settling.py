@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 
 Array = npt.NDArray[np.float64]
 SETTLED = 0.02
@@ -25,6 +25,7 @@ def is_outside(target, near, q):
 
 
 @entry_point
+@optimisation(LIGHT)
 def note_outside(target, near, t, q, outside):
     """Note in `outside` (nu,) when joints were last not near their targets [s].
 

@@ -14,14 +14,14 @@ from crane_sim.integrators import (
     dense_output,
     latest_step_end,
     make_event_log,
-    stages,
     start,
     step,
 )
-from crane_sim.integrators.integration import equal_step, periods_per_step, status_of
-from crane_sim.numerics.jit import entry_point, generic, routine, simd_range, use_wide_vectors
+from crane_sim.integrators.integration import status_of
+from crane_sim.integrators.step_control import equal_step, periods_per_step
+from crane_sim.numerics.jit import entry_point, routine, simd_range, use_wide_vectors
 from crane_sim.numerics.lanes import LANES, lane, put_lane, take_entry
-from crane_sim.numerics.states import dimension, replace_field
+from crane_sim.numerics.states import dimension
 from crane_sim.stepping.periods import Output, finish, integrate_period, write
 
 
@@ -73,15 +73,10 @@ def state_at_start(p, arrays, i):
     return system.project(p, system.state(p, 0.0, arrays.q[i], arrays.v[i]))
 
 
-@generic
 def integrate_run(source, method, p, integration, grid, rows):
     """Return (last integration, number of whole periods) of a run; write its rows."""
-    return integrate_continuous_run(source, method, p, integration, grid, rows)
-
-
-@integrate_run.register(Sampled)
-def _(source, method, p, integration, grid, rows):
-    return integrate_sampled_run(source, method, p, integration, grid, rows)
+    integrate = integrate_sampled_run if isinstance(source, Sampled) else integrate_continuous_run
+    return integrate(source, method, p, integration, grid, rows)
 
 
 @routine
@@ -119,9 +114,13 @@ def integrate_sampled_run(source, method, p, integration, grid, rows):
     return integration, grid.steps
 
 
-@generic
 def sampled_source(law, p, t, x):
-    """Return the source from time t on for a sampled law: the efforts (nu,) that actuators apply for its command."""
+    """Return the source from time t on for a sampled law: the efforts (nu,) that actuators apply for its command.
+
+    A law that has `source_at(p, t, x)` gives another source.
+    """
+    if hasattr(law, "source_at"):
+        return law.source_at(p, t, x)
     q, v = system.joints(p, x)
     return system.saturate(p, system.command(law, t, q, v))
 
@@ -192,37 +191,19 @@ def first_lane(cranes, arrays, block):
     return x, held_efforts(crane.source, crane.model, 0.0, x), crane.source
 
 
-@generic
 def held_periods(source, method, period):
     """Return the number of periods in which the equations' source does not jump, as many as a step spans."""
-    return periods_per_step(method, period)
+    return 1 if isinstance(source, Sampled) else periods_per_step(method, period)
 
 
-@held_periods.register(Sampled)
-def _(source, method, period):
-    return 1
-
-
-@generic
 def held_efforts(source, p, t, x):
     """Return the efforts that are held from time t on as a tuple; empty where the equations evaluate the source."""
-    return ()
+    return sampled_source(source.law, p, t, x) if isinstance(source, Sampled) else ()
 
 
-@held_efforts.register(Sampled)
-def _(source, p, t, x):
-    return sampled_source(source.law, p, t, x)
-
-
-@generic
 def driving(source, efforts):
     """Return the source of the equations: the source itself, or the efforts that are held."""
-    return source
-
-
-@driving.register(Sampled)
-def _(source, efforts):
-    return efforts
+    return efforts if isinstance(source, Sampled) else source
 
 
 @routine
@@ -236,8 +217,7 @@ def sample(method, crane, x, efforts, t, time, rows, i):
 def end_lane(method, crane, x, efforts, grid, arrays, i, taken, sampled):
     """Write the rows of crane i from number `sampled` on, in state x at the end, and store_result how its run went."""
     end, rows, u = grid.steps * grid.period, arrays.rows[i], driving(crane.source, efforts)
-    integration = replace_field(start(crane.model, end, x, None), "status", status_of(x))
-    integration = replace_field(integration, "evaluations", taken * stages(method))
-    integration = replace_field(integration, "steps", taken)
+    integration = start(crane.model, end, x, None)
+    integration = integration._replace(status=status_of(x), evaluations=taken * method.stages, steps=taken)
     finish(method, crane.model, u, integration, end, Output(rows, None, grid.times, rows[: len(grid.times)]), sampled)
     store_result(crane.model, grid, arrays, i, integration, grid.steps)

@@ -9,10 +9,10 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.integrators import OK
-from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import put_entry, take_entry
-from crane_sim.stepping.hardware_periods import HardwareState, hardware_step
-from crane_sim.stepping.periods import zero_order_hold_step
+from crane_sim.stepping.hardware_periods import hardware_period
+from crane_sim.stepping.periods import hold_period
 
 
 class Cranes(NamedTuple):
@@ -36,19 +36,14 @@ class CraneArrays(NamedTuple):
     rows: Any  # (n, width), of the last period's start, see `stepping.rows`
 
 
-@generic
-def advance_crane(hardware, crane, command, k, period, rows, i):
+def advance_crane(crane, command, k, period, rows, i):
     """Return (integration, (q, v), measured (q, v)) after period k; write the row of its start."""
-    end = (k + 1) * period
-    step_args = (crane.integration, end, rows, i)
-    integration, q, v, _ = zero_order_hold_step(crane.method, crane.model, command, *step_args)
-    return integration, (q, v), (q, v)
-
-
-@advance_crane.register(HardwareState)
-def _(hardware, crane, command, k, period, rows, i):
-    step_args = (None, command, crane.integration, k, k + 1, period, rows, i)
-    integration, joints, measured, _ = hardware_step(crane.method, crane.model, hardware, *step_args)
+    method, model, hardware, integration = crane
+    if hardware is None:
+        integration, q, v, _ = hold_period(method, model, command, integration, (k + 1) * period, rows, i)
+        return integration, (q, v), (q, v)
+    step_args = (None, command, integration, k, k + 1, period, rows, i)
+    integration, joints, measured, _ = hardware_period(method, model, hardware, *step_args)
     return integration, joints, measured
 
 
@@ -70,13 +65,12 @@ def advance_cranes(cranes, commands, period, out, first, last):
         crane, k = take_entry(cranes, i), out.periods[i]
         p, end = crane.model, (k + 1) * period
         command = system.efforts_from_row(p, commands[i])
-        integration, joints, measured = advance_crane(crane.hardware, crane, command, k, period, out.rows, i)
+        integration, joints, measured = advance_crane(crane, command, k, period, out.rows, i)
         put_entry(cranes.integration, i, integration)
         out.failed[i] = integration.status != OK and integration.t < end
         if not out.failed[i]:
             out.periods[i] = k + 1
-            for j in range(nq):
-                out.measured[i, j], out.measured[i, j + nq] = measured[0][j], measured[1][j]
+            out.measured[i, :nq], out.measured[i, nq:] = measured
             points = np.empty((system.point_count(p), 3))
             system.points(p, end, system.state(p, end, joints[0], joints[1]), points)
             out.tip[i], out.payload[i] = points[system.tip_index(p)], points[-1]

@@ -33,10 +33,15 @@ from crane_sim.integrators import (
     latest_step_end,
     restart,
 )
-from crane_sim.numerics.arrays import copy_into, store
-from crane_sim.numerics.jit import entry_point, generic, routine
-from crane_sim.numerics.states import replace_entry
-from crane_sim.stepping.periods import finish, integrate_period, integrate_source_to, integrate_to_breakpoints, write
+from crane_sim.numerics.jit import NONE, entry_point, optimisation, routine
+from crane_sim.stepping.periods import (
+    as_floats,
+    finish,
+    integrate_period,
+    integrate_source_to,
+    integrate_to_breakpoints,
+    write,
+)
 from crane_sim.trajectories.breakpoints import PiecewiseSource
 
 
@@ -57,46 +62,19 @@ class HardwareState(NamedTuple):
     totals: Any  # record of TOTALS (1,)
 
 
-@generic
-def copy_in_kind_of(q, values, first):
-    """Return len(q) floats of the array `values`, from index `first` on: as a tuple or as an array, whichever q is."""
-    for j in range(len(q)):
-        q = replace_entry(q, j, values[first + j])
-    return q
-
-
-@copy_in_kind_of.register(np.ndarray)
-def _(q, values, first):
-    return values[first : first + len(q)].copy()
-
-
-@generic
 def state_at(inputs, method, p, u, integration, t):
     """Return the state at time t [s], which the last step has covered; with efforts that are held it ended there."""
-    if integration.t == t:
+    if inputs is None or integration.t == t:
         return integration.x
     return dense_output(method, p, u, integration, t)
 
 
-@state_at.register(type(None))
-def _(inputs, method, p, u, integration, t):
-    return integration.x
-
-
 @integrate_source_to.register(Drives)
-def _(u, method, p, integration, t, latest):
-    return integrate_inputs_to(u.inputs, u, method, p, integration, t, latest)
-
-
-@generic
-def integrate_inputs_to(inputs, u, method, p, integration, t, latest):
-    """Return the result of `integrate_source_to` under drives with these inputs."""
+def integrate_drives_to(u, method, p, integration, t, latest):
+    """Return the result of `integrate_source_to` under drives: steps end at breakpoints of their inputs."""
+    if isinstance(u.inputs, PiecewiseSource):
+        return integrate_to_breakpoints(u.inputs, u, method, p, integration, t, latest)
     return integrate_to(method, p, u, integration, t, latest)
-
-
-@integrate_inputs_to.register(PiecewiseSource)
-def _(inputs, u, method, p, integration, t, latest):
-    return integrate_to_breakpoints(inputs, u, method, p, integration, t, latest)
 
 
 @routine
@@ -110,12 +88,15 @@ def sample_sensors(p, hardware, x, k, period):
 
 def read_measurements(p, hardware, x):
     """Return the measured (q, v), tuples or arrays as `system.joints` returns for the state x."""
-    q, v = system.joints(p, x)
-    readings = hardware.sensors.reading
-    return copy_in_kind_of(q, readings, 0), copy_in_kind_of(v, readings, len(q))
+    q, _ = system.joints(p, x)
+    n, readings = len(q), hardware.sensors.reading
+    if isinstance(q, np.ndarray):
+        return readings[:n].copy(), readings[n:].copy()
+    return tuple([readings[j] for j in range(n)]), tuple([readings[n + j] for j in range(n)])
 
 
 @entry_point
+@optimisation(NONE)
 def sample_first_state(p, hardware, integration, period):
     """Sample the state at the start of a run; return the measured (q, v)."""
     sample_sensors(p, hardware, integration.x, 0, period)
@@ -129,8 +110,7 @@ def measure_states(hardware, period, q, v, out):
         update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
         apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
         hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q[k], v[k])
-        for j in range(out.shape[1]):
-            out[k, j] = hardware.sensors[j].reading
+        out[k] = hardware.sensors.reading
 
 
 def relative_energy(p, x):
@@ -154,15 +134,9 @@ def update_payload(p, hardware, x):
     return True
 
 
-@generic
 def nominal_payload_mass(fault):
     """Return the payload's mass [kg] while no fault is active; 0 in scenes without faults of the payload."""
-    return 0.0
-
-
-@nominal_payload_mass.register(PayloadFault)
-def _(fault):
-    return fault.nominal_mass
+    return 0.0 if fault is None else fault.nominal_mass
 
 
 @routine
@@ -176,7 +150,7 @@ def apply_command(p, hardware, u, x, k, period, command):
     saturated = accept_command(p, u, x, hardware.queue, k, command)
     totals.saturated += 1 if saturated and not totals.braking else 0
     totals.braked += 1 if totals.braking else 0
-    copy_into(hardware.drives.position, system.actuated_joints(p, x)[0])
+    hardware.drives.position[:] = system.actuated_joints(p, x)[0]
     changed = apply_to_drives(hardware.faults, hardware.active, hardware.drives, totals.braking)
     return update_payload(p, hardware, x) or changed
 
@@ -231,7 +205,25 @@ def end_period(p, hardware, u, x, k, period):
 
 
 @entry_point
-def hardware_step(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
+def hardware_step(method, p, hardware, inputs, command, integration, scratch, k, steps, period, rows, i, like):
+    """Write row i, then integrate over period k of `steps`.
+
+    Args:
+        method, p, hardware, inputs, command, k, steps, period, rows, i: see `hardware_period`.
+        integration, scratch, like: see `stepping.periods.zero_order_hold_step`.
+
+    Returns:
+        (integration without its work arrays, (q, v), measured (q, v), effort applied), q and v tuples
+    """
+    under_way = integration._replace(scratch=scratch)
+    passed = hardware_period(method, p, hardware, inputs, command, under_way, k, steps, period, rows, i)
+    integration, (q, v), (measured_q, measured_v), applied = passed
+    joints = as_floats(like, q), as_floats(like, v)
+    measured = as_floats(like, measured_q), as_floats(like, measured_v)
+    return integration._replace(scratch=None), joints, measured, applied
+
+
+def hardware_period(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
     """Write row i, then integrate over period k of `steps`.
 
     Args:
@@ -281,7 +273,7 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
     for k in range(steps):
         q, v = read_measurements(p, hardware, x)
         command = system.command(law, k * period, q, v)
-        store(out.commands, k, 0, command)
+        out.commands[k] = command
         u, end = Drives(k * period, hardware.drives, hardware.servos, inputs), (k + 1) * period
         integration, x = begin_period(method, p, hardware, u, integration, k, period, command)
         loads[k, 0], loads[k, 1], crane = totals.payload_mass, totals.payload_energy, laden(p, hardware)
@@ -295,9 +287,3 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
         x = state_at(inputs, method, crane, u, integration, end)
         end_period(crane, hardware, u, x, k, period)
     return integration, steps
-
-
-@entry_point
-def command_at(source, t, q, v):
-    """Return the command (nu,) of a source that is evaluated once a period, at time t [s]."""
-    return system.command(source, t, q, v)

@@ -20,8 +20,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import entry_point, generic, routine
-from crane_sim.numerics.states import replace_field
+from crane_sim.numerics.jit import NONE, entry_point, generic, optimisation, routine
 from crane_sim.trajectories.breakpoints import PiecewiseSource, last_instant_before, next_breakpoint
 
 
@@ -48,6 +47,7 @@ class Output(NamedTuple):
 
 
 @entry_point
+@optimisation(NONE)
 def begin(p, q, v):
     """Return the integration at t = 0, before its first step, and the joints q, v of its state.
 
@@ -97,8 +97,8 @@ def integrate_to_breakpoints(inputs, u, method, p, integration, t, latest):
         if integration.t == end and end < latest:
             # the size to try next may be one of a crane at rest: take it as if it had grown in this step
             largest = MAX_FACTOR * (integration.t - integration.t0)
-            integration = replace_field(integration, "h", min(integration.h, largest))
-            integration = replace_field(integration, "t", breakpoint_)
+            integration = integration._replace(h=min(integration.h, largest))
+            integration = integration._replace(t=breakpoint_)
     return integration
 
 
@@ -121,8 +121,24 @@ def integrate_period(method, p, u, integration, end, latest, times, samples, i):
 
 
 @entry_point
-def zero_order_hold_step(method, p, command, integration, end, rows, i):
+def zero_order_hold_step(method, p, command, integration, scratch, end, rows, i, like):
     """Write row i, then integrate over one period with the efforts of `command` after limits.
+
+    Args:
+        method, p, command, end, rows, i: see `hold_period`.
+        integration, scratch: the integration under way, and its work arrays, which stay the same.
+        like: (nq,), any tuple of as many floats as there are joints.
+
+    Returns:
+        (integration without its work arrays, q, v, effort applied), q and v tuples
+    """
+    held = hold_period(method, p, command, integration._replace(scratch=scratch), end, rows, i)
+    integration, q, v, u = held
+    return integration._replace(scratch=None), as_floats(like, q), as_floats(like, v), u
+
+
+def hold_period(method, p, command, integration, end, rows, i):
+    """Write row i, then integrate up to `end` [s], of the period, with the efforts of `command` after limits.
 
     Returns:
         (integration, q, v, effort applied)
@@ -135,13 +151,19 @@ def zero_order_hold_step(method, p, command, integration, end, rows, i):
     return integration, q, v, u
 
 
+def as_floats(like, vector):
+    """Return a tuple of the first floats of a vector, as many as there are in the tuple `like`."""
+    return tuple([vector[j] for j in range(len(like))])
+
+
 @entry_point
-def continuous_step(method, p, source, integration, k, steps, period, rows, i):
+def continuous_step(method, p, source, integration, scratch, k, steps, period, rows, i, like):
     """Write row i, then integrate over period k of `steps` [s] with the source in the equations.
 
     Returns:
-        (integration, q, v, effort applied, effort demanded)
+        (integration, q, v, effort applied, effort demanded), as of `zero_order_hold_step`
     """
+    integration = integration._replace(scratch=scratch)
     t, end = k * period, (k + 1) * period
     integration = apply_pending_events(system.switching(p), p, source, integration)
     x = dense_output(method, p, source, integration, t)
@@ -150,7 +172,7 @@ def continuous_step(method, p, source, integration, k, steps, period, rows, i):
     latest = latest_step_end(method, k, steps, period)
     integration = integrate_source_to(source, method, p, integration, end, latest)
     q, v = system.joints(p, dense_output(method, p, source, integration, end))
-    return integration, q, v, u, demanded
+    return integration._replace(scratch=None), as_floats(like, q), as_floats(like, v), u, demanded
 
 
 @routine

@@ -7,20 +7,15 @@ from typing import Any
 import numpy as np
 
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, contiguous_strides
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.instructions import Kind
 
-FORMATS = {Kind.REAL: "d", Kind.INTEGER: "q", Kind.WORD: "Q", Kind.BOOLEAN: "?7x", Kind.ARRAY: "Q"}
-"""Formats of `struct` of what a call passes, eight bytes each."""
+_FORMATS = {Kind.REAL: "d", Kind.INTEGER: "q", Kind.WORD: "Q", Kind.BOOLEAN: "?7x", Kind.ARRAY: "Q"}
 
 
 @cache
-def _struct_of(key: Any) -> struct.Struct:
-    return struct.Struct("=" + "".join(FORMATS[kind] for kind in kinds_of(key)))
-
-
-def pack(key: Any, leaves: list[Any]) -> bytes:
-    """Return the leaves of an argument of a structure as bytes."""
-    return _struct_of(key).pack(*leaves)
+def struct_of(kinds: tuple[Kind, ...]) -> struct.Struct:
+    """Return the format of leaves of these kinds, as a call passes them."""
+    return struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
 
 
 def describe(tree: Any, leaves: list[Any], arrays: dict[int, Any]) -> Any:
@@ -57,10 +52,8 @@ def _describe_array(array: Any, leaves: list[Any], arrays: dict[int, Any]) -> An
         return np.record, array.dtype
     arrays[address] = array
     leaves += array.shape
-    contiguous = array.flags.c_contiguous
-    if not contiguous:
-        leaves += array.strides
-    return np.ndarray, array.dtype, array.ndim, contiguous
+    leaves += array.strides
+    return np.ndarray, array.dtype, array.ndim, array.flags.c_contiguous
 
 
 def rebuild_symbols(key: Any, leaves: Any) -> Any:
@@ -73,10 +66,10 @@ def rebuild_symbols(key: Any, leaves: Any) -> Any:
     if kind is np.ndarray:
         dtype, ndim, contiguous = parts
         address = next(leaves)
-        shape = tuple(next(leaves) for _ in range(ndim))
+        shape, strides = (tuple([next(leaves) for _ in range(ndim)]) for _ in range(2))
         address.graph.least.update((size.number, 0) for size in shape)
-        strides = contiguous_strides(shape, dtype.itemsize) if contiguous else tuple(next(leaves) for _ in range(ndim))
-        return ArraySymbol(address, 0, dtype, shape, strides)
+        known = contiguous_strides(shape, dtype.itemsize) if contiguous else strides
+        return ArraySymbol(address, 0, dtype, shape, known)
     if kind is np.record:
         return RecordSymbol(next(leaves), 0, parts[0])
     if issubclass(kind, tuple):
@@ -93,7 +86,7 @@ def kinds_of(key: Any) -> list[Kind]:
         return []
     kind, *parts = key
     if kind is np.ndarray:
-        return [Kind.ARRAY] + [Kind.INTEGER] * (parts[1] if parts[2] else 2 * parts[1])
+        return [Kind.ARRAY] + [Kind.INTEGER] * 2 * parts[1]
     if kind is np.record:
         return [Kind.ARRAY]
     if issubclass(kind, tuple):

@@ -1,6 +1,7 @@
 """Arithmetic on symbols and numbers with Python's rules: integers become reals where they meet one.
 
 No operation is left out or reordered: code that is traced has the bits of its run on floats, signs of zeros included.
+Only the integers 0 and 1 are structure where they meet a real: 0 x is 0, and 0 + x and 1 x are x.
 """
 
 import math
@@ -50,6 +51,7 @@ _CONVERSIONS = {
     (Kind.INTEGER, Kind.WORD): "to_word",
     (Kind.WORD, Kind.INTEGER): "word_to_integer",
 }
+_STRUCTURAL = {"add", "subtract", "multiply", "divide"}
 _OF_FLAGS = {"both", "either", "differ", "equal", "unequal"}
 _KEEP_NATURAL = {"multiply", "both", "either", "differ", "shift_right"}
 _OPERATORS = {
@@ -134,6 +136,10 @@ def combine(operation: str, a: Any, b: Any) -> Any:
         return combine(_MIRRORED[operation], b, a)
     if not (is_number(a) and is_number(b)):
         raise TraceError(f"{_OPERATORS[operation]} of a number and {_name_of(b if is_number(a) else a)} is not traced")
+    if operation in _STRUCTURAL and (type(a) is int or type(b) is int) and common_kind(a, b) is Kind.REAL:
+        known = _structural(operation, a, b)
+        if known is not None:
+            return known
     if operation == "power":
         return raise_to_power(graph, a, b)
     if operation == "floor_divide" or operation == "modulo":
@@ -146,6 +152,22 @@ def combine(operation: str, a: Any, b: Any) -> Any:
     if kind is Kind.INTEGER:
         _note_least(operation, a, b, result)
     return result
+
+
+def _structural(operation: str, a: Any, b: Any) -> Any:
+    """Return the result where an operand is the integer 0 or 1 of the structure, which costs nothing; else None."""
+    first, second = (x if type(x) is int else None for x in (a, b))
+    if operation == "multiply":
+        if first == 0 or second == 0:
+            return 0
+        return b if first == 1 else a if second == 1 else None
+    if operation == "divide":
+        return 0 if first == 0 else a if second == 1 else None
+    if second == 0:
+        return a
+    if first == 0:
+        return b if operation == "add" else negate(b)
+    return None
 
 
 def _note_least(operation: str, a: Any, b: Any, result: Value) -> None:

@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 
 from crane_sim.tracing.arithmetic import choose, combine, convert, is_natural, largest, smallest
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Kind
+from crane_sim.tracing.trace_error import TraceError
 
 _KINDS = {"f8": Kind.REAL, "i8": Kind.INTEGER, "i4": Kind.INTEGER, "u8": Kind.WORD, "b1": Kind.BOOLEAN}
 

@@ -8,10 +8,12 @@ import numpy as np
 
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.operations import fma
 from crane_sim.tracing.operators import items_of
 from crane_sim.tracing.ranges import SimdRange
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.vectors import local_array, simd_range, use_wide_vectors
 
 _PYTHON = {Kind.REAL: float, Kind.INTEGER: int, Kind.BOOLEAN: bool, Kind.WORD: np.uint64}
@@ -221,8 +223,8 @@ def _fma(graph: Graph, a: Any, b: Any, c: Any) -> Any:
     return arithmetic.call_function("fma", a, b, c)
 
 
-def _simd_range(graph: Graph, count: Any) -> SimdRange:
-    return SimdRange(count)
+def _simd_range(graph: Graph, *bounds: Any) -> SimdRange:
+    return SimdRange(*bounds)
 
 
 def _local_array(graph: Graph, shape: tuple[int, ...]) -> ArraySymbol:

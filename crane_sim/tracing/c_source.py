@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 
 from crane_sim.tracing.function import Function, functions_with_callees
-from crane_sim.tracing.graph import Block, Instruction, Kind
+from crane_sim.tracing.instructions import Block, Instruction, Kind
 
 _TYPES = {
     Kind.REAL: "double",

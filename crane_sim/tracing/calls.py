@@ -1,7 +1,12 @@
-"""Calls while tracing: a function is traced once for each structure of its arguments, and called from then on."""
+"""Calls while tracing: a function is traced once for each structure of its arguments, and called from then on.
 
+Entry points of one kind of scene share most functions: what has been traced is kept for those that follow.
+"""
+
+import itertools
 import types
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,15 +14,21 @@ import numpy as np
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.builtin_functions import HANDLERS, type_of
+from crane_sim.tracing.cache import SOURCES_AT_IMPORT
 from crane_sim.tracing.forward_mode import ForwardMode
 from crane_sim.tracing.frame import Frame, ResultChange, Returned
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Block, Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value, numbers_of
+from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.interpreter import run
 from crane_sim.tracing.merging import Rebuild, base_address, sizes_of, split, with_address
 from crane_sim.tracing.scopes import Source, source_of
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
+_DEPTH = 60
+"""Functions run in place that are inside one another at most: one that calls itself is then refused."""
+_ARRAYS: Any = (list, np.ndarray)
 _LIBRARIES = {"builtins", "math", "numpy", "operator", "_operator", "functools"}
 """Modules whose functions of what is known are called while tracing: they have one result for the same arguments."""
 _LIBRARY_SOURCES = ("crane_sim.tracing", "functools", "typing", "numpy", "collections")
@@ -28,6 +39,17 @@ class Traced(NamedTuple):
 
     function: Function
     result: Rebuild
+    functions: set[types.FunctionType]  # that are in it
+
+
+_MOST = 1_500  # functions that are kept: those of two or three kinds of scene, about 20 MB
+_TRACED: dict[Any, Traced] = {}
+_NUMBERS = itertools.count(1)  # of functions, which are part of their names
+
+
+def forget_functions() -> None:
+    """Forget what has been traced: a call means another function from now on."""
+    _TRACED.clear()
 
 
 class Calls:
@@ -35,8 +57,9 @@ class Calls:
 
     def __init__(self) -> None:
         """Begin without functions."""
-        self._traced: dict[Any, Traced | None] = {}  # None: it is being traced
-        self._names = 0
+        self._own: dict[Any, Traced] = {}
+        self._under_way: set[Any] = set()
+        self._depth = 0  # of functions that are run in place
         self.forward_mode = ForwardMode()
         self.functions: set[types.FunctionType] = set()  # that are traced
 
@@ -62,56 +85,82 @@ class Calls:
     def call_traced(
         self, graph: Graph, function: types.FunctionType, arguments: list[Any], keywords: dict[str, Any], inlined: bool
     ) -> Any:
-        """Return the result of a call of a function that is traced on its own.
-
-        Raises:
-            TraceError: it does what is not traced, or calls itself.
-        """
-        leaves, traced = self.find_traced(graph, function, arguments, keywords, inlined)
-        graph.has_allocations |= traced.function.graph.has_allocations
-        graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
-        numbers = tuple(leaf.number for leaf in leaves)
-        results = graph.append("call", numbers, traced.function.result_kinds, traced.function)
-        inner = zip(results, traced.function.block.results, strict=True)
-        least = traced.function.graph.least
-        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
-        return traced.result(iter(results))
-
-    def find_traced(
-        self, graph: Graph, function: types.FunctionType, arguments: list[Any], keywords: dict[str, Any], inlined: bool
-    ) -> tuple[list[Value], Traced]:
-        """Return (the leaves of arguments of a call, the function as it is traced for such arguments).
+        """Return the result of a call of a function that is traced on its own, or run in place.
 
         Raises:
             TraceError: it does what is not traced, or calls itself.
         """
         source = source_of(function)
         variables = source.bind(arguments, keywords)
+        if inlined and source.is_straight and self._depth < _DEPTH:
+            return self._run_in_place(graph, source, variables)
+        leaves, traced = self._find_traced(graph, source, variables, inlined)
+        graph.has_allocations |= traced.function.graph.has_allocations
+        graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
+        results = graph.append("call", numbers_of(leaves), traced.function.result_kinds, traced.function)
+        inner = zip(results, traced.function.block.results, strict=True)
+        least = traced.function.graph.least
+        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
+        return traced.result(iter(results))
+
+    def function_of(
+        self, graph: Graph, function: types.FunctionType, arguments: list[Any]
+    ) -> tuple[tuple[Value, ...], Traced]:
+        """Return (the leaves of arguments of a call, the function as it is traced for such arguments).
+
+        Raises:
+            TraceError: it does what is not traced, or calls itself.
+        """
+        source = source_of(function)
+        return self._find_traced(graph, source, source.bind(arguments, {}), False)
+
+    def _find_traced(
+        self, graph: Graph, source: Source, variables: dict[str, Any], inlined: bool
+    ) -> tuple[tuple[Value, ...], Traced]:
         tree = tuple([self.as_argument(graph, x) for x in variables.values()])
         leaves, key, rebuild = take_apart(tree, graph, not inlined)
-        whole = function, key
-        if whole not in self._traced:
-            kinds = tuple(leaf.kind for leaf in leaves)
-            self._traced[whole] = None
-            self._traced[whole] = self._trace(source, tuple(variables), rebuild, kinds, inlined)
-        traced = self._traced[whole]
+        whole = source.function, inlined, key
+        traced = self._own.get(whole) or _TRACED.get(whole)
         if traced is None:
-            raise TraceError(f"{source.name} calls itself: recursion is not traced")
-        return leaves, traced
+            if whole in self._under_way:
+                raise TraceError(f"{source.name} calls itself: recursion is not traced")
+            self._under_way.add(whole)
+            traced = self._trace(source, tuple(variables), rebuild, tuple(leaf.kind for leaf in leaves), inlined)
+            self._keep(whole, traced)
+        self.functions |= traced.functions
+        return tuple(leaves), traced
+
+    def _run_in_place(self, graph: Graph, source: Source, variables: dict[str, Any]) -> Any:
+        """Return the result of a short function without branches, whose instructions become the caller's own."""
+        self.functions.add(source.function)
+        arrays = {name: self.as_argument(graph, x) for name, x in variables.items() if isinstance(x, _ARRAYS)}
+        self._depth += 1
+        try:
+            outcome = run(Frame(graph, self, source, variables | arrays, {}), source.body)
+        finally:
+            self._depth -= 1
+        return outcome.value if isinstance(outcome, Returned) else None
 
     def _trace(
         self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...], inlined: bool
     ) -> Traced:
         result_kinds: dict[int, Kind] = {}
-        self.functions.add(source.function)
+        outer, self.functions = self.functions, {source.function}
         while True:
             try:
                 graph, block, result = self._trace_block(source, names, rebuild, kinds, result_kinds)
             except ResultChange:
                 continue
-            self._names += 1
-            name = f"{source.name.strip('<>')}.{self._names}"
-            return Traced(Function(name, source.function, graph, block, None, inlined, False), result)
+            inner, self.functions = self.functions, outer
+            name = f"{source.name.strip('<>')}.{next(_NUMBERS)}"
+            return Traced(Function(name, source.function, graph, block, None, inlined, False), result, inner)
+
+    def _keep(self, whole: Any, traced: Traced) -> None:
+        if all(_is_of_packages(function.__code__.co_filename) for function in traced.functions):
+            if len(_TRACED) >= _MOST:
+                _TRACED.clear()
+            _TRACED[whole] = traced
+        self._own[whole] = traced
 
     def _trace_block(
         self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...],
@@ -162,6 +211,11 @@ def resolve(function: Any, arguments: list[Any]) -> tuple[Any, bool]:
         implementation = function.dispatch(type_of(arguments[0]))
         return implementation, inlined and getattr(implementation, "inlined", True)
     return getattr(function, "py_func", function), inlined
+
+
+@cache
+def _is_of_packages(file: str) -> bool:
+    return SOURCES_AT_IMPORT.includes(file)
 
 
 def _handler_of(function: Any) -> Any:

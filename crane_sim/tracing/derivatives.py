@@ -20,9 +20,11 @@ from crane_sim.tracing.calls import Calls, resolve
 from crane_sim.tracing.evaluation import FLOATS, Memory, evaluate, trace_tree
 from crane_sim.tracing.forward_mode import ArgumentsNeeded
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import DIRECTIONS, Graph, Kind, TraceError, Value, numbers_of
+from crane_sim.tracing.graph import Graph, Value, numbers_of
+from crane_sim.tracing.instructions import DIRECTIONS, Kind
 from crane_sim.tracing.merging import base_address, sizes_of
 from crane_sim.tracing.results import make_builder
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
 _REALS = np.dtype(float)
@@ -43,7 +45,7 @@ def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
         _IN_PYTHON[whole] = traced.function, make_builder(traced.structure, traced.function.result_kinds)[0]
     function, build = _IN_PYTHON[whole]
     memory = Memory(FLOATS)  # which results are copied from
-    return build(evaluate(function, leaves, FLOATS, memory), [arrays], [])
+    return build(evaluate(function, leaves, FLOATS, memory), {0: arrays}, [])
 
 
 _IN_PYTHON: dict[Any, tuple[Function, Any]] = {}
@@ -52,7 +54,7 @@ _IN_PYTHON: dict[Any, tuple[Function, Any]] = {}
 def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, directions: Any) -> tuple[Any, Any]:
     """Note a call of `directional_derivatives`; return its result."""
     given, seeds = (calls.as_argument(graph, tuple(x)) for x in (arguments, directions))
-    leaves, traced = calls.find_traced(graph, *resolve(f, given)[:1], list(given), {}, False)
+    leaves, traced = calls.function_of(graph, resolve(f, given)[0], list(given))
     tangents = list(_tangents_of(graph, given, seeds))
     moved = tuple(tangent is not None for tangent in tangents)
     addresses = frozenset(i for i, kind in enumerate(traced.function.result_kinds) if kind is Kind.ARRAY)

@@ -7,7 +7,7 @@ summed in pairs, so that fewer operations wait for each other.
 from typing import Any
 
 from crane_sim.tracing.function import trace
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.operations import fma, select, to_integer
 
 _TWO_OVER_PI = 0.6366197723675814

@@ -16,8 +16,10 @@ from crane_sim.tracing.arguments import kinds_of, rebuild_symbols
 from crane_sim.tracing.calls import Calls
 from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import DIRECTIONS, Block, Graph, Instruction, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import DIRECTIONS, Block, Instruction, Kind
 from crane_sim.tracing.results import take_result
+from crane_sim.tracing.trace_error import TraceError
 
 FORMATS = {"f8": "d", "i8": "q", "u8": "Q", "i4": "i", "b1": "?", "p8": "Q", "t8": f"{DIRECTIONS}d"}
 """Formats of `struct` of what memory holds, by their codes."""

@@ -9,10 +9,11 @@ import numpy as np
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.frame import Frame
-from crane_sim.tracing.graph import TraceError, Value
+from crane_sim.tracing.graph import Value
 from crane_sim.tracing.merging import UNDEFINED
 from crane_sim.tracing.operators import attribute_of_array, compare, evaluate_operation, items_of, select_item
 from crane_sim.tracing.ranges import Range
+from crane_sim.tracing.trace_error import TraceError
 
 
 def evaluate(frame: Frame, node: ast.expr) -> Any:

@@ -13,17 +13,9 @@ from typing import Any, NamedTuple
 from crane_sim.tracing.derivative_rules import FLAT, RULES
 from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import (
-    DIRECTIONS,
-    Block,
-    Graph,
-    Instruction,
-    Kind,
-    OpenBlock,
-    TraceError,
-    Value,
-    numbers_of,
-)
+from crane_sim.tracing.graph import Graph, OpenBlock, Value, numbers_of
+from crane_sim.tracing.instructions import DIRECTIONS, Block, Instruction, Kind
+from crane_sim.tracing.trace_error import TraceError
 
 Origin = Any
 """What an address comes from: the number of a value, or (number of a slot, offset of an address that it keeps)."""

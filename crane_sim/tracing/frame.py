@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from itertools import count
 from typing import Any, Protocol
 
 from crane_sim.tracing.arithmetic import combine
-from crane_sim.tracing.graph import Block, Graph, Kind, OpenBlock, TraceError, Value, numbers_of
+from crane_sim.tracing.graph import Graph, OpenBlock, Value, numbers_of
+from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.merging import UNDEFINED, KindChange, Merge, Rebuild, fit, leaf_value, split
 from crane_sim.tracing.scopes import Source
+from crane_sim.tracing.trace_error import TraceError
 
 RUNS, BREAKS, RETURNS, CONTINUES = range(4)
 """How statements end inside a loop, or inside a branch of which one side may return, as a number."""
@@ -15,16 +18,16 @@ CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1
 """Types in memory of numbers and addresses that are kept in eight bytes each."""
 
 
-def read_leaves(address: Value, kinds: Iterable[Kind]) -> list[Value]:
-    """Return numbers and addresses that are kept one behind the other, eight bytes each."""
-    append = address.graph.append
-    return [append("read", (address.number,), (kind,), (8 * i, CODES[kind]))[0] for i, kind in enumerate(kinds)]
+def read_leaves(address: Value, kinds: Iterable[Kind], first: int = 0) -> list[Value]:
+    """Return numbers and addresses that are kept one behind the other, eight bytes each, from byte `first` on."""
+    append, places = address.graph.append, count(first, 8)
+    return [append("read", (address.number,), (kind,), (next(places), CODES[kind]))[0] for kind in kinds]
 
 
-def write_leaves(address: Value, leaves: Iterable[Value]) -> None:
-    """Keep numbers and addresses one behind the other, eight bytes each."""
-    for i, leaf in enumerate(leaves):
-        address.graph.append("write", (leaf.number, address.number), (), (8 * i, CODES[leaf.kind]))
+def write_leaves(address: Value, leaves: Iterable[Value], first: int = 0) -> None:
+    """Keep numbers and addresses one behind the other, eight bytes each, from byte `first` on."""
+    for place, leaf in zip(count(first, 8), leaves):  # noqa: B905 # places without end
+        address.graph.append("write", (leaf.number, address.number), (), (place, CODES[leaf.kind]))
 
 
 class Returned:

@@ -3,8 +3,10 @@
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from crane_sim.tracing.graph import Array, Block, Graph, Kind, TraceError, Value, kind_of, numbers_of
+from crane_sim.tracing.graph import Array, Graph, Value, kind_of, numbers_of
+from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.operations import graph_of
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import flatten, unflatten
 
 

@@ -4,46 +4,22 @@ A literal zero is structural: 0 x is 0 and x + 0 is x, as if x were finite. So w
 0, leaves nothing in the code; a float run computes the same numbers, up to the sign of zeros.
 """
 
-import operator
 from collections.abc import Callable
 from contextlib import contextmanager
-from enum import Enum
 from typing import Any, NamedTuple
 
-Number = float | int
-DIRECTIONS = 8
-"""Directions along which derivatives are computed at once."""
-
-
-class Kind(Enum):
-    """What a value is."""
-
-    REAL = "real"
-    INTEGER = "integer"
-    BOOLEAN = "boolean"
-    WORD = "word"  # 64 bits, without a sign
-    ARRAY = "array"  # the address of reals
-    FUNCTION = "function"  # its address
-    TANGENT = "tangent"  # derivatives of a real along `DIRECTIONS` directions
-
-    __hash__ = object.__hash__  # as each is one object; that of an Enum takes longer
-
-
-class Instruction(NamedTuple):
-    """One instruction; values are called by their number."""
-
-    operation: str
-    arguments: tuple[int, ...]
-    results: tuple[int, ...]
-    literal: Any = None  # a constant, an offset into an array, the function that is called, or blocks
-
-
-class Block(NamedTuple):
-    """Instructions that run one after the other, and the values that they result in."""
-
-    instructions: list[Instruction]
-    parameters: tuple[int, ...]
-    results: tuple[int, ...]
+from crane_sim.tracing.instructions import (
+    COMMUTATIVE,
+    COMPARISONS,
+    FOLDED,
+    IMPURE,
+    OPERANDS,
+    Block,
+    Instruction,
+    Kind,
+    Number,
+)
+from crane_sim.tracing.trace_error import TraceError
 
 
 class OpenBlock(NamedTuple):
@@ -61,60 +37,6 @@ _PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {
     Kind.WORD: int,
     Kind.TANGENT: float,
 }
-
-
-_PLACES = 3  # that an error names
-
-
-class TraceError(TypeError):
-    """A traced function did what is not traced, such as with a symbol what only a number can do."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__(message)
-        self._message, self._places = message, list[str]()
-        self._call: object = None
-
-    def add_place(self, place: str, call: object) -> None:
-        """Say where it happened: once for each call, from the innermost one on."""
-        if call is not self._call and place not in self._places:
-            self._places.append(place)
-        self._call = call
-
-    def __str__(self) -> str:
-        """Return the message, and the innermost places."""
-        places = ", called by ".join(self._places[:_PLACES])
-        return f"{self._message}, in {places}" if places else self._message
-
-
-FOLDED: dict[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "subtract": operator.sub,
-    "multiply": operator.mul,
-    "divide": operator.truediv,
-    "negate": operator.neg,
-    "less": operator.lt,
-    "less_equal": operator.le,
-    "equal": operator.eq,
-    "unequal": operator.ne,
-    "both": operator.and_,
-    "absolute": abs,
-}
-"""Operations whose result on constants is computed while tracing; Python's floats have the bits of the code's."""
-
-_NUMBERS = {Kind.REAL, Kind.INTEGER, Kind.WORD}
-OPERANDS: dict[str, set[Kind]] = {
-    **dict.fromkeys(("add", "subtract", "multiply", "negate", "less", "less_equal"), _NUMBERS),
-    **dict.fromkeys(("equal", "unequal"), {*_NUMBERS, Kind.BOOLEAN}),
-    **dict.fromkeys(("divide", "absolute", "sqrt", "exp", "power", "fma", "to_integer"), {Kind.REAL}),
-    "both": {Kind.INTEGER, Kind.BOOLEAN, Kind.WORD},
-    "to_real": {Kind.INTEGER, Kind.WORD},
-}
-"""Kinds that an operation is defined for."""
-
-COMMUTATIVE = {"add", "multiply", "equal", "unequal", "both"}
-COMPARISONS = {"less", "less_equal", "equal", "unequal"}
-IMPURE = {"load", "store", "read", "write", "allocate", "call", "call_address", "branch", "loop"}
-"""Operations that read or write memory, or may: each is kept as it is noted."""
 
 
 class Graph:

@@ -15,9 +15,10 @@ from crane_sim.tracing.array_symbols import ArraySymbol
 from crane_sim.tracing.array_symbols import assign as assign_elements
 from crane_sim.tracing.expressions import assign, condition_of, evaluate, evaluate_operation
 from crane_sim.tracing.frame import BREAKS, CONTINUES, RETURNS, RUNS, Frame, Returned
-from crane_sim.tracing.graph import TraceError, Value
+from crane_sim.tracing.graph import Value
 from crane_sim.tracing.loops import known_turns, trace_loop, turns_of
 from crane_sim.tracing.scopes import always_leaves, has_exit, has_jump, has_return
+from crane_sim.tracing.trace_error import TraceError
 
 
 class _Bind(ast.stmt):

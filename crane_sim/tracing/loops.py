@@ -10,10 +10,12 @@ from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.expressions import assign, condition_of, evaluate_iterable
 from crane_sim.tracing.frame import CONTINUES, RUNS, Frame
-from crane_sim.tracing.graph import Block, Kind, TraceError, Value, numbers_of
+from crane_sim.tracing.graph import Value, numbers_of
+from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.merging import UNDEFINED, KindChange, fit, split
 from crane_sim.tracing.ranges import Range, SimdRange
 from crane_sim.tracing.scopes import assigned_names, has_jump, has_return, names_read_later
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
 UNROLLED = 16

@@ -1,6 +1,7 @@
 """Traced functions as machine code of this processor, by LLVM."""
 
 import ctypes
+from enum import Enum
 from functools import cache
 from typing import Any
 
@@ -8,7 +9,7 @@ import llvmlite.binding as llvm
 from llvmlite import __version__ as LLVMLITE
 
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.llvm import module_text
 
 _C_TYPES: dict[Kind, Any] = {
@@ -19,6 +20,20 @@ _C_TYPES: dict[Kind, Any] = {
     Kind.ARRAY: ctypes.c_void_p,
     Kind.FUNCTION: ctypes.c_void_p,
 }
+
+
+class Optimisation(Enum):
+    """How much time goes into code so that it runs fast; its bits are the same: (level of passes, of code generation).
+
+    Code that runs for some hundred instants costs more to optimise than it takes.
+    """
+
+    FULL = 2, 3
+    LIGHT = 0, 1  # a third of the time; the code is slower by half
+    NONE = 0, 0  # a sixth; slower by three times
+
+
+LIGHT, NONE = Optimisation.LIGHT, Optimisation.NONE
 
 
 class LoadedCode:
@@ -66,13 +81,14 @@ class Library:
         return compiled
 
 
-def compile_text(text: str) -> bytes:
+def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL) -> bytes:
     """Return the object file of a module's text."""
-    machine = _target_machine()
+    passes, generation = optimisation.value
+    machine = _target_machine(generation)
     module = llvm.parse_assembly(text)
     module.verify()
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
-    builder = llvm.create_pass_builder(machine, _tuning())
+    builder = llvm.create_pass_builder(machine, _tuning(passes))
     builder.getModulePassManager().run(module, builder)
     return machine.emit_object(module)
 
@@ -82,17 +98,17 @@ def _processor() -> tuple[str, str]:
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
-def _target_machine() -> Any:
+def _target_machine(level: int = 3) -> Any:
     """Return a new one: an engine owns that which it was made with."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     cpu, features = _processor()
     target = llvm.Target.from_default_triple()
-    return target.create_target_machine(cpu=cpu, features=features, opt=3, jit=True)
+    return target.create_target_machine(cpu=cpu, features=features, opt=level, jit=True)
 
 
-def _tuning() -> Any:
-    options = llvm.create_pipeline_tuning_options(speed_level=2)
+def _tuning(level: int) -> Any:
+    options = llvm.create_pipeline_tuning_options(speed_level=level)
     options.slp_vectorization = False  # it takes as long as all other passes together, for a few per cent of speed
-    options.loop_vectorization = True
+    options.loop_vectorization, options.loop_unrolling = True, False  # lanes of the loops that ask for them
     return options

@@ -5,7 +5,7 @@ one before, and its size. `allocate` adds one; `sweep` frees those after the blo
 addresses, as a turn of a loop does; `release` frees all.
 """
 
-from crane_sim.tracing.graph import Block
+from crane_sim.tracing.instructions import Block
 
 MEMORY = """
 declare ptr @malloc(i64)

@@ -5,7 +5,9 @@ from typing import Any
 
 from crane_sim.tracing.arithmetic import RANK, common_kind, convert, is_number, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
-from crane_sim.tracing.graph import Graph, Kind, TraceError, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Kind
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
 Rebuild = Callable[[Iterator[Value]], Any]

@@ -7,8 +7,9 @@ from typing import Any
 
 from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol
-from crane_sim.tracing.graph import TraceError, Value
+from crane_sim.tracing.graph import Value
 from crane_sim.tracing.ranges import Range
+from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
 _BINARY = {

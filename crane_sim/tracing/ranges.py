@@ -3,7 +3,8 @@
 from typing import Any
 
 from crane_sim.tracing.arithmetic import choose, combine, is_natural, least_of
-from crane_sim.tracing.graph import TraceError, Value
+from crane_sim.tracing.graph import Value
+from crane_sim.tracing.trace_error import TraceError
 
 
 class Range:

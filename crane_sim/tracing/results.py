@@ -8,7 +8,8 @@ import numpy as np
 
 from crane_sim.tracing.arithmetic import convert, number_kind
 from crane_sim.tracing.array_symbols import ArraySymbol
-from crane_sim.tracing.graph import Graph, Kind, Value
+from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.merging import base_address
 from crane_sim.tracing.trees import rebuilt
 
@@ -22,7 +23,6 @@ class _Array(NamedTuple):
 
     dtype: np.dtype
     dimensions: int
-    dense: bool  # else strides follow the sizes
 
 
 def take_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
@@ -32,20 +32,15 @@ def take_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
     if isinstance(tree, list):
         return tuple([take_result(part, leaves, graph) for part in tree])
     if isinstance(tree, ArraySymbol):
-        dense = len(tree.shape) == 1 and _is_known(tree.strides[0], tree.dtype.itemsize)
         leaves.append(base_address(graph, tree))
-        sizes = tree.shape if dense else (*tree.shape, *tree.strides)
+        sizes = (*tree.shape, *tree.strides)
         leaves += [size if isinstance(size, Value) else graph.constant(size, Kind.INTEGER) for size in sizes]
-        return _Array(tree.dtype, len(tree.shape), dense)
+        return _Array(tree.dtype, len(tree.shape))
     if isinstance(tree, Value | float | int):
         kind = number_kind(tree)
         leaves.append(convert(graph, tree, kind))
         return _Number
     return tree
-
-
-def _is_known(x: Any, number: int) -> bool:
-    return not isinstance(x, Value) and x == number
 
 
 Part = tuple[int, Any, int, int]
@@ -56,7 +51,8 @@ def make_builder(structure: Any, kinds: Sequence[Kind]) -> tuple[Callable[..., A
     """Return (a function that makes the result of a call, the parts of the result that are numbers and arrays).
 
     Its arguments are the numbers of the result, for each argument of the call the arrays by their addresses, and a
-    list to which it appends (index of an array's address, address, array) of the arrays of the result.
+    list to which it appends (index of an array's address, address, array, whether its elements stand one behind the
+    other) of the arrays of the result.
     The function is one expression of Python: a call for each tuple would take longer than the code that is called.
     """
     builder = _Builder(kinds)
@@ -90,7 +86,7 @@ class _Builder:
             return f"v[{self.place - 1}]"
         if isinstance(structure, _Array):
             first, n = self.place, structure.dimensions
-            sizes = [f"v[{first + 1 + i}], " for i in range(n if structure.dense else 2 * n)]
+            sizes = [f"v[{first + 1 + i}], " for i in range(2 * n)]
             self.place += 1 + len(sizes)
             shape, strides = "".join(sizes[:n]), "".join(sizes[n:])
             return f"take(arrays, taken, {first}, {self._name(structure.dtype)}, v[{first}], ({shape}), ({strides}))"
@@ -111,9 +107,7 @@ class _Builder:
         if structure is None:
             return None, place
         if isinstance(structure, _Array):
-            if not structure.dense:
-                return _NO_KEY, place
-            return (np.ndarray, structure.dtype, structure.dimensions, True), place + 1 + structure.dimensions
+            return (np.ndarray, structure.dtype, structure.dimensions, True), place + 1 + 2 * structure.dimensions
         if not isinstance(structure, tuple):
             return _NO_KEY, place
         keys = []
@@ -134,26 +128,36 @@ _NO_KEY = object()
 
 
 def _take_array(
-    arguments: list[dict[int, Any]], taken: list[Any], index: int, dtype: np.dtype, address: int,
+    arguments: dict[int, dict[int, Any]], taken: list[Any], index: int, dtype: np.dtype, address: int,
     shape: tuple[int, ...], strides: tuple[int, ...],
 ) -> Any:  # fmt: skip
     """Return the array at an address: one of the arguments', or a new one with a copy of what is there."""
-    strides = strides or (dtype.itemsize,)
-    for arrays in arguments:
+    for arrays in arguments.values():
         found = arrays.get(address)
-        if found is not None and found.shape == shape and found.dtype == dtype and found.strides == strides:
-            taken.append((index, address, found))
+        if found is not None and found.shape == shape and found.strides == strides and found.dtype == dtype:
+            taken.append((index, address, found, found.flags.c_contiguous))
             return found
-    array = _copy(dtype, address, shape, strides)
-    taken.append((index, array.__array_interface__["data"][0], array))
+    array = np.empty(shape, dtype)
+    dense = array.strides == strides
+    copied = _address(array)
+    if dense:
+        ctypes.memmove(copied, address, array.nbytes)
+    else:
+        array[...] = _view(dtype, address, shape, strides)
+    taken.append((index, copied, array, dense))
     return array
 
 
-def _copy(dtype: np.dtype, address: int, shape: tuple[int, ...], strides: tuple[int, ...]) -> Any:
+def _address(array: Any) -> int:
+    """Return where the elements of a new array are, faster than NumPy does."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else array.ctypes.data
+
+
+def _view(dtype: np.dtype, address: int, shape: tuple[int, ...], strides: tuple[int, ...]) -> np.ndarray:
     if 0 in shape:
         return np.empty(shape, dtype)
     reach = [(n - 1) * stride for n, stride in zip(shape, strides, strict=True)]
     before = -sum([min(x, 0) for x in reach])  # bytes of elements before the first one
     size = before + sum([max(x, 0) for x in reach]) + dtype.itemsize
     memory: Any = (ctypes.c_char * size).from_address(address - before)
-    return np.ndarray(shape, dtype, memory, before, strides).copy()
+    return np.ndarray(shape, dtype, memory, before, strides)

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT
-from crane_sim.tracing.graph import TraceError
+from crane_sim.tracing.trace_error import TraceError
 
+STRAIGHT = 12
+"""Statements that a function consists of at most that is run in place: no branch, no loop, one return at its end."""
 _VARIABLE = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
 
@@ -33,6 +35,11 @@ class Source:
         self._signature: inspect.Signature | None = None
         self._cells = dict(zip(code.co_freevars, function.__closure__ or (), strict=True))
         self._later: dict[int, frozenset[str]] = {}
+        self.is_straight = (
+            len(self.body) <= STRAIGHT
+            and all(map(_is_straight, self.body[:-1]))
+            and isinstance(self.body[-1], ast.Return)
+        )
 
     def bind(self, arguments: list[Any], keywords: dict[str, Any]) -> dict[str, Any]:
         """Return the arguments of a call by the names of the parameters, with defaults.
@@ -69,10 +76,50 @@ class Source:
         return f"{self.name} ({file}:{getattr(node, 'lineno', self.function.__code__.co_firstlineno)})"
 
 
+def _is_straight(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Assign | ast.AnnAssign | ast.AugAssign | ast.Expr)
+
+
 @cache
 def _tree_of(file: str, time_stamp: int) -> ast.Module:
     """Return the tree of a file that was changed last at a time stamp: a module may be imported anew."""
     return ast.parse(Path(file).read_text(encoding="utf-8"))
+
+
+@cache
+def _lines_of(file: str, time_stamp: int) -> list[str]:
+    return Path(file).read_text(encoding="utf-8").splitlines(keepends=True)
+
+
+def _candidates(code: types.CodeType, version: tuple[str, int]) -> list[Any]:
+    """Return the trees of a file that may be a function's."""
+    if code.co_name == "<lambda>":
+        return _lambdas_of(*version).get((code.co_name, code.co_firstlineno), [])
+    alone = _parse_alone(code, _lines_of(*version))
+    return [alone] if alone else _functions_of(*version).get((code.co_name, code.co_firstlineno), [])
+
+
+def _parse_alone(code: types.CodeType, lines: list[str]) -> ast.FunctionDef | None:
+    """Return the tree of a function's lines, which takes a tenth of its file's, None where they are no function."""
+    first = code.co_firstlineno - 1
+    last = max(end for inner in _codes_in(code) for _, end, _, _ in inner.co_positions() if end)
+    indent = _indent(lines[first])
+    while last < len(lines) and lines[last].startswith("def", indent):  # a docstring alone has no code
+        last += 1
+    while last < len(lines) and (_indent(lines[last]) > indent or lines[last].strip()[:1] in ("", *")]}")):
+        last += 1
+    opening = "\n" * (first - 1) + "if True:\n" if indent else "\n" * first
+    try:
+        (tree,) = ast.parse(opening + "".join(lines[first:last])).body
+    except (SyntaxError, ValueError):
+        return None
+    if isinstance(tree, ast.If):
+        (tree,) = tree.body if len(tree.body) == 1 else (None,)
+    return tree if isinstance(tree, ast.FunctionDef) and tree.name == code.co_name else None
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())
 
 
 @cache
@@ -129,8 +176,7 @@ def source_of(function: types.FunctionType) -> Source:
     try:
         version = file, os.stat(file).st_mtime_ns
         is_imported = SOURCES_AT_IMPORT.is_unchanged(file) or code in _codes_of(*version)
-        functions = _lambdas_of if code.co_name == "<lambda>" else _functions_of
-        candidates = functions(*version).get((code.co_name, code.co_firstlineno), [])
+        candidates = _candidates(code, version)
     except (OSError, SyntaxError, ValueError) as error:
         raise TraceError(f"the source of {function.__name__}, {file}, cannot be read: {error}") from error
     if not is_imported:

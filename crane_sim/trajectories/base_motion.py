@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import entry_point, generic, routine
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation, routine
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -46,14 +46,11 @@ AnyBase = Base | SplineBase | MountedBase
 """The motions that a base can have."""
 
 
-@generic
 def axis_at(base, t, i):
     """Return (position, velocity, acceleration) of axis i at time t [s], in m or rad."""
-    raise NotImplementedError
-
-
-@axis_at.register(Base)
-def _(base, t, i):
+    if isinstance(base, SplineBase):
+        piece = find_piece(base.knots, base.coefficients.shape[1], t)
+        return polynomial_at(base.coefficients[i], piece, t - base.knots[piece])[:3]
     x, v, a = base.offsets[i], 0.0, 0.0
     for k in range(base.amplitudes.shape[1]):
         amplitude, w = base.amplitudes[i, k], base.frequencies[i, k]
@@ -65,32 +62,19 @@ def _(base, t, i):
     return x, v, a
 
 
-@axis_at.register(SplineBase)
-def _(base, t, i):
-    piece = find_piece(base.knots, base.coefficients.shape[1], t)
-    x, v, a, _, _ = polynomial_at(base.coefficients[i], piece, t - base.knots[piece])
-    return x, v, a
-
-
 @routine
 def base_motion_at(base, t):
     """Return (positions, velocities, accelerations) of the six axes at time t [s], each a tuple (6,) in m and rad."""
-    x0, v0, a0 = axis_at(base, t, 0)
-    x1, v1, a1 = axis_at(base, t, 1)
-    x2, v2, a2 = axis_at(base, t, 2)
-    x3, v3, a3 = axis_at(base, t, 3)
-    x4, v4, a4 = axis_at(base, t, 4)
-    x5, v5, a5 = axis_at(base, t, 5)
-    return (x0, x1, x2, x3, x4, x5), (v0, v1, v2, v3, v4, v5), (a0, a1, a2, a3, a4, a5)
+    axes = [axis_at(base, t, i) for i in range(len(AXES))]
+    return tuple([tuple([axis[k] for axis in axes]) for k in range(3)])
 
 
 @entry_point
+@optimisation(LIGHT)
 def fill_positions(base, t, out):
     """Fill out (K, 6) with the positions of the six axes at times t (K,) [s]."""
     for i in range(len(t)):
-        x, _, _ = base_motion_at(base, t[i])
-        for k in range(len(x)):
-            out[i, k] = x[k]
+        out[i] = base_motion_at(base, t[i])[0]
 
 
 def base_positions(base: AnyBase, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.base_motion import SplineBase
 from crane_sim.trajectories.inputs import Delayed, Table
 from crane_sim.trajectories.piecewise import find_piece
@@ -30,23 +29,19 @@ class PiecewiseSource(NamedTuple):
 
 
 @system.effort.register(PiecewiseSource)
-def _(u, p, t, x):
+def piecewise_effort(u, p, t, x):
+    """Return the efforts of the source."""
     return system.effort(u.source, p, t, x)
 
 
 @system.demand.register(PiecewiseSource)
-def _(u, p, t, x):
+def piecewise_demand(u, p, t, x):
+    """Return the demand of the source."""
     return system.demand(u.source, p, t, x)
 
 
-@generic
 def next_breakpoint(u, t):
-    """Return the first breakpoint [s] of a source after time t, infinite where there is none."""
-    return inf
-
-
-@next_breakpoint.register(PiecewiseSource)
-def _(u, t):
+    """Return the first breakpoint [s] of a `PiecewiseSource` after time t, infinite where there is none."""
     count = len(u.breakpoints)
     if t < u.breakpoints[0]:
         return u.breakpoints[0]

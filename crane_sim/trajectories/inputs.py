@@ -8,7 +8,6 @@ from pydantic import Field
 
 from crane_sim import system
 from crane_sim.files.types import Angle, Real
-from crane_sim.numerics.jit import generic
 from crane_sim.trajectories.piecewise import find_piece, find_table_error
 
 
@@ -53,48 +52,39 @@ class Delayed(NamedTuple):
     before: float  # input's unit, its value until then
 
 
+Channel = Constant | Sine | Polynomial | Table | Delayed
+
+
 class Inputs(NamedTuple):
-    """The input of one actuated joint, and the list of those of the other joints, which equations can walk by type."""
+    """The inputs of the actuated joints."""
 
-    first: Constant | Sine | Polynomial | Table | Delayed
-    tail: "Inputs | None" = None
-
-
-def delay_inputs(inputs: Inputs | None, delays: Sequence[float], before: Sequence[float]) -> Inputs | None:
-    """Return the inputs of n joints, each of them `delays[j]` [s] later, and `before[j]` until then."""
-    if inputs is None:
-        return None
-    first = Delayed(inputs.first, delays[0], before[0]) if delays[0] else inputs.first
-    return Inputs(first, delay_inputs(inputs.tail, delays[1:], before[1:]))
+    channels: tuple[Channel, ...]  # (nu,)
 
 
-@generic
+def delay_inputs(inputs: Inputs, delays: Sequence[float], before: Sequence[float]) -> Inputs:
+    """Return the inputs of nu joints, each of them `delays[j]` [s] later, and `before[j]` until then."""
+    each = zip(inputs.channels, delays, before, strict=True)
+    return Inputs(tuple(Delayed(channel, delay, held) if delay else channel for channel, delay, held in each))
+
+
 def value_at(channel, t):
     """Return the input's value at time t [s]."""
-    raise NotImplementedError
+    if isinstance(channel, Constant):
+        return channel.value
+    if isinstance(channel, Sine):
+        return channel.offset + channel.amplitude * sin(channel.frequency * t + channel.phase)
+    if isinstance(channel, Polynomial):
+        value = 0.0
+        for coefficient in channel.coefficients[::-1]:
+            value = value * t + coefficient
+        return value
+    if isinstance(channel, Delayed):
+        return value_at(channel.channel, t - channel.delay) if t >= channel.delay else channel.before
+    return table_value(channel.times, channel.values, t)
 
 
-@value_at.register(Constant)
-def _(channel, t):
-    return channel.value
-
-
-@value_at.register(Sine)
-def _(channel, t):
-    return channel.offset + channel.amplitude * sin(channel.frequency * t + channel.phase)
-
-
-@value_at.register(Polynomial)
-def _(channel, t):
-    value = 0.0
-    for k in range(len(channel.coefficients) - 1, -1, -1):
-        value = value * t + channel.coefficients[k]
-    return value
-
-
-@value_at.register(Table)
-def _(channel, t):
-    times, values = channel.times, channel.values
+def table_value(times, values, t):
+    """Return the value of a table at time t [s]."""
     last = len(times) - 1
     if t <= times[0]:
         return values[0]
@@ -105,32 +95,24 @@ def _(channel, t):
     return values[low] + (values[high] - values[low]) * (t - times[low]) / (times[high] - times[low])
 
 
-@value_at.register(Delayed)
-def _(channel, t):
-    return value_at(channel.channel, t - channel.delay) if t >= channel.delay else channel.before
-
-
-@generic
 def values_at(inputs, t):
     """Return the values of all inputs (nu,) at time t."""
-    return ()
-
-
-@values_at.register(Inputs)
-def _(inputs, t):
-    return (value_at(inputs.first, t), *values_at(inputs.tail, t))
+    return tuple([value_at(channel, t) for channel in inputs.channels])
 
 
 @system.demand.register(Inputs)
-def _(u, p, t, x):
+def input_demand(u, p, t, x):
+    """Return the values of the inputs at time t."""
     return values_at(u, t)
 
 
 @system.effort.register(Inputs)
-def _(u, p, t, x):
+def input_effort(u, p, t, x):
+    """Return the values of the inputs at time t within what the actuators give."""
     return system.saturate(p, values_at(u, t))
 
 
 @system.command.register(Inputs)
-def _(law, t, q, v):
+def input_command(law, t, q, v):
+    """Return the values of the inputs at time t."""
     return values_at(law, t)

@@ -82,8 +82,4 @@ def stop_trajectory(trajectory: Trajectory, t: float, duration: float) -> Trajec
 
 def to_piecewise_polynomial(trajectory: Trajectory) -> PiecewisePolynomial:
     """Return the piecewise polynomial that a trajectory was compiled from."""
-    rows, coordinates = [], trajectory.coordinates
-    while coordinates is not None:
-        rows.append(coordinates.coefficients)
-        coordinates = coordinates.tail
-    return PiecewisePolynomial(trajectory.starts, np.stack(rows, axis=1))
+    return PiecewisePolynomial(trajectory.starts, np.stack(trajectory.coordinates, axis=1))

@@ -8,83 +8,52 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import entry_point, generic
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.trajectories.piecewise import find_piece, polynomial_at
 from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
-
-
-class Coordinate(NamedTuple):
-    """The polynomials of one coordinate, and the list of the other coordinates, which equations can walk by type."""
-
-    coefficients: Any  # (pieces, degree + 1), of powers of t - starts[piece], from the constant on
-    tail: "Coordinate | None" = None
 
 
 class Trajectory(NamedTuple):
     """A compiled reference of n coordinates: payload x, y (z) in the base frame [m], or the actuated joints."""
 
     starts: Any  # (pieces,) s, increasing; the first piece also holds before
-    coordinates: Coordinate
+    coordinates: tuple[Any, ...]  # (n,) of (pieces, degree + 1), of powers of t - starts[piece], from the constant on
     of_joints: bool = False  # of the actuated joints, in the scene's order, rather than of the payload
 
 
 def compile_trajectory(polynomials: PiecewisePolynomial, of_joints: bool = False) -> Trajectory:
     """Return the compiled form of n coordinates."""
-    coordinates: Coordinate | None = None
-    for k in reversed(range(polynomials.coefficients.shape[1])):
-        coordinates = Coordinate(np.ascontiguousarray(polynomials.coefficients[:, k]), coordinates)
-    assert coordinates is not None, "a trajectory has at least one coordinate"
+    n = polynomials.coefficients.shape[1]
+    coordinates = tuple(np.ascontiguousarray(polynomials.coefficients[:, k]) for k in range(n))
     return Trajectory(np.ascontiguousarray(polynomials.starts, dtype=np.float64), coordinates, of_joints)
 
 
-@generic
-def low_derivatives(coordinates, piece, s):
-    """Return (positions, velocities, accelerations) of a list of coordinates, each a tuple."""
-    return (), (), ()
-
-
-@low_derivatives.register(Coordinate)
-def _(coordinates, piece, s):
-    x, v, a, _, _ = polynomial_at(coordinates.coefficients, piece, s)
-    xs, vs, accelerations = low_derivatives(coordinates.tail, piece, s)
-    return (x, *xs), (v, *vs), (a, *accelerations)
-
-
-@generic
-def high_derivatives(coordinates, piece, s):
-    """Return (jerks, snaps) of a list of coordinates, each a tuple."""
-    return (), ()
-
-
-@high_derivatives.register(Coordinate)
-def _(coordinates, piece, s):
-    _, _, _, jerk, snap = polynomial_at(coordinates.coefficients, piece, s)
-    jerks, snaps = high_derivatives(coordinates.tail, piece, s)
-    return (jerk, *jerks), (snap, *snaps)
+def derivatives_at(trajectory, t, orders):
+    """Return the derivatives of these orders, at most 4, at time t [s], each a tuple (n,)."""
+    piece = find_piece(trajectory.starts, len(trajectory.starts), t)
+    s = t - trajectory.starts[piece]
+    derivatives = [polynomial_at(coefficients, piece, s) for coefficients in trajectory.coordinates]
+    return tuple([tuple([of_one[k] for of_one in derivatives]) for k in orders])
 
 
 def reference_at(trajectory, t):
     """Return (position, velocity, acceleration) of a trajectory at time t [s], each a tuple (n,)."""
-    piece = find_piece(trajectory.starts, len(trajectory.starts), t)
-    return low_derivatives(trajectory.coordinates, piece, t - trajectory.starts[piece])
+    return derivatives_at(trajectory, t, (0, 1, 2))
 
 
 def higher_derivatives_at(trajectory, t):
     """Return (jerk, snap), the third and fourth derivative of a trajectory at time t [s], each a tuple (n,)."""
-    piece = find_piece(trajectory.starts, len(trajectory.starts), t)
-    return high_derivatives(trajectory.coordinates, piece, t - trajectory.starts[piece])
+    return derivatives_at(trajectory, t, (3, 4))
 
 
 @entry_point
+@optimisation(LIGHT)
 def sample_trajectory(trajectory, t):
     """Return position, velocity and acceleration (K, 3, n) of a trajectory at times t (K,) [s]."""
-    n = len(reference_at(trajectory, 0.0)[0])
-    out = np.empty((len(t), 3, n))
+    out = np.empty((len(t), 3, len(trajectory.coordinates)))
     for i in range(len(t)):
-        x, v, a = reference_at(trajectory, t[i])
-        for k in range(n):
-            out[i, 0, k], out[i, 1, k], out[i, 2, k] = x[k], v[k], a[k]
+        out[i] = reference_at(trajectory, t[i])
     return out
 
 
@@ -96,15 +65,14 @@ def sample_trajectories(trajectories, t):
         trajectories: columns of them.
         t: times.
     """
-    out = np.empty((len(t), 3, len(reference_at(take_entry(trajectories, 0), 0.0)[0])))
+    out = np.empty((len(t), 3, len(trajectories.coordinates)))
     for i in range(len(t)):
-        out[i] = sample_trajectory(take_entry(trajectories, i), t[i : i + 1])[0]
+        out[i] = reference_at(take_entry(trajectories, i), t[i])
     return out
 
 
 __all__ = [
     "Array",
-    "Coordinate",
     "Trajectory",
     "PiecewisePolynomial",
     "higher_derivatives_at",

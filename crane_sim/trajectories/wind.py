@@ -11,7 +11,6 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.numerics.jit import generic
 
 Height = Annotated[Positive, Field(ge=1e-6, le=1e4)]
 
@@ -60,46 +59,19 @@ class Wind(NamedTuple):
     kink: Kink | None = None  # that of the profile
 
 
-@generic
 def speed_ratio(profile, z, reference):
     """Return the mean at height z [m] over that at the reference height [m]."""
-    return 1.0
-
-
-@speed_ratio.register(PowerLaw)
-def _(profile, z, reference):
-    return (max(z, profile.lowest) / reference) ** profile.exponent
-
-
-@speed_ratio.register(LogarithmicLaw)
-def _(profile, z, reference):
+    if profile is None:
+        return 1.0
+    if isinstance(profile, PowerLaw):
+        return (max(z, profile.lowest) / reference) ** profile.exponent
     return log(max(z, profile.lowest) / profile.roughness) / log(reference / profile.roughness)
 
 
-@generic
-def ratio_gradient(profile, z, reference):
-    """Return the derivative of `speed_ratio` by z [1/m]; arguments of `speed_ratio`."""
-    return 0.0
-
-
-@ratio_gradient.register(PowerLaw)
-def _(profile, z, reference):
-    return profile.exponent / z * speed_ratio(profile, z, reference) if z > profile.lowest else 0.0
-
-
-@ratio_gradient.register(LogarithmicLaw)
-def _(profile, z, reference):
-    return 1.0 / (z * log(reference / profile.roughness)) if z > profile.lowest else 0.0
-
-
-@generic
 def gust_at(gust, t):
     """Return the gust's velocity [m/s] at time t [s]; none where it is absent."""
-    return 0.0
-
-
-@gust_at.register(Gust)
-def _(gust, t):
+    if gust is None:
+        return 0.0
     s, nodes = t * gust.rate, gust.nodes
     k = floor(s)
     s = s - k

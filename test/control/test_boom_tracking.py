@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_control.tracking.knuckle_boom import append_winch_effort, clamp_to_workspace
+from crane_control.tracking.knuckle_boom import clamp_to_workspace, winch_efforts
 from crane_control.tracking.tracker import TipSetpoint
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.rope import MotionRope, RopeKinematics
@@ -103,12 +103,7 @@ def test_the_tip_accelerates_as_an_ideal_suspension_point(changes: dict[str, Any
 def test_input_of_a_rate_driven_winch_gives_the_acceleration(time_constant: float | None, expected: float) -> None:
     """The winch's input is the rope's acceleration, or the rate that makes a winch that lags accelerate it so."""
     rope_state = RopeKinematics((0.0, 0.0, -1.0), LENGTH, 0.2, (0.0, 0.0, -0.2))
-    assert append_winch_effort(MotionRope(time_constant), (1.0, 2.0, 3.0), rope_state, 0.5, 9.0) == (
-        1.0,
-        2.0,
-        3.0,
-        expected,
-    )
+    assert winch_efforts(MotionRope(time_constant), rope_state, 0.5, 9.0) == (expected,)
 
 
 @pytest.mark.interpreted

@@ -173,10 +173,10 @@ def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> No
     assert spatial.target == pytest.approx([3.0, 1.0, np.sin(swing), 0.0, -np.cos(swing)], abs=1e-8)
     # differences of 1e-10 over what Riccati equations lose, see above
     assert all(np.abs(spatial.poles - pole).min() < 1e-6 * abs(pole) for pole in planar.poles)
-    assert spatial.rows.effort == pytest.approx(planar.rows.effort, abs=1e-6)
-    (kx, _, *k_link), (kv, _, *k_rate) = spatial.rows.gain.reshape(2, 5)
+    assert spatial.rows[0].effort == pytest.approx(planar.rows[0].effort, abs=1e-6)
+    (kx, _, *k_link), (kv, _, *k_rate) = spatial.rows[0].gain.reshape(2, 5)
     tangent = np.array([np.cos(swing), 0.0, np.sin(swing)])
-    assert [kx, k_link @ tangent, kv, k_rate @ tangent] == pytest.approx(planar.rows.gain, rel=1e-6)
+    assert [kx, k_link @ tangent, kv, k_rate @ tangent] == pytest.approx(planar.rows[0].gain, rel=1e-6)
 
 
 @pytest.mark.interpreted

@@ -15,6 +15,7 @@ import os
 import re
 import signal
 import subprocess
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -31,7 +32,8 @@ SHOWN = ("text", "console")
 EXECUTED = ("sh", "python", "yaml")
 PERIODS = 3  # that a scene of a page runs
 TERMINALS = ("one terminal", "another terminal")
-_GRACE = 20.0  # s from Ctrl-C to SIGKILL
+_GRACE = 40.0  # s from Ctrl-C to SIGKILL
+_AGAIN = 10.0  # s after which a person presses Ctrl-C again
 _FENCE = re.compile(r'^```(\w*)(?: title="([^"\n]*)")?[ ]*\n(.*?)^```[ ]*$', re.MULTILINE | re.DOTALL)
 _DOMAIN = re.compile(r"(?<=--domain-id )7\b|(?<=in_domain )7\b")  # the ROS domain of all pages
 
@@ -91,9 +93,20 @@ def run_commands(text: str, other: str, folder: Path, domain: int) -> None:
         try:
             run_to_completion(first, cwd=folder, check=True)
         finally:
-            os.killpg(process.pid, signal.SIGINT)
-            said = process.communicate(timeout=_GRACE)[0]
+            said = interrupt(process)
         assert "Error" not in said.replace("ExternalShutdownException", ""), said
+
+
+def interrupt(process: subprocess.Popen[str]) -> str:
+    """Press Ctrl-C until a program ends, and return what it has printed: plain rclpy can lose a signal."""
+    deadline = time.monotonic() + _GRACE
+    while True:
+        os.killpg(process.pid, signal.SIGINT)
+        try:
+            return process.communicate(timeout=_AGAIN)[0]
+        except subprocess.TimeoutExpired:
+            if time.monotonic() > deadline:
+                raise
 
 
 def run_scene(block: Block) -> None:

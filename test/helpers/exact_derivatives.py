@@ -8,7 +8,7 @@ import numpy as np
 from crane_sim.tracing.arguments import describe, kinds_of
 from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.evaluation import COMPARISONS, FLOATS, Memory, Numbers, evaluate, trace_tree
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.instructions import Kind
 
 DIGITS = 60
 STEP = mpmath.mpf(10) ** -20  # so differences have errors of 1e-40
@@ -72,7 +72,7 @@ def _move(tree: Any, direction: Any, column: int, step: Any, values: list[Any], 
             _move(part, None if direction is None else direction[i], column, step, values, at, memory)
     elif isinstance(tree, np.ndarray):
         address = values[next(at)]
-        for _ in describe(tree, [], {}) and range(tree.ndim if tree.flags.c_contiguous else 2 * tree.ndim):
+        for _ in range(2 * tree.ndim):  # sizes and strides
             next(at)
         if direction is not None:
             for i, (x, d) in enumerate(zip(tree.ravel(), direction[..., column].ravel(), strict=True)):
@@ -85,10 +85,9 @@ def _move(tree: Any, direction: Any, column: int, step: Any, values: list[Any], 
 
 def _reals_of(structure: Any, results: Any, memory: Memory) -> list[Any]:
     """Return the reals of a value, given its structure and leaves."""
-    if hasattr(structure, "dense"):
-        n = structure.dimensions
-        address, shape = next(results), [next(results) for _ in range(n)]
-        strides = [8] if structure.dense else [next(results) for _ in range(n)]
+    if hasattr(structure, "dimensions"):
+        address = next(results)
+        shape, strides = ([next(results) for _ in range(structure.dimensions)] for _ in range(2))
         places = address + sum(index * stride for index, stride in zip(np.indices(shape), strides, strict=True))
         return [memory.read(int(place), "f8") for place in np.ravel(places)] if structure.dtype == float else []
     if isinstance(structure, tuple):

@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -46,14 +47,22 @@ class FakeHost:
             get_publishers_info_by_topic=lambda _topic: [],
         )
 
-    def subscribe_with_sender(self, _kind: type, topic: str, *_: Any) -> Any:
+    def subscribe_with_sender(self, _kind: type, topic: str, callback: Callable[..., Any], *_: Any) -> Any:
         """Return a subscription whose messages tests put into its queue."""
         queue = self.queues.setdefault(topic, deque())
 
         def take() -> MessageWithSender | None:
             return MessageWithSender(queue.popleft()[0], b"controller") if queue else None
 
-        return SimpleNamespace(topic=topic, count_publishers=lambda: 1, take=take, polled=False)
+        def take_all() -> None:
+            while message := take():
+                callback([message])
+
+        def wait(seconds: float) -> None:
+            self.spin(seconds)
+
+        taking = {"take": take, "take_all": take_all, "wait": wait}
+        return SimpleNamespace(topic=topic, count_publishers=lambda: 1, polled=False, **taking)
 
     def spin(self, timeout: float = 0.01) -> None:
         """Let time pass."""

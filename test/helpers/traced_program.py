@@ -4,7 +4,7 @@ from typing import Any
 
 from crane_sim.tracing.elementary import sincos
 from crane_sim.tracing.function import Function, trace
-from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.operations import branch, exp, fma, maximum, power, repeat_while, select, sign, sqrt
 
 INPUTS, OUTPUTS = 3, 8

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import mpmath as mp
 
-from crane_sim.multibody.tree import BaseMotion, Joint, Tree
+from crane_sim.models.moving_base import BaseKinematics
+from crane_sim.multibody.tree import Joint, Tree
 
 STEP = mp.mpf(10) ** -12  # of differences: errors of 1e-24, and three nested ones leave 20 of 60 digits
 GRAVITY = 9.81
@@ -27,13 +28,14 @@ class MovingBase(NamedTuple):
         z, y, x = (polynomial(c, t) for c in self.angles)
         return turn(2, z) * turn(1, y) * turn(0, x), place
 
-    def motion(self) -> BaseMotion:
-        """Return the motion at t = 0, in the axes of the base, gravity upwards."""
+    def motion(self) -> BaseKinematics:
+        """Return the motion at t = 0, in the axes of the base."""
         back = self.pose(mp.mpf(0))[0].T
-        acceleration = second_derivative(lambda t: self.pose(t)[1]) + mp.matrix([0, 0, GRAVITY])
+        imposed = -(second_derivative(lambda t: self.pose(t)[1]) + mp.matrix([0, 0, GRAVITY]))
+        up = mp.matrix([0, 0, GRAVITY])
         w, alpha = spin(lambda t: self.pose(t)[0], mp.mpf(0)), derivative(lambda t: spin(lambda s: self.pose(s)[0], t))
         velocity = derivative(lambda t: self.pose(t)[1])
-        return BaseMotion(*(floats(back * x) for x in (acceleration, w, alpha, velocity)))
+        return BaseKinematics(*(floats(x) for x in (back * velocity, back * imposed + up, back * w, back * alpha)))
 
 
 def polynomial(coefficients: tuple[float, ...], t: Any) -> Any:
@@ -101,8 +103,8 @@ def link_pose(joint: Joint, position: Any, axes: Any, origin: Any) -> tuple[Any,
     return axes, origin + axes[:, joint.axis] * moved
 
 
-def lagrange_efforts(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any) -> list[float]:
-    """Return the efforts (n,) of d/dt dL/dv - dL/dq = τ at t = 0 for accelerations a, motors included."""
+def lagrange_efforts(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any, motors: Any) -> list[float]:
+    """Return the efforts (n,) of d/dt dL/dv - dL/dq = τ at t = 0 for accelerations a, those of motors included."""
 
     def path(t: Any) -> tuple[list[Any], list[Any]]:
         positions = [x + t * (y + t * z / 2) for x, y, z in zip(q, v, a, strict=True)]
@@ -113,9 +115,9 @@ def lagrange_efforts(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any) -> li
         return derivative(lambda s: lagrangian(tree, base, t, x, moved(y, i, s)))
 
     efforts = []
-    for i, joint in enumerate(tree.joints):
+    for i, motor in enumerate(motors):
         force = derivative(lambda s, i=i: lagrangian(tree, base, mp.mpf(0), moved(list(q), i, s), list(v)))
-        efforts.append(float(derivative(lambda t, i=i: momentum(t, i)) - force + joint.rotor * a[i]))
+        efforts.append(float(derivative(lambda t, i=i: momentum(t, i)) - force + motor * a[i]))
     return efforts
 
 

@@ -8,8 +8,8 @@ import pinocchio
 from crane_sim.multibody.tree import Tree
 
 
-def to_pinocchio(tree: Tree) -> tuple[Any, np.ndarray]:
-    """Return (model, inertias of the motors (n,)); a joint that counts in the other sense has its axis reversed."""
+def to_pinocchio(tree: Tree) -> Any:
+    """Return the model; a joint that counts in the other sense has its axis reversed."""
     model = pinocchio.Model()
     model.gravity.linear = np.array([0.0, 0.0, -9.81])
     numbers: list[int] = []
@@ -22,4 +22,4 @@ def to_pinocchio(tree: Tree) -> tuple[Any, np.ndarray]:
         for body in joint.bodies:
             inertia = pinocchio.Inertia(body.mass, np.array(body.centre), np.array(body.inertia))
             model.appendBodyToJoint(numbers[-1], inertia, pinocchio.SE3.Identity())
-    return model, np.array([joint.rotor for joint in tree.joints])
+    return model

@@ -21,7 +21,6 @@ from crane_sim.integrators.array_steps import take_single_steps
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.events import BETWEEN, StepEnds, guard_between, may_switch
-from crane_sim.integrators.integration import explicit_step
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.integrators.rodas import Rodas
@@ -35,17 +34,17 @@ class Whirl(NamedTuple):
 
 
 @system.rhs_into.register(Whirl)
-def _(p, t, x, u, out, work):
+def _whirl_rhs_into(p, t, x, u, out, work):
     out[0], out[1], out[2] = x[1], -4.0 * x[0] + 0.3 * x[1] * x[1] + np.sin(3.0 * t), x[0] * x[1]
 
 
 @system.workspace.register(Whirl)
-def _(p):
+def _whirl_workspace(p):
     return np.zeros(1)
 
 
 @system.position_count.register(Whirl)
-def _(p):
+def _whirl_position_count(p):
     return 1
 
 
@@ -82,27 +81,27 @@ class SwitchingWhirl(NamedTuple):
 
 
 @system.rhs_into.register(SwitchingWhirl)
-def _(p, t, x, u, out, work):
+def _switching_whirl_rhs_into(p, t, x, u, out, work):
     system.rhs_into(Whirl(), t, x, u, out, work)
 
 
 @system.workspace.register(SwitchingWhirl)
-def _(p):
+def _switching_whirl_workspace(p):
     return np.zeros(1)
 
 
 @system.switching.register(SwitchingWhirl)
-def _(p):
+def _switching_of_whirl(p):
     return system.Switching(10, p.rank)
 
 
 @system.guard.register(SwitchingWhirl)
-def _(p, t, x, u, work):
+def _switching_whirl_guard(p, t, x, u, work):
     return (x[0] - p.floor if x[1] < 0.0 else 1.0), 0, 1 - p.rank
 
 
 @system.apply_reset_map.register(SwitchingWhirl)
-def _(p, t, x, u, which):
+def _switching_whirl_apply_reset_map(p, t, x, u, which):
     return np.array([x[0], -0.9 * x[1], x[2]]), which, True
 
 
@@ -130,10 +129,10 @@ def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) ->
     p, errors = SwitchingWhirl(), list[float]()
     for h in (0.1, 0.05):
         x, space, middle = np.empty(3), scratch(START, p), np.empty(3)
-        explicit_step(method, p, 0.0, START, (), h, space, x)
+        method.take_step(p, 0.0, START, (), h, space, x)
         may_switch(system.switching(p), method, space, p, (), StepEnds(0.0, START, h, x))
         guard_between(x, p, (), StepEnds(0.0, START, h, x), space.rows, 0.5, space.work)
-        explicit_step(RK8(1.0), p, 0.0, START, (), 0.5 * h, scratch(START, p), middle)
+        RK8(1.0).take_step(p, 0.0, START, (), 0.5 * h, scratch(START, p), middle)
         errors.append(float(np.linalg.norm(space.rows[BETWEEN] - middle)))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)  # the next term is h times as large
 

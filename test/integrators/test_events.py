@@ -33,30 +33,30 @@ class ThrowArray(NamedTuple):
 
 
 @system.rhs.register(Throw)
-def _(p, t, x, u):
+def _throw_rhs(p, t, x, u):
     return x[1], -1.0
 
 
 @system.rhs_into.register(ThrowArray)
-def _(p, t, x, u, out, work):
+def _throw_array_rhs_into(p, t, x, u, out, work):
     out[0], out[1] = x[1], -1.0
 
 
 @system.switching.register(Throw)
 @system.switching.register(ThrowArray)
-def _(p):
+def _throw_switching(p):
     return system.Switching(10, 0 if p.forced > 0.0 else 1)
 
 
 @system.guard.register(Throw)
 @system.guard.register(ThrowArray)
-def _(p, t, x, u, work):
+def _throw_guard(p, t, x, u, work):
     return p.ceiling - x[0], 3, int(p.forced)
 
 
 @system.apply_reset_map.register(Throw)
 @system.apply_reset_map.register(ThrowArray)
-def _(p, t, x, u, which):
+def _throw_apply_reset_map(p, t, x, u, which):
     return x, which, False
 
 

@@ -39,17 +39,17 @@ class InArray(NamedTuple):
 
 @system.rhs.register(Oscillators)
 @system.rhs.register(Paired)
-def _(p, t, x, u):
+def _oscillators_rhs(p, t, x, u):
     return x[2], x[3], -x[0] + p.f * sin(2.0 * t), -x[1]
 
 
 @system.rate_entries.register(Paired)
-def _(p):
+def _paired_rate_entries(p):
     return ((0, 2),)
 
 
 @system.rhs_into.register(InArray)
-def _(p, t, x, u, out, work):
+def _in_array_rhs_into(p, t, x, u, out, work):
     out[0], out[1], out[2], out[3] = x[2], x[3], -x[0] + p.f * sin(2.0 * t), -x[1]
 
 

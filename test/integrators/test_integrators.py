@@ -35,17 +35,17 @@ class FiniteTimeBlowUp(NamedTuple):
 
 
 @system.rhs.register(Oscillator)
-def _(p, t, x, u):
+def _oscillator_rhs(p, t, x, u):
     return x[1], -x[0] + p.f * sin(2.0 * t)
 
 
 @system.rhs.register(Decay)
-def _(p, t, x, u):
+def _decay_rhs(p, t, x, u):
     return (p.rate * x[0],)
 
 
 @system.rhs.register(FiniteTimeBlowUp)
-def _(p, t, x, u):
+def _finite_time_blow_up_rhs(p, t, x, u):
     return (x[0] * x[0],)
 
 
@@ -209,7 +209,7 @@ class Broken(NamedTuple):
 
 
 @system.rhs.register(Broken)
-def _(p, t, x, u):
+def _broken_rhs(p, t, x, u):
     return (1.0 if t < 0.5 else nan,)
 
 

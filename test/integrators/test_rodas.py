@@ -26,7 +26,7 @@ class Pendulum(NamedTuple):
 
 
 @system.rhs_into.register(Pendulum)
-def _(p, t, x, u, out, work):
+def _pendulum_rhs_into(p, t, x, u, out, work):
     out[0], out[1], out[2] = x[1], p.f * sin(2.0 * t) - sin(x[0]), p.rate * (sin(2.0 * t) - x[2]) + x[0] * x[2]
 
 

@@ -13,9 +13,10 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.backlash import Drives, GearedSupport
+from crane_sim.models.supports.backlash import Drive
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -43,10 +44,15 @@ CASES = {  # (lead of the drive over its joint, its relative velocity, mode): in
 }
 
 
+Drives = tuple[tuple[Drive, ...], ...]
+"""Drives with play of each coordinate."""
+
+
 def crane(name: str, drives: Drives | None) -> SuspendedCrane:
     """Return a crane with two links and a point mass, its support with drives or without."""
-    support = SUPPORTS[name][0]
-    whole: Any = GearedSupport(support, drives) if drives is not None else support
+    structure, q, _ = SUPPORTS[name]
+    filled = None if drives is None else (*drives, *((),) * (len(q) - len(drives)))
+    whole = Support(structure, drives=filled)
     chain = Chain(np.array([2.0, 5.0]), np.array([2.5, 1.2]))
     return SuspendedCrane(whole, chain, PointLoad(5.0), ForceHoist(1.5), energy_meter=Meter(), stops=Stops())
 
@@ -61,7 +67,8 @@ def posture(name: str, leads: Any) -> tuple[Any, Any]:
 
 def drives() -> Drives:
     """Return two drives of the first joint and one of the second one."""
-    return Drives((0, 0, 1), INERTIA, SHARE, PLAY, STIFFNESS, DAMPING)
+    first, second, third = map(Drive, INERTIA, SHARE, PLAY, STIFFNESS, DAMPING)
+    return (first, second), (third,)
 
 
 @pytest.mark.interpreted
@@ -132,8 +139,8 @@ def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
 @pytest.mark.interpreted
 def test_equal_drives_side_by_side_are_one() -> None:
     """Two equal drives in the same place move the joint as one with the sum of their inertias and stiffnesses."""
-    two = Drives((1, 1), (2.0, 2.0), (0.5, 0.5), (0.02, 0.02), (4e3, 4e3), (20.0, 20.0))
-    one = Drives((1,), (4.0,), (1.0,), (0.02,), (8e3,), (40.0,))
+    two = (), (Drive(2.0, 0.5, 0.02, 4e3, 20.0),) * 2
+    one = (), (Drive(4.0, 1.0, 0.02, 8e3, 40.0),)
     results, (q, v) = [], posture("bridge", ((0.0, 0.0),) * 3)
     for n, gears in ((2, two), (1, one)):
         p = crane("bridge", gears)
@@ -147,7 +154,7 @@ def test_equal_drives_side_by_side_are_one() -> None:
 @pytest.mark.interpreted
 def test_contact_begins_and_ends_by_its_guards() -> None:
     """The guard of a drive in the gap fails where it touches and pushes, that of a contact where it would pull."""
-    p, u = crane("bridge", Drives((1,), (2.0,), (1.0,), (0.02,), (4e3,), (20.0,))), (0.0, 0.0, -60.0)
+    p, u = crane("bridge", ((), (Drive(2.0, 1.0, 0.02, 4e3, 20.0),))), (0.0, 0.0, -60.0)
     q, v = posture("bridge", ((0.0, 0.0),) * 3)
     q, v = np.array([*q[:8], q[1] + 0.011]), np.array([*v[:8], v[1] + 0.1])
     touching = system.state(p, 0.0, q, v)

@@ -25,6 +25,7 @@ from crane_sim.models.contact.surface import (
 from crane_sim.models.falls.contact_events import load_alone
 from crane_sim.models.falls.crane import FallsCrane, body_state, contact_index
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.load_dynamics import BodyState
 from crane_sim.trajectories.base_motion import Base
 
@@ -95,7 +96,8 @@ class Resting:
         surface = Surface(self.height, FRICTION, SLIP, heaving())
         contact = RigidContact(self.corners, surface, 0.0, 0.01)
         hoist = ForceHoist(1.5)
-        return FallsCrane(SUPPORTS["bridge"], falls(), rigid(), hoist, base=base() if sea else None, contact=contact)
+        support, moved = Support(SUPPORTS["bridge"]), base() if sea else None
+        return FallsCrane(support, falls(), rigid(), hoist, base=moved, contact=contact)
 
 
 def normal_forces_of(crane: FallsCrane, x: Any) -> Any:
@@ -172,7 +174,7 @@ def heeled(axis: int, angle: float) -> Base:
 def sticking(contact: RigidContact, moved: Base, yaw: float = 0.0) -> tuple[FallsCrane, Any]:
     """Return (crane, state) of a load that sticks to a surface 10 m below the base's origin, its centre 1 m above."""
     loose, load = falls()._replace(length=20.0), rigid(np.diag([3.0, 4.0, 5.0]))
-    crane = FallsCrane(SUPPORTS["bridge"], loose, load, None, base=moved, contact=contact)
+    crane = FallsCrane(Support(SUPPORTS["bridge"]), loose, load, None, base=moved, contact=contact)
     q = np.array([0.0, 0.0, 0.0, 0.0, -9.0, cos(0.5 * yaw), 0.0, 0.0, sin(0.5 * yaw)])
     x = system.state(crane, 0.0, q, np.zeros(9))
     x[-1] = 1.0
@@ -289,7 +291,7 @@ def test_a_surface_out_of_reach_changes_nothing(kind: str) -> None:
     """Above a surface that it does not touch, a load accelerates bit for bit as without one."""
     surface = Surface(-99.0, FRICTION, SLIP, heaving())
     rigidly, softly = RigidContact(CORNERS, surface, 0.2, 0.01), CompliantContact(CORNERS, surface, 1e5, 0.3)
-    plain = FallsCrane(SUPPORTS["bridge"], falls(), rigid(), ForceHoist(1.5), base=base())
+    plain = FallsCrane(Support(SUPPORTS["bridge"]), falls(), rigid(), ForceHoist(1.5), base=base())
     load = Resting(2)
     joints, rates, _ = mapped(load.q, load.v, 0.0 * load.v)
     runs = [

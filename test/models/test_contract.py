@@ -1,5 +1,6 @@
 """What models and supports must answer: every one that is registered answers all of it."""
 
+import inspect
 import pkgutil
 import sys
 from importlib import import_module
@@ -11,7 +12,6 @@ from process_helpers import run_to_completion
 
 import crane_sim.models as models
 from crane_sim import system
-from crane_sim.models import supports
 
 MODULES = [module.name for module in pkgutil.walk_packages(models.__path__, f"{models.__name__}.")]
 
@@ -30,7 +30,15 @@ def registered_classes(functions: tuple[Any, ...]) -> list[type]:
 
 
 MODELS = registered_classes((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))
-SUPPORTS = registered_classes(supports.MANDATORY)
+STRUCTURES = sorted(
+    {
+        kind
+        for name in MODULES
+        for _, kind in getmembers(import_module(name), isclass)
+        if issubclass(kind, tuple) and callable(getattr(kind, "mechanism", None))
+    },
+    key=name_of,
+)
 
 
 def missing_functions(kind: type, functions: tuple[Any, ...]) -> list[str]:
@@ -46,27 +54,24 @@ def test_every_model_answers_what_it_must(model: type) -> None:
     assert missing_functions(model, system.SWITCHES) in ([], list(map(name_of, system.SWITCHES)))
 
 
-@pytest.mark.parametrize("support", SUPPORTS, ids=name_of)
-def test_every_support_answers_what_it_must(support: type) -> None:
-    """A support has all that is mandatory, all or nothing for a rope and for friction, and names its coordinates."""
-    assert not missing_functions(support, supports.MANDATORY)
-    for group in (supports.SINGLE_ROPE, supports.ACTUATED):
-        assert missing_functions(support, group) in ([], list(map(name_of, group)))
-    assert callable(getattr(support, "coordinate", None))
+@pytest.mark.parametrize("structure", STRUCTURES, ids=name_of)
+def test_every_structure_declares_a_mechanism(structure: type) -> None:
+    """A structure of a support names its coordinates, and one whose drives prescribe motions says which."""
+    assert callable(getattr(structure, "coordinate", None))
+    assert hasattr(structure, "prescribe") == (name_of(structure) in {"DrivenPoint", "TowerCrane"})
 
 
 def test_models_and_supports_are_found() -> None:
     """The two tests above have seen the models of the catalogue."""
     overhead = {"RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "SpatialCrane", "ElasticCrane"}
     assert {model.__name__ for model in MODELS} == {"Crane", "SuspendedCrane", "FallsCrane", *overhead}
-    single = {"Bridge", "Knuckle", "Point", "TelescopicBoom", "TowerCrane"}
-    wrappers = {"GearedSupport", "ActuatedSupport", "FlexibleSupport", "SwayingTower"}
-    assert {support.__name__ for support in SUPPORTS} == wrappers | single
+    rigid = {"Bridge", "DrivenPoint", "Knuckle", "TelescopicBoom", "TowerCrane"}
+    assert {structure.__name__ for structure in STRUCTURES} == rigid | {"FlexibleSupport", "SwayingTower"}
 
 
 @pytest.mark.parametrize(
     "function",
-    [*system.MANDATORY, *system.SWITCHES[1:], *supports.MANDATORY, *supports.SINGLE_ROPE, *supports.ACTUATED],
+    [*system.MANDATORY, *system.SWITCHES[1:]],
     ids=name_of,
 )
 def test_what_is_mandatory_has_no_default(function: Any) -> None:
@@ -76,7 +81,8 @@ def test_what_is_mandatory_has_no_default(function: Any) -> None:
 
 
 def test_importing_the_models_imports_every_module() -> None:
-    """No module of the folder is left out of its package's import: what it registers would be missing."""
+    """No module of the folder that registers something is left out of its package's import: it would be missing."""
     code = "import sys; import crane_sim.models; print(*sys.modules)"
     imported = run_to_completion([sys.executable, "-c", code], check=True).stdout.split()
-    assert set(MODULES) <= set(imported)
+    registering = {name for name in MODULES if ".register(" in inspect.getsource(import_module(name))}
+    assert registering <= set(imported)

@@ -15,10 +15,10 @@ from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
-from crane_sim.models.supports.driven_point import Lift, Servo
-from crane_sim.models.supports.driven_point import Point as DrivenPoint
+from crane_sim.models.supports.driven_point import DrivenPoint, Lift, Servo
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
+from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.exchange import Exchange
@@ -89,7 +89,7 @@ def crane(name: str, hoist: str, rigid: bool, *events: dict[str, Any]) -> Suspen
     load, exchange = exchange_of(Payload.model_validate(loads(rigid)[0]), schedule)
     chain = Chain(np.array([*NODES, load.mass]), np.array(LENGTHS))
     return SuspendedCrane(
-        SUPPORTS[name], chain, load, HOISTS[hoist], energy_meter=Meter(), stops=Stops(), exchange=exchange
+        Support(SUPPORTS[name]), chain, load, HOISTS[hoist], energy_meter=Meter(), stops=Stops(), exchange=exchange
     )
 
 
@@ -327,7 +327,13 @@ def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
     load, exchange = exchange_of(Payload(mass=3.0), schedule)
     chain = Chain(np.array([3.0]), np.array([5.0]))
     p = SuspendedCrane(
-        SUPPORTS["bridge"], chain, load, MasslessHoist(), energy_meter=Meter(), stops=Stops(), exchange=exchange
+        Support(SUPPORTS["bridge"]),
+        chain,
+        load,
+        MasslessHoist(),
+        energy_meter=Meter(),
+        stops=Stops(),
+        exchange=exchange,
     )
     y = exchange_now(p, system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.array([0.0, 0.0, -2.0, 0.0, 0.0])))
     assert system.joints(p, y)[1][2] == pytest.approx(-1.5, rel=1e-15)
@@ -353,7 +359,8 @@ def test_a_rope_that_would_push_ends_the_run() -> None:
     load, exchange = exchange_of(Payload(mass=3.0), [LoadEvent.model_validate(event)])
     chain = Chain(np.array([3.0]), np.array([5.0]))
     for taut in (0.0, 1.0):
-        p = SuspendedCrane(SUPPORTS["bridge"], chain, load, MotionHoist(), stops=Stops(taut=taut), exchange=exchange)
+        support, stops = Support(SUPPORTS["bridge"]), Stops(taut=taut)
+        p = SuspendedCrane(support, chain, load, MotionHoist(), stops=stops, exchange=exchange)
         x = system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.zeros(5))
         assert system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))[2] == (taut == 0.0)
     assert "a link would push" in system.describe_event(p, encode(Guard.PAYLOAD, 0))[0]
@@ -369,7 +376,7 @@ def test_an_impact_across_the_cable_ends_no_run() -> None:
     load, exchange = exchange_of(Payload(mass=100.0), [LoadEvent.model_validate(event)])
     support = TowerCrane(LockedSlew(), JibTrolley(500.0))
     p = SuspendedCrane(
-        support, Chain(np.array([100.0]), np.array([15.0])), load, stops=Stops(taut=1.0), exchange=exchange
+        Support(support), Chain(np.array([100.0]), np.array([15.0])), load, stops=Stops(taut=1.0), exchange=exchange
     )
     for k in range(12):
         q = np.array([0.0, 20.0, 15.0, 0.03 * k, 0.05 * (k + 1) - 0.3])

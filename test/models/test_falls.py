@@ -16,12 +16,12 @@ from crane_sim.models.attitude import angular_velocity_of, rotation_of
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.supports import forward_kinematics
 from crane_sim.models.supports.bridge import Bridge, DrivenAxis
-from crane_sim.models.supports.driven_point import Lift, Point
+from crane_sim.models.supports.driven_point import DrivenPoint, Lift
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.support import Support, bare_tip, compute_posture, read_state
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, TowerCrane
-from crane_sim.models.suspended.crane import SuspendedCrane, tip_motion
+from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.plant import Plant
 
@@ -121,7 +121,7 @@ def test_accelerations_are_those_of_point_masses(name: str, sea: bool) -> None:
     bent = test_flexible.Reference(BENT[name], BOTH) if bends else None
     extras = Extras(added, lambda t, q: strain(t, q) + (bent.springs(q) if bent else 0))
     expected = accelerations(places, t, q, v, efforts, extras)
-    crane = FallsCrane(SUPPORTS[name], falls(), rigid(), ForceHoist(1.5), base=base() if sea else None)
+    crane = FallsCrane(Support(SUPPORTS[name]), falls(), rigid(), ForceHoist(1.5), base=base() if sea else None)
     rows = moved(q, v, expected, ns + 4)
     own = ns - bends
     joints, rates, second = (np.concatenate([row[:own], row[ns:], row[own:ns]]) for row in rows)
@@ -150,7 +150,7 @@ def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
 
     strain = strain_energy(lambda t, q: (point(t), mpf(0)), lambda q: mpf(2), lambda q: (tuple(q[:3]), q[3:]))
     joints, rates, second = moved(q, v, accelerations(places, now, q, v, np.zeros(6), Extras(potential=strain)), 3)
-    crane = FallsCrane(Point(None, Lift()), falls(), rigid(), base=base())
+    crane = FallsCrane(Support(DrivenPoint(None, Lift())), falls(), rigid(), base=base())
     x = system.state(crane, now, np.array([*tip, *joints]), np.array([*MOVES[0], *rates]))
     assert x[-4:].tolist() == [1.0] * 4
     got = system.acceleration(crane, now, x, MOVES[1])
@@ -163,8 +163,8 @@ def test_a_locked_slew_makes_a_gantry(sea: bool) -> None:
     """A trolley on a jib that does not slew moves falls and load as one on a bridge that nothing moves."""
     rng, winch = np.random.default_rng(4), ForceHoist(1.5)
     moving = base() if sea else None
-    tower = FallsCrane(TowerCrane(LockedSlew(), JibTrolley(8.0)), falls(), rigid(), winch, base=moving)
-    gantry = FallsCrane(Bridge(DrivenAxis(8.0), DrivenAxis(1e300)), falls(), rigid(), winch, base=moving)
+    tower = FallsCrane(Support(TowerCrane(LockedSlew(), JibTrolley(8.0))), falls(), rigid(), winch, base=moving)
+    gantry = FallsCrane(Support(Bridge(DrivenAxis(8.0), DrivenAxis(1e300))), falls(), rigid(), winch, base=moving)
     turned, spin = spinning(("0.35", "0.05", "-0.04"), rng.uniform(-0.3, 0.3, 3))
     load, rates = [2.0, 6.3, 0.2, -2.9, *turned], rng.uniform(-0.3, 0.3, 5)
     first = [np.array([0.0, 6.0, *load]), np.array([0.0, *rates, *spin])]
@@ -188,20 +188,19 @@ def test_a_fall_that_pulls_as_a_rigid_link_moves_the_crane_alike(name: str) -> N
     commands, turned = (15.0, -8.0, 20.0)[:ns], spinning(("0.4", "0.2", "-0.3"), rng.uniform(-0.3, 0.3, 3))
     q, v = np.array([*START[name], length, 0.3, -0.2, *turned[0]]), rng.uniform(-0.3, 0.3, ns + 7)
     v[ns], v[-4:] = 0.0, turned[1]
-    rope = SuspendedCrane(SLEWING[name], Chain(np.array([10.0]), np.array([length])), body(), base=base())
+    rope = SuspendedCrane(Support(SLEWING[name]), Chain(np.array([10.0]), np.array([length])), body(), base=base())
     x, tension = system.state(rope, t, q, v), np.empty((1, 1))
     rigid_rope = system.rhs(rope, t, x, commands)[len(x) // 2 :]
     system.tensions(rope, t, x, commands, tension, 0, 0)
-    pose = forward_kinematics(rope.support, (*q[:ns], *v[:ns]))
-    s, c = np.sin(q[0]), np.cos(q[0])
-    tip, tip_velocity = (np.array(part) for part in tip_motion(pose, s, c))
+    pose = compute_posture(rope.support, read_state(rope.support, x, len(x) // 2))
+    tip, tip_velocity = (np.array(part) for part in bare_tip(pose))
     n, u = x[ns : ns + 3], x[len(x) // 2 + ns :][:3]
     rows, omega = np.array(rotation_of(tuple(q[-4:]))), np.array(angular_velocity_of(tuple(q[-4:]), tuple(v[-4:])))
     stiffness = 1e6
     down = length * (1.0 + tension[0, 0] / stiffness)
     centre, velocity = tip + down * n - rows @ ATTACHMENT, tip_velocity + down * u - rows @ np.cross(omega, ATTACHMENT)
     one = Falls(np.zeros((1, 3)), np.array([ATTACHMENT]), length, np.zeros(1), np.full(1, stiffness), np.zeros(1))
-    crane = FallsCrane(SLEWING[name], one, body(), base=base())
+    crane = FallsCrane(Support(SLEWING[name]), one, body(), base=base())
     state = system.state(crane, t, np.array([*q[:ns], *centre, *q[-4:]]), np.array([*v[:ns], *velocity, *v[-4:]]))
     got, place = system.acceleration(crane, t, state, commands), [ns, ns + 1, ns + 2]
     assert 1.0 < tension[0, 0] < 1e3
@@ -213,7 +212,8 @@ def test_bifilar_yaw() -> None:
     length, spacing, mass, yaw = 12.0, 3.0, 500.0, 1e-4
     top = np.array([[0.0, 0.5 * spacing, 0.0], [0.0, -0.5 * spacing, 0.0]])
     ropes = Falls(top, top.copy(), length, np.zeros(2), np.full(2, 1e9), np.zeros(2))
-    crane = FallsCrane(Bridge(DrivenAxis(1e3), DrivenAxis(1e3)), ropes, rigid(np.diag([300.0, 200.0, 400.0]), mass))
+    bridge = Support(Bridge(DrivenAxis(1e3), DrivenAxis(1e3)))
+    crane = FallsCrane(bridge, ropes, rigid(np.diag([300.0, 200.0, 400.0]), mass))
     weight = mass * 9.81
     down = length * (1.0 + 0.5 * weight / 1e9)
     lift = (0.5 * spacing * yaw) ** 2 / (2.0 * down)  # of the turned load, so that the tension is unchanged

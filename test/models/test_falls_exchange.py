@@ -17,6 +17,7 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of
 from crane_sim.scenes.schema.rigging import Payload
 
@@ -52,7 +53,8 @@ def crane(name: str, sea: bool = False, velocity: Any = VELOCITY) -> FallsCrane:
     load, exchange = exchange_of(Payload.model_validate(OWN), [LoadEvent.model_validate(event) for event in events])
     hoist, moved = ForceHoist(1.5), base() if sea else None
     assert isinstance(load, RigidLoad)
-    return FallsCrane(SUPPORTS[name], falls(0.02), load, hoist, energy_meter=Meter(), base=moved, exchange=exchange)
+    support = Support(SUPPORTS[name])
+    return FallsCrane(support, falls(0.02), load, hoist, energy_meter=Meter(), base=moved, exchange=exchange)
 
 
 def exchange_now(p: FallsCrane, x: Any, k: int, t: float = 1.0) -> Any:

@@ -14,14 +14,11 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.actuated_support import ActuatedSupport
-from crane_sim.models.supports.backlash import Drives, GearedSupport
-from crane_sim.models.supports.compliance import Compliance
-from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.backlash import Drive
+from crane_sim.models.supports.flexible import Compliance, FlexibleSupport
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.friction_list import FrictionList
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.support import Support, own_count
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -178,7 +175,8 @@ def mapped(reference: Reference, q: Any, v: Any, a: Any) -> Any:
 def crane(name: str, which: tuple[bool, bool], sea: bool) -> SuspendedCrane:
     """Return the crane: at sea it stands in the wind, on a moving base."""
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
-    plain = SuspendedCrane(support(name, which), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), energy_meter=Meter())
+    bent = Support(support(name, which))
+    plain = SuspendedCrane(bent, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), energy_meter=Meter())
     if not sea:
         return plain
     steady = Wind(hypot(*WIND), 10.0, None, (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)), 0.0, 1.2, NO_GUSTS)
@@ -246,12 +244,11 @@ HELD = {
 DRY, MOTORS = Friction(3.0, 4.0, 0.7), (40.0, 25.0, 1.2)
 
 
-def rubbing(bent: FlexibleSupport) -> ActuatedSupport:
+def rubbing(bent: FlexibleSupport) -> Support:
     """Return the support with friction and motors of its drives."""
-    frictions, drives = None, coordinate_count(bent.support)
-    for i in reversed(range(drives)):
-        frictions = FrictionList(i, DRY, frictions)
-    return ActuatedSupport(bent, MOTORS[:drives] + (0.0,) * (coordinate_count(bent) - drives), frictions)
+    drives = len(bent.support.mechanism().limits)
+    bending = own_count(Support(bent)) - drives
+    return Support(bent, MOTORS[:drives] + (0.0,) * bending, (DRY,) * drives + (None,) * bending)
 
 
 @pytest.mark.interpreted
@@ -278,7 +275,7 @@ def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: s
     extras = Extras(added, lambda t, q: reference.springs(q), **(wind_of(reference, t, q) if sea else {}))
     joints, rates, second = mapped(reference, q, v, accelerations(places, t, q, v, efforts, extras))
     plain = crane(name, which, sea)
-    p, u = plain._replace(support=rubbing(plain.support)), (*map(float, drives), -120.0)
+    p, u = plain._replace(support=rubbing(plain.support.structure)), (*map(float, drives), -120.0)
     state = system.state(p, t, joints, rates)
     got = system.acceleration(p, t, state, u)
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
@@ -359,12 +356,12 @@ def test_a_stiff_structure_is_rigid(name: str) -> None:
     q[own : own + 2], v[own : own + 2] = 0.0, 0.0
     joints, rates, _ = mapped(Reference(name, (True, True)), q, v, np.zeros(len(q)))
     p = crane(name, (True, True), False)
-    rigid = p._replace(support=p.support.support)
+    rigid = p._replace(support=Support(p.support.structure.support))
     expected = system.acceleration(rigid, 0.0, system.state(rigid, 0.0, joints[:-2], rates[:-2]), u)
     errors = []
     for stiffness in (1e7, 1e8):
         springs = Compliance(stiffness, 0.0, 0.0)
-        stiff = p._replace(support=p.support._replace(lateral=springs, vertical=springs))
+        stiff = p._replace(support=Support(p.support.structure._replace(lateral=springs, vertical=springs)))
         errors.append(bent_at_rest(stiff, joints, rates, u, own)[:-2] - expected)
     scale = abs(expected).max()
     assert abs(errors[0]).max() < 1e-3 * scale
@@ -394,7 +391,7 @@ def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> No
     flexible = support("tower", (True, False))
     flexible = flexible._replace(lateral=Compliance(stiffness, 0.0, 0.0))
     chain = Chain(np.array([mass]), np.array([length]))
-    p = SuspendedCrane(flexible, chain, PointLoad(mass), None)
+    p = SuspendedCrane(Support(flexible), chain, PointLoad(mass), None)
     outer = JIB[0] * JIB[1] ** 2 + JIB[2] + 8.0 * radius**2
     inner = INERTIA - (JIB[0] * JIB[1] ** 2 + JIB[2])
     a, b = stiffness * (1.0 / inner + 1.0 / outer), mass * g * radius / outer
@@ -410,7 +407,7 @@ def test_a_jib_bends_upwards_with_its_load_at_the_frequency_of_a_closed_form() -
     """Without gravity and with a rope that a winch holds, ω² is k over the inertia of jib, trolley and load."""
     mass, radius, stiffness = 10.0, 6.0, STIFFNESS[1]
     flexible = support("tower", (False, True))._replace(vertical=Compliance(stiffness, 0.0, 0.0))
-    p = SuspendedCrane(flexible, Chain(np.array([mass]), np.array([2.5])), PointLoad(mass), None, 0.0)
+    p = SuspendedCrane(Support(flexible), Chain(np.array([mass]), np.array([2.5])), PointLoad(mass), None, 0.0)
     inertia = JIB[0] * JIB[1] ** 2 + JIB[2] + (8.0 + mass) * radius**2
     q = [0.4, radius, 2.5, 0.0, 0.0, 0.0]
     assert jacobian(p, q, (0.0, 0.0), [5], [5])[0, 0] == pytest.approx(-stiffness / inertia, rel=1e-7)  # h²
@@ -422,7 +419,7 @@ def test_a_boom_without_load_bends_at_the_frequencies_of_two_bodies() -> None:
     chain, (_, elevation, length) = Chain(np.array([1e-9]), np.array([2.5])), OWN["mobile"]
     free = support("mobile", (True, True))
     springs = {name: Compliance(k, 0.0, 0.0) for name, k in zip(("lateral", "vertical"), STIFFNESS, strict=True)}
-    p, c = SuspendedCrane(free._replace(**springs), chain, PointLoad(1e-9), None, 0.0), np.cos(elevation)
+    p, c = SuspendedCrane(Support(free._replace(**springs)), chain, PointLoad(1e-9), None, 0.0), np.cos(elevation)
     about_z = 30.0 + 5.0 * (FOOT[0] + 2.0 * c) ** 2 + 4.0 * c * c, 3.0 * (FOOT[0] + 5.5 * c) ** 2 + 2.0 * c * c
     across = 5.0 * 2.0**2 + 4.0, 3.0 * 5.5**2 + 2.0
     q = [0.4, elevation, length, 2.5, 0.0, 0.0, 0.0, 0.0]
@@ -453,7 +450,7 @@ def test_an_impact_passes_no_spring() -> None:
 
 def momentum(p: Any, x: Any, mass: float) -> float:
     """Return the angular momentum [kg m²/s] about the tower's axis, with a load of this mass."""
-    nq, (slew, radius), inner = (len(x) - 2) // 2, x[:2], p.support.inner.base_section
+    nq, (slew, radius), inner = (len(x) - 2) // 2, x[:2], p.support.structure.inner.base_section
     (yaw, bend), (twist, lift) = (slew + x[2], x[3]), (x[nq] + x[nq + 2], x[nq + 3])
     c, s, rate = np.cos(bend), np.sin(bend), x[nq + 1]
     along = np.array([np.cos(yaw), np.sin(yaw), 0.0])
@@ -473,9 +470,10 @@ def momentum(p: Any, x: Any, mass: float) -> float:
 @pytest.mark.parametrize("name", OWN)
 def test_play_meets_a_structure_that_bends(name: str) -> None:
     """A drive with play moves a crane that bends as its shaft's push would without the play."""
-    gear = Drives((0,), (1.5,), (1.0,), (0.02,), (4e3,), (20.0,))
+    gear = Drive(1.5, 1.0, 0.02, 4e3, 20.0)
     plain = crane(name, (True, True), False)._replace(stops=Stops())
-    p, (q, v) = plain._replace(support=GearedSupport(plain.support, gear)), posture(name, (True, True))
+    drives = ((gear,), *((),) * (own_count(plain.support) - 1))
+    p, (q, v) = plain._replace(support=plain.support._replace(drives=drives)), posture(name, (True, True))
     joints, rates, _ = mapped(Reference(name, (True, True)), q, v, np.zeros(len(q)))
     x = system.state(p, 0.0, np.array([*joints, q[0] + 0.015]), np.array([*rates, v[0] - 0.05]))
     push, u = 4e3 * 0.005 - 20.0 * 0.05, (12.0, *(-7.0, 5.0)[: len(OWN[name]) - 1], -60.0)

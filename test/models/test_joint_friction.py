@@ -15,7 +15,6 @@ import crane_sim
 from crane_sim import load_scene, system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.supports.actuated_support import ActuatedSupport
 
 pytestmark = pytest.mark.interpreted
 
@@ -193,7 +192,7 @@ METERED: dict[str, dict[str, Any]] = {
 def test_the_meter_counts_what_friction_takes(case: str) -> None:
     """The energy of the crane changes by the power that the meter counts, friction's losses among it."""
     p = load_scene(MOBILE | MOVES, METERED[case]).model
-    assert isinstance(p.support, ActuatedSupport)
+    assert p.support.frictions is not None
     q, v = (np.array(MOVES["initial"][key]) for key in ("q", "v"))
     x, u, t, h = system.state(p, 0.7, q, v), (30.0, 700.0, 50.0), 0.7, 1e-6
     rates = system.rhs(p, t, x, u)
@@ -272,7 +271,8 @@ def test_a_gantry_with_friction_moves_as_one_under_its_forces(case: str) -> None
     x, y = system.state(p, 0.0, q, v), system.state(free, 0.0, q, v)
     got = system.acceleration(p, 0.0, x, u)
     if case == "sticks":
-        load = (free.support.trolley.mass + free.support.bridge.mass) * system.acceleration(free, 0.0, y, u)[1]
+        gantry = free.support.structure
+        load = (gantry.trolley.mass + gantry.bridge.mass) * system.acceleration(free, 0.0, y, u)[1]
         forces = 300.0 - 900.0, 500.0 - load, 0.1
         slides, breaks = (
             system.guard(p, 0.0, x, u, None),
@@ -364,7 +364,7 @@ def test_lqr_believes_in_viscous_friction_alone(group: str) -> None:
     viscous = {"bridge": {"coulomb": 0.0, "static": 0.0, "viscous": 30.0}}
     law = {"control": {"law": "lqr", "period": 0.02}, "reference": {"q": [0.05, 0.02, 5.0]}, "rope": {"drive": "rate"}}
     rubs, plain = load_scene(BRIDGE | law | {group: rubbing}), load_scene(BRIDGE | law | {"friction": viscous})
-    for lqr, other in ((rubs.law.rows, plain.law.rows), (rubs.law.rows.tail, plain.law.rows.tail)):
+    for lqr, other in zip(rubs.law.rows, plain.law.rows, strict=True):
         assert lqr.effort == other.effort
         np.testing.assert_array_equal(lqr.gain, other.gain)
     run = crane_sim.simulate(load_scene(rubs, {"duration": 0.2}))

@@ -24,6 +24,7 @@ from crane_sim.models.supports.reeving import (
     reeved_acceleration,
     reeving_energy,
 )
+from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.schema.reeving import RopeSlip, SheaveBearing, SheaveEfficiency
 
@@ -72,7 +73,7 @@ LOWERED_LOAD: dict[str, Any] = {
 def crane(hoist: Any) -> SuspendedCrane:
     """Return a bridge crane with hook and sling under this hoist."""
     cable = Chain(np.array([50.0, 1000.0]), np.array([5.0, 2.0]))
-    return SuspendedCrane(Bridge(DrivenAxis(100.0), DrivenAxis(200.0)), cable, PointLoad(1000.0), hoist)
+    return SuspendedCrane(Support(Bridge(DrivenAxis(100.0), DrivenAxis(200.0))), cable, PointLoad(1000.0), hoist)
 
 
 def posture(rate: float) -> tuple[list[float], list[float]]:

@@ -27,15 +27,13 @@ from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports.actuated_support import ActuatedSupport
-from crane_sim.models.supports.driven_point import Lift, Servo
-from crane_sim.models.supports.driven_point import Point as DrivenPoint
+from crane_sim.models.supports.driven_point import DrivenPoint, Lift, Servo
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.friction_list import FrictionList
-from crane_sim.models.supports.friction_modes import constraint_efforts
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.rails import FixedAxis, ForceAxis
+from crane_sim.models.supports.support import Support
+from crane_sim.models.supports.support import constraint_effort as constraint_effort_of
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane, solve_dynamics
@@ -218,7 +216,7 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
     expected = accelerations(crane_places(name, rigid, sea), t, q, v, efforts, extras)
     load = body() if rigid else PointLoad(MASSES[-1])
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
-    crane = SuspendedCrane(SUPPORTS[name], cable, load, ForceHoist(1.5), base=base() if sea else None)
+    crane = SuspendedCrane(Support(SUPPORTS[name]), cable, load, ForceHoist(1.5), base=base() if sea else None)
     if extras.pushed is not None:
         load = body()._replace(windage=Windage(3.0, 1.3), pressure_centre=PRESSED)
         steady = Wind(hypot(*WIND), 10.0, None, (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)), 0.0, 1.2, NO_GUSTS)
@@ -238,7 +236,7 @@ def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
     for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (MotionRope(0.4), MotionHoist(0.4), 0.3)):
         simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
         cable = Chain(np.array([1.4]), np.array([2.5]))
-        crane = SuspendedCrane(simple.support, cable, simple.load, hoist, drag=simple.drag, base=simple.base)
+        crane = SuspendedCrane(Support(simple.support), cable, simple.load, hoist, drag=simple.drag, base=simple.base)
         u, results = (3.0, 40.0, 15.0, winch), []
         for p in (simple, crane):
             x, tensions = system.state(p, 0.7, np.array(q), np.array(v)), np.empty((1, 1))
@@ -254,7 +252,7 @@ def test_a_locked_slew_makes_a_bridge_crane() -> None:
     cable, forces = Chain(np.array(MASSES), np.array(LENGTHS)), (35.0, -110.0)
     bridge = SpatialCrane(ForceAxis(8.0), FixedAxis(), cable, ForceHoist(1.5), base=base())
     tower = TowerCrane(LockedSlew(), JibTrolley(8.0))
-    crane = SuspendedCrane(tower, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=base())
+    crane = SuspendedCrane(Support(tower), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=base())
     n, u = np.array([[0.6, 0.0, -0.8], [0.0, 0.6, -0.8], [0.48, -0.36, -0.8]]), np.zeros((3, 3))
     u[0], u[1], u[2] = (0.0, 0.5, 0.0), (0.3, 0.0, 0.0), (0.3, 0.4, 0.0)
     q, v = np.array([2.0, 0.0, 2.2, *n.ravel()]), np.array([0.3, 0.0, 0.1, *u.ravel()])
@@ -302,13 +300,7 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
 
     expected = np.zeros(len(q))
     expected[free] = accelerations(places, t, q[free], v[free], efforts[free], Extras(added[free]))
-    frictions = None
-    for i in reversed(range(ns)):
-        frictions = FrictionList(i, DRY, frictions)
-    inertias = tuple(motors.tolist())
-    support = ActuatedSupport(SUPPORTS[name], inertias, frictions)
-    if name == "knuckle":  # which has its motors in its mass matrix
-        support = ActuatedSupport(SUPPORTS[name]._replace(motors=inertias), None, frictions)
+    support = Support(SUPPORTS[name], tuple(motors.tolist()), (DRY,) * ns)
     cable, sea_base = Chain(np.array(MASSES), np.array(LENGTHS)), base() if sea else None
     crane = SuspendedCrane(support, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=sea_base)
     joints, rates, second = mapped(name, q, v, expected)
@@ -327,15 +319,15 @@ def constraint_effort(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: in
     """Return the effort that friction holds on a joint that sticks."""
     work = system.workspace(crane)
     solved = solve_dynamics(crane, t, x, u, work)
-    return float(constraint_efforts(crane.support, solved.pose, crane.gravity, solved.tau, solved.tip_force)[joint])
+    return float(constraint_effort_of(solved.dynamics, solved.net, solved.support, joint))
 
 
 def test_a_slew_that_sticks_is_a_locked_one() -> None:
     """A tower crane whose slew friction holds, on a moving base, has the accelerations of one whose slew is locked."""
     q, v = np.array([0.4, 6.0, 2.5, 0.4, -0.3]), np.array([0.0, 0.2, 0.1, -0.5, 0.4])
     cable, u, results = Chain(np.array([14.0]), np.array([2.5])), (3.0, -7.0, -110.0), []
-    sticks = ActuatedSupport(SUPPORTS["tower"], None, FrictionList(0, DRY))
-    for support in (sticks, TowerCrane(LockedSlew(), JibTrolley(8.0))):
+    sticks = Support(SUPPORTS["tower"], None, (DRY, None))
+    for support in (sticks, Support(TowerCrane(LockedSlew(), JibTrolley(8.0)))):
         crane = SuspendedCrane(support, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
         results.append(system.acceleration(crane, 0.7, system.state(crane, 0.7, q, v), u))
     np.testing.assert_allclose(*results, rtol=0.0, atol=1e-12)  # rounding of some 50 terms
@@ -351,7 +343,7 @@ def test_a_knuckle_boom_held_in_line_is_a_telescopic_boom() -> None:
     }
     cable, results = Chain(np.array([2.0, 14.0]), np.array([2.5, 1.2])), []
     for support, posture in cases.values():
-        held = ActuatedSupport(support, None, FrictionList(1, DRY, FrictionList(2, DRY)))
+        held = Support(support, None, (None, DRY, DRY))
         crane = SuspendedCrane(held, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
         x = system.state(crane, 0.7, np.array([q[0], *posture, *q[1:]]), np.array([v[0], 0.0, 0.0, *v[1:]]))
         results.append(system.acceleration(crane, 0.7, x, (3.0, 0.0, 0.0, -110.0)))
@@ -390,7 +382,7 @@ def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, driv
     u = [a if servo is None else x + (a + servo.kd * w) / servo.kp for x, w, a in zip(tip, *MOVES, strict=True)]
     load = body() if rigid else PointLoad(MASSES[-1])
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
-    crane = SuspendedCrane(DrivenPoint(servo, Lift()), cable, load, base=base())
+    crane = SuspendedCrane(Support(DrivenPoint(servo, Lift())), cable, load, base=base())
     x = system.state(crane, now, np.array([*tip, *joints]), np.array([*MOVES[0], *rates]))
     got = system.acceleration(crane, now, x, (u[0], u[1], u[2]))
     bound = 1e-12 * max(1.0, abs(second).max())  # rounding, 50 terms
@@ -419,7 +411,7 @@ def test_one_link_and_a_point_mass_below_a_driven_point_are_the_simple_pendulum(
     cable = Chain(np.array([1.4]), np.array([2.5]))
     for p in (
         Crane(support, LockedRope(2.5), load, drag=PayloadDrag(0.3), base=base()),
-        SuspendedCrane(support, cable, load, drag=PayloadDrag(0.3), base=base()),
+        SuspendedCrane(Support(support), cable, load, drag=PayloadDrag(0.3), base=base()),
     ):
         x, tensions = system.state(p, 0.7, np.array(q), np.array(v)), np.empty((1, 1))
         system.tensions(p, 0.7, x, u, tensions, 0, 0)
@@ -435,7 +427,7 @@ def test_hook_and_load_below_a_driven_point_have_two_modes() -> None:
     With R the ratio of load to hook: ω⁴ - g (1 + R)(1/a + 1/b) ω² + g² (1 + R) / (a b) = 0 for lengths a, b.
     """
     hook, load, a, b, g = 60.0, 180.0, 4.0, 1.5, 9.81
-    p = SuspendedCrane(DrivenPoint(), Chain(np.array([hook, load]), np.array([a, b])), PointLoad(load))
+    p = SuspendedCrane(Support(DrivenPoint()), Chain(np.array([hook, load]), np.array([a, b])), PointLoad(load))
     q = np.array([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, -1.0])
     jacobian, _ = system.compute_jacobian(p, 0.0, system.state(p, 0.0, q, np.zeros(9)), (0.0, 0.0))
     stiffness = -jacobian[np.ix_([12, 15], [3, 6])]  # of the links along x; rates begin at 9

@@ -12,6 +12,7 @@ from crane_sim.models.cables.chain import Chain
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -54,7 +55,7 @@ def crane(sea: bool, stiffness: float = STIFFNESS) -> SuspendedCrane:
     base = Base(np.zeros(6), *(np.ascontiguousarray(part[:, None]) for part in terms.T)) if sea else None
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
     load, winch = PointLoad(MASSES[-1]), ForceHoist(1.5)
-    return SuspendedCrane(support(stiffness), cable, load, winch, energy_meter=Meter(), base=base)
+    return SuspendedCrane(Support(support(stiffness)), cable, load, winch, energy_meter=Meter(), base=base)
 
 
 def on_mast(q: Any, x: Any) -> Point:
@@ -159,7 +160,7 @@ def test_energies_at_sea_are_those_of_point_masses() -> None:
 def test_a_stiff_mast_is_rigid() -> None:
     """Accelerations of the crane's other joints approach those on a rigid mast as 1/k, from the angles at rest."""
     position, rates, _ = mapped(Q * [1, 1, 0, 0, 1, 1, 1, 1, 1], V * [1, 1, 0, 0, 1, 1, 1, 1, 1], 0.0 * V)
-    rigid = crane(False)._replace(support=support().support)
+    rigid = crane(False)._replace(support=Support(support().support))
     u, away = (5.0, -7.0, -120.0), []
     expected = system.acceleration(rigid, 0.0, system.state(rigid, 0.0, position[:-2], rates[:-2]), u)
     for k in (1e8, 1e9):
@@ -179,7 +180,7 @@ def test_a_mast_sways_at_the_frequency_of_a_closed_form() -> None:
     masses, places_of = (50.0, 50.0, 30.0), (1e3, -1e3, 0.0)
     tower = SwayingTower(TowerCrane(Slew(1e8), JibTrolley(1e-9)), masses, places_of, HEIGHT, STIFFNESS, 0.0)
     light = Chain(np.array([1e-9]), np.array([1.0]))
-    p = SuspendedCrane(tower, light, PointLoad(1e-9))
+    p = SuspendedCrane(Support(tower), light, PointLoad(1e-9))
     small = 1e-6
     q = np.array([0.0, 1.0, 1.0, 0.0, 0.0, small, 0.0])  # about the base's x axis: the head goes to -y
     x = system.state(p, 0.0, q, np.zeros(7))

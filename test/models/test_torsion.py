@@ -12,6 +12,7 @@ import crane_sim
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.supports.hoist import ForceHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
 
@@ -68,7 +69,7 @@ def test_accelerations_are_those_of_virtual_work(name: str, sea: bool) -> None:
     expected = accelerations(crane_places(name, True, sea), t, q, v, damped, extras)
     joints, rates, second = mapped(name, q, v, expected)
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
-    p = SuspendedCrane(SUPPORTS[name], cable, body(), ForceHoist(1.5), base=base() if sea else None)
+    p = SuspendedCrane(Support(SUPPORTS[name]), cable, body(), ForceHoist(1.5), base=base() if sea else None)
     p = p._replace(torsion=Torsion(STIFFNESS, DAMPING))
     state = system.state(p, t, joints, rates)
     got = system.acceleration(p, t, state, tuple(map(float, efforts[: ns + 1])))

@@ -1,13 +1,12 @@
 """What may be said of a compiled function; compiled code computes what plain Python does."""
 
 import sys
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.models.effects import PayloadDrag, add_drag
 from crane_sim.numerics import jit
 from crane_sim.numerics.states import add, add_scaled, dimension, leaves, scale, squared_error_norm, weighted_sum
 
@@ -40,19 +39,43 @@ def test_state_algebra_is_the_same_in_python() -> None:
     assert compiled_algebra(x, y, h, ks) == compiled_algebra.py_func(x, y, h, ks)
 
 
+class Part(NamedTuple):
+    """A part of a model."""
+
+    mass: float
+
+
+class Pair(NamedTuple):
+    """Another part with a mass."""
+
+    mass: float
+    size: float
+
+
+@jit.generic
+def mass_of(part, other):
+    """Return the mass of a part, by default another one."""
+    return other
+
+
+@mass_of.register(Part, Pair)
+def part_mass(part, other):
+    """Return the mass of a part."""
+    return part.mass
+
+
 @jit.entry_point
-def apply_drag(drag, force, velocity):
-    """Compiled `add_drag`."""
-    return add_drag(drag, force, velocity)
+def compiled_mass(part, other):
+    """Compiled `mass_of`."""
+    return mass_of(part, other)
 
 
 def test_a_generic_function_chooses_by_type() -> None:
     """The body is chosen by the type of the first argument, in Python and compiled; None takes the default."""
-    force, velocity = (1.0, 2.0, 3.0), (3.0, 0.0, 4.0)
-    assert apply_drag(None, force, velocity) == add_drag(None, force, velocity) == force
-    expected = (1.0 - 7.5, 2.0, 3.0 - 10.0)
-    assert apply_drag(PayloadDrag(0.5), force, velocity) == add_drag(PayloadDrag(0.5), force, velocity) == expected
-    assert add_drag.has_implementation(PayloadDrag) and not add_drag.has_implementation(int)
+    assert compiled_mass(None, 3.0) == mass_of(None, 3.0) == 3.0
+    assert compiled_mass(Part(2.0), 3.0) == mass_of(Part(2.0), 3.0) == 2.0
+    assert compiled_mass(Pair(2.0, 1.0), 3.0) == mass_of(Pair(2.0, 1.0), 3.0) == 2.0
+    assert mass_of.has_implementation(Part) and mass_of.has_implementation(Pair) and not mass_of.has_implementation(int)
 
 
 @pytest.mark.parametrize("group", ["springs", "swing_friction", "payload_drag", "inputs"])

@@ -29,7 +29,8 @@ def test_waiting_is_reported_after_the_timeout(
     host = FakeHost()
     lockstep = make_lockstep(host, simulation)
     arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, take_all=lambda: None, wait=time.sleep)
-    arbiter.contested = contested
+    arbiter.contested = arbiter.polled = contested
+    arbiter.poll = lambda _: None
     monkeypatch.setattr(lockstep, "_commands", arbiter)
     waits: list[tuple[float, str]] = []
 
@@ -70,6 +71,7 @@ def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytes
     host, simulation = FakeHost(), make_simulation(topics, clock_leads=True)
     lockstep = make_lockstep(host, simulation, stamps="ros")
     arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, contested=False, has_newcomer=False)
+    arbiter.polled, arbiter.poll = False, lambda _: None
     monkeypatch.setattr(lockstep, "_commands", arbiter)
     topics.acknowledged = True
     codec = JointStateCodec(SCENE.actuated, EFFORT)
@@ -184,3 +186,39 @@ def test_two_pauses_end_one_by_one(simulation: SimulationRun, topics: FakeTopics
         assert simulation.paused and topics.modes[-1] == SimulationState.PAUSED
     simulation.pause(False, "user")
     assert not simulation.paused and topics.modes[-1] == SimulationState.PLAYING
+
+
+@pytest.mark.usefixtures("stepped_clock")
+@pytest.mark.parametrize("paused", [False, True])
+def test_services_have_their_turn_between_commands(
+    paused: bool, simulation: SimulationRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Commands that follow each other are taken without the executor, which has its turn every 5 ms; a pause is its."""
+    host = FakeHost()
+    lockstep, codec = make_lockstep(host, simulation), JointStateCodec(SCENE.actuated, EFFORT)
+    spins: list[float] = []
+
+    def spin(timeout: float = 0.05) -> None:
+        spins.append(timeout)
+        time.sleep(timeout)
+        host.stop_reason = "finish" if len(spins) == 10 else ""
+
+    def wait(_seconds: float) -> None:
+        time.sleep(1e-3)
+
+    def take_all() -> None:
+        lockstep._on_command(codec.encode(simulation.stamp, ZERO))
+
+    monkeypatch.setattr(host, "spin", spin)
+    arbiter = SimpleNamespace(
+        start=lambda: None, update=lambda: None, contested=False, has_newcomer=False, polled=False
+    )
+    arbiter.poll = lambda on: setattr(arbiter, "polled", on)
+    arbiter.wait, arbiter.take_all = wait, take_all
+    monkeypatch.setattr(lockstep, "_commands", arbiter)
+    if paused:
+        simulation.pause(True, "user")
+    lockstep.run()
+    assert spins == [0.05 if paused else 0.0] * 10
+    assert (0 if paused else 9 * 4) <= simulation.plant.k <= (0 if paused else 9 * 5 + 1)
+    assert not arbiter.polled

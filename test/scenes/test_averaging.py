@@ -89,10 +89,9 @@ def motion_at(base: Any, t: float) -> Any:
 
 def numbers_of(law: Any) -> np.ndarray:
     """Return all numbers of an LQR law in one vector: target, efforts and gains."""
-    numbers, row = [law.target], law.rows
-    while row is not None:
+    numbers = [law.target]
+    for row in law.rows:
         numbers += [[row.effort], row.gain]
-        row = row.tail
     return np.concatenate(numbers)
 
 

@@ -8,9 +8,7 @@ import pytest
 import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports.actuated_support import ActuatedSupport, bare_support
-from crane_sim.models.supports.backlash import GearedSupport
-from crane_sim.models.supports.driven_point import Point as DrivenPoint
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.layout import layout_of_scene
@@ -59,7 +57,7 @@ def test_extensions_choose_the_suspended_model(case: str) -> None:
     base, changes = EXTENSIONS[case]
     scene = scene_of(base, changes)
     assert type(scene_of(base).model) is Crane and type(scene.model) is SuspendedCrane
-    assert isinstance(bare_support(scene.model.support), Knuckle if base is KNUCKLE else DrivenPoint)
+    assert isinstance(scene.model.support.structure, Knuckle if base is KNUCKLE else DrivenPoint)
     assert len(scene.joint_names) == len(scene.joint_units) == len(scene.initial_q) == len(scene.initial_v)
     assert len(layout_of_scene(scene, "1").joints) == len(scene.initial_q)  # with its URDF
 
@@ -114,12 +112,13 @@ def test_runs_keep_their_balance_of_energy(case: str) -> None:
 
 
 def test_friction_and_backlash_are_those_of_the_support() -> None:
-    """With further links friction is in the support, backlash wraps it, and motors are in its mass matrix."""
+    """With further links the support has friction, drives with play and motors."""
     motors = {"actuators": {"boom": {"motor": {"ratio": 50.0, "inertia": 1e-3}}}}
     scene = scene_of(KNUCKLE, {"links": LINKS, "friction": {"boom": DRY}, "backlash": {"jib": [DRIVE]}}, motors)
     support = scene.model.support
-    assert isinstance(support, GearedSupport) and isinstance(support.support, ActuatedSupport)
-    assert support.support.motors is None and support.support.support.motors == pytest.approx((0.0, 2.5, 0.0))
+    assert support.motors == pytest.approx((0.0, 2.5, 0.0))
+    assert [part is not None for part in support.frictions] == [False, True, False]
+    assert [len(own) for own in support.drives] == [0, 0, 1]
 
 
 @pytest.mark.parametrize("law", ["energy", "lqr"])

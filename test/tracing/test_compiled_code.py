@@ -12,10 +12,11 @@ from traced_program import INPUTS, OUTPUTS, PROGRAM, program
 
 from crane_sim.tracing.c_source import c_source
 from crane_sim.tracing.function import Function, call_address, trace
-from crane_sim.tracing.graph import Kind, TraceError
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import Library
 from crane_sim.tracing.operations import branch, power, repeat, repeat_while, to_real
+from crane_sim.tracing.trace_error import TraceError
 
 LANES = 4
 

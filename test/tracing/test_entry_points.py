@@ -1,12 +1,15 @@
 """Compiled code is never stale, and is the same for processes and threads that need it at the same time."""
 
+import copy
 import importlib
 import os
+import pickle
 import shutil
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Barrier
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -256,3 +259,58 @@ def test_augmented_assignment_changes_an_array() -> None:
     assert add_in_place(a, 1.5) == 6.5
     assert a.tolist() == [2.5, 6.5, 3.5]
     assert np.isnan(add_in_place(np.array([1.0, np.nan, 2.0]), 0.0))
+
+
+class Motion(NamedTuple):
+    """A state with an array, as a run passes it from call to call."""
+
+    t: float
+    x: Any  # (n,)
+    scratch: Any  # (n, 2), the same all the time
+
+
+@entry_point
+def moved(motion, u):
+    """Return (the state after a step, a view of it whose elements are apart)."""
+    x = np.empty_like(motion.x)
+    for i in range(len(x)):
+        x[i] = motion.x[i] + u[0]
+        motion.scratch[i, 0] += 1.0
+    return Motion(motion.t + 0.5, x, motion.scratch), Motion(motion.t, x[::-1], motion.scratch)
+
+
+def start() -> Motion:
+    """Return a state at rest."""
+    return Motion(0.0, np.zeros(3), np.zeros((3, 2)))
+
+
+def test_what_a_call_returned_may_be_passed_to_any_later_one() -> None:
+    """Results that come back as arguments have their own values: the last ones, older ones, views, those of others."""
+    first = start()
+    states = [first]
+    for k in range(3):
+        states.append(moved(states[-1], (float(k + 1),))[0])
+    assert [(each.t, each.x[0], each.scratch[0, 0]) for each in states] == [
+        (0.0, 0.0, 3.0),
+        (0.5, 1.0, 3.0),
+        (1.0, 3.0, 3.0),
+        (1.5, 6.0, 3.0),
+    ]
+    assert all(each.scratch is first.scratch for each in states)
+    again, turned = moved(states[1], (2,))  # another structure: an integer
+    assert (again.t, again.x.tolist()) == (1.0, [3.0] * 3)
+    states[2].x[0] = 7.0
+    assert moved(states[2], (1.0,))[1].x.tolist() == [4.0, 4.0, 8.0]
+    assert moved(turned, (1.0,))[0].x.tolist() == [4.0] * 3
+
+
+def test_callers_with_calls_of_their_own_share_the_code_alone() -> None:
+    """What two callers pass in turn does not mix; copies, and what another process gets, are of the same function."""
+    callers = [moved.with_own_calls() for _ in range(2)]
+    callers.append(copy.deepcopy(callers[0]))
+    states = [start() for _ in callers]
+    for _ in range(3):
+        states = [call(state, (float(k),))[0] for k, (call, state) in enumerate(zip(callers, states, strict=True))]
+    assert [state.x.tolist() for state in states] == [[0.0] * 3, [3.0] * 3, [6.0] * 3]
+    assert all(call.signatures == moved.signatures for call in callers)
+    assert pickle.loads(pickle.dumps(callers[2])).signatures == moved.signatures

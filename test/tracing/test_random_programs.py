@@ -4,12 +4,12 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from random_programs import arguments, compiled, run, write_programs
 
-from crane_sim.tracing import machine_code
+from crane_sim.tracing import entry_point, machine_code
+from crane_sim.tracing.machine_code import LIGHT, NONE
 
 CASES = 30  # arguments of each program
 
@@ -40,10 +40,13 @@ def check_all(seeds: range, folder: Path) -> None:
     assert compared > 0.5 * CASES * len(seeds)
 
 
-def test_programs_have_the_bits_of_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Branches, loops, returns and arithmetic in any combination; not optimised, which takes most of the time."""
-    monkeypatch.setattr(machine_code, "_tuning", lambda: llvm.create_pipeline_tuning_options(speed_level=0))
-    check_all(range(50), tmp_path)
+@pytest.mark.parametrize(("optimisation", "seeds"), [(NONE, range(40)), (LIGHT, range(40, 60))])
+def test_programs_have_the_bits_of_python(
+    optimisation: Any, seeds: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Branches, loops, returns and arithmetic in any combination; optimising fully takes most of the time."""
+    monkeypatch.setattr(entry_point, "compile_text", lambda text, _: machine_code.compile_text(text, optimisation))
+    check_all(seeds, tmp_path)
 
 
 @pytest.mark.long

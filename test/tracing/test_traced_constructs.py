@@ -567,12 +567,12 @@ def _name_of(x: Any) -> Any:
 
 
 @_name_of.register(float)
-def _(x: Any) -> Any:
+def _name_of_float(x: Any) -> Any:
     return 1
 
 
 @_name_of.register(Point)
-def _(x: Any) -> Any:
+def _name_of_point(x: Any) -> Any:
     return 2 + _name_of(x.x)
 
 

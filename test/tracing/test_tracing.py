@@ -7,7 +7,8 @@ import pytest
 
 from crane_sim.tracing.elementary import sincos
 from crane_sim.tracing.function import trace
-from crane_sim.tracing.graph import Kind, TraceError, Value
+from crane_sim.tracing.graph import Value
+from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.operations import (
     UNROLLED,
     branch,
@@ -21,6 +22,7 @@ from crane_sim.tracing.operations import (
     to_integer,
     to_real,
 )
+from crane_sim.tracing.trace_error import TraceError
 
 REAL, INTEGER, ARRAY = Kind.REAL, Kind.INTEGER, Kind.ARRAY
 

@@ -11,7 +11,7 @@ from random_programs import compiled
 
 from crane_sim.files.errors import SceneError
 from crane_sim.tracing.entry_point import EntryPoint
-from crane_sim.tracing.graph import TraceError
+from crane_sim.tracing.trace_error import TraceError
 
 _TABLE = {"a": 1.0}
 _LIST = [1.0]

@@ -7,9 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crane_sim.numerics.jit import entry_point, local_array, routine, simd_range, use_wide_vectors
+from crane_sim.numerics.jit import (
+    NONE,
+    entry_point,
+    local_array,
+    optimisation,
+    routine,
+    simd_range,
+    use_wide_vectors,
+)
 from crane_sim.tracing.arguments import describe
 from crane_sim.tracing.entry_point import compile_entry
+from crane_sim.tracing.machine_code import Optimisation
 
 
 @entry_point
@@ -108,7 +117,7 @@ def test_memory_does_not_grow_with_the_turns_of_a_loop() -> None:
 def text_of(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -> str:
     """Return the text that an entry point is compiled from."""
     texts: list[str] = []
-    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda text: texts.append(text) or b"")
+    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda text, _: texts.append(text) or b"")
     compile_entry(function.py_func, describe(arguments, [], {}))
     return texts[0]
 
@@ -137,3 +146,34 @@ def test_an_index_that_is_never_negative_is_told_from_one_that_may_be(i: int) ->
     """A function that is called with both kinds of index takes each as Python does."""
     x = np.linspace(1.0, 2.0, 5)
     assert pick(x, i) == pick.py_func(x, i)
+
+
+@entry_point
+def double_all(x):
+    """Double all entries, one after the other."""
+    for k in range(len(x)):
+        x[k] = 2.0 * x[k]
+
+
+def test_loops_that_ask_for_no_lanes_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An ordinary loop, whose lanes would cost more to compile than most loops ever win, is one of scalars."""
+    text = text_of(double_all, monkeypatch, np.ones(8))
+    assert '"llvm.loop.vectorize.enable", i1 false' in text and "parallel_accesses" not in text
+
+
+@entry_point
+@optimisation(NONE)
+def look_once(x):
+    """Return the first entry."""
+    return x[0]
+
+
+@pytest.mark.parametrize(("function", "level"), [(look_once, NONE), (double_all, Optimisation.FULL)])
+def test_code_is_optimised_as_its_function_says(
+    function: Any, level: Optimisation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What runs for a few instants is compiled quickly, what says nothing to fast code."""
+    levels: list[Optimisation] = []
+    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda _, level: levels.append(level) or b"")
+    compile_entry(function.py_func, describe((np.ones(2),), [], {}))
+    assert levels == [level]

@@ -81,6 +81,5 @@ def test_breakpoints_are_gathered_once_each() -> None:
     source = load_scene(late_motion("dop853")).source
     assert isinstance(source, PiecewiseSource) and source.breakpoints.tolist() == [6.0, 6.2]
     assert [next_breakpoint(source, t) for t in (0.0, 6.0, 6.1, 6.2)] == [6.0, 6.2, 6.2, inf]
-    assert next_breakpoint((1.0,), 0.0) == inf
     early = load_scene(late_motion("dop853", -5.0))
     assert early.source == (0.0,) * len(early.actuated) and with_breakpoints((1.0,), early.model) == (1.0,)

@@ -17,10 +17,9 @@ import numpy.typing as npt
 from scipy.linalg import solve_continuous_are
 
 from crane_sim import system
-from crane_sim.numerics.jit import entry_point, routine
+from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import state_matrices
-from crane_sim.stepping.batch import sampled_source
 
 Array = npt.NDArray[np.float64]
 
@@ -60,7 +59,7 @@ class CampaignLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the commands (2,) [N] at joint positions q and velocities v (3,)."""
-        return compute_commands(self, t, np.array(q), np.array(v))
+        return system.compute_command(self, t, np.array(q), np.array(v))
 
     def with_initial_state(self) -> "CampaignLaw":
         """Return the law before its first command."""
@@ -90,6 +89,7 @@ def limited_demand(law, i, e):
     return u
 
 
+@system.command.register(CampaignLaw)
 @routine
 def commands_at(law, t, q, v):
     """Return the commands (2,) [N]; a second call at the same time and state changes nothing."""
@@ -100,11 +100,6 @@ def commands_at(law, t, q, v):
     return commands
 
 
-@system.command.register(CampaignLaw)
-def _(law, t, q, v):
-    return commands_at(law, t, q, v)
-
-
 class DampedEfforts(NamedTuple):
     """Efforts that are held, less the viscous friction of their joints: without dry friction nothing ever sticks."""
 
@@ -113,7 +108,8 @@ class DampedEfforts(NamedTuple):
 
 
 @system.effort.register(DampedEfforts)
-def _(u, p, t, x):
+def damped_efforts(u, p, t, x):
+    """Return the efforts (2,) [N] in state x."""
     (_, v), held, damping = system.joints(p, x), u.held, u.damping
     return held[0] - damping[0] * v[0], held[1] - damping[1] * v[1]
 
@@ -124,17 +120,10 @@ class DampedLaw(NamedTuple):
     law: CampaignLaw
     damping: tuple[float, float]  # N s/m
 
-
-@sampled_source.register(DampedLaw)
-def _(law, p, t, x):
-    q, v = system.joints(p, x)
-    return DampedEfforts(commands_at(law.law, t, q, v), law.damping)
-
-
-@entry_point
-def compute_commands(law, t, q, v):
-    """Compiled `command` for calls from Python."""
-    return commands_at(law, t, q, v)
+    def source_at(self, p, t, x):
+        """Return the source from time t [s] on, at which the crane p is in state x."""
+        q, v = system.joints(p, x)
+        return DampedEfforts(commands_at(self.law, t, q, v), self.damping)
 
 
 def delayed_parts(length: float, gravity: float) -> tuple[Array, Array]:

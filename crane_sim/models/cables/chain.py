@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine, simd_range
 from crane_sim.numerics.rows import elementwise
 
 
@@ -64,21 +64,28 @@ def add_node_acceleration(w, node, x, z):
         w[RHS_ACROSS, node] -= w[COS, node] * x + w[SIN, node] * z
 
 
-@generic
+def add_couple(w, k, force):
+    """Add what a couple on link k does to its nodes: a force [N] across it on the lower one, and back on the upper."""
+    if k > 0:
+        acc = -force * w[INV_MASS, k - 1]
+        add_node_acceleration(w, k, acc * w[COS, k], acc * w[SIN, k])
+    acc = force * w[INV_MASS, k]
+    add_node_acceleration(w, k + 1, acc * w[COS, k], acc * w[SIN, k])
+
+
 def rod_pull(rods, w):
     """Return the horizontal force [N] on the trolley that the first link carries across."""
-    return 0.0
+    return 0.0 if rods is None else rods.inertia[0] / w[LENGTH, 0] * w[TURNING, 0] * w[COS, 0]
 
 
 def assemble_rhs(w, bias_acc, gravity):
     """Fill what the links' own motion, gravity and the trolley's `bias_acc` [m/s²] ask of them."""
-    for k in range(w.shape[1] - 1):
+    for k in simd_range(w.shape[1] - 1):
         w[RHS_ALONG, k], w[RHS_ACROSS, k] = w[LENGTH, k] * w[RATE, k] * w[RATE, k], 0.0
     w[RHS_ALONG, 0] += w[COS, 0] * gravity - w[SIN, 0] * bias_acc
     w[RHS_ACROSS, 0] = -(w[COS, 0] * bias_acc + w[SIN, 0] * gravity)
 
 
-@generic
 def solve_links(rods, w, top):
     """Solve for tensions [N] and angular accelerations [rad/s²] of the links in the work array w.
 
@@ -88,8 +95,11 @@ def solve_links(rods, w, top):
         top: (inverse mass of the axis [1/kg], inverse mass and bias acceleration of the first length, its rate [m/s]);
             an inverse mass of -1 says that the acceleration is the tension itself (`hoist_response`).
     """
-    solve_tensions(w, top)
-    angular_accelerations(w, top)
+    if rods is not None:
+        solve_pairs(rods.inertia, w, top)
+    else:
+        solve_tensions(w, top)
+        angular_accelerations(w, top)
 
 
 @elementwise
@@ -112,7 +122,7 @@ def link_angles(w):
 def assemble_diagonal(w, top):
     """Fill the diagonal, and add the hoist to the right-hand side of the first link."""
     axis_inv_mass, hoist_inv_mass, hoist_bias_acc, _ = top
-    for k in range(1, w.shape[1] - 1):
+    for k in simd_range(1, w.shape[1] - 1):
         w[DIAGONAL, k] = w[INV_MASS, k - 1] + w[INV_MASS, k]
     w[DIAGONAL, 0] = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass + hoist_inv_mass
     w[RHS_ALONG, 0] -= hoist_bias_acc
@@ -169,7 +179,7 @@ def angular_accelerations(w, top):
     n, (axis_inv_mass, _, _, rate) = w.shape[1] - 1, top
     first = w[COS, 0] * axis_inv_mass * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
     w[TURNING, 0] = (w[RHS_ACROSS, 0] + w[BEND_SIN, 0] * w[TENSION, 1] - first) / w[LENGTH, 0]
-    for k in range(1, n):
+    for k in simd_range(1, n):
         pulled = w[BEND_SIN, k] * w[TENSION, k + 1] - w[BEND_SIN, k - 1] * w[TENSION, k - 1]
         w[TURNING, k] = (w[RHS_ACROSS, k] + pulled) / w[LENGTH, k]
 
@@ -180,28 +190,13 @@ def massless_hoist_acceleration(w, axis_inv_mass, rhs_along):
     return rhs_along - inv_mass * w[TENSION, 0] + w[BEND_COS, 0] * w[TENSION, 1]
 
 
-@generic
 def rod_energy(rods, rates):
     """Return the kinetic energy [J] of turning links."""
-    return 0.0
-
-
-@rod_energy.register(Rods)
-def _(rods, rates):
     energy = 0.0
-    for k in range(len(rates)):
-        energy += 0.5 * rods.inertia[k] * rates[k] ** 2
+    if rods is not None:
+        for k in range(len(rates)):
+            energy += 0.5 * rods.inertia[k] * rates[k] ** 2
     return energy
-
-
-@rod_pull.register(Rods)
-def _(rods, w):
-    return rods.inertia[0] / w[LENGTH, 0] * w[TURNING, 0] * w[COS, 0]
-
-
-@solve_links.register(Rods)
-def _(rods, w, top):
-    solve_pairs(rods.inertia, w, top)
 
 
 def coupling(w, inertia, k, j):
@@ -266,14 +261,10 @@ class Joints(NamedTuple):
     damping: Any  # N m s/rad
 
 
-@generic
 def add_joints(joints, w, x, first):
     """Add the moments of joints to the links' right-hand sides, angles from x[first] on; return the trolley's force."""
-    return 0.0
-
-
-@add_joints.register(Joints)
-def _(joints, w, x, first):
+    if joints is None:
+        return 0.0
     n = len(joints.stiffness)
     moment, pull = joints.stiffness[0] * x[first] + joints.damping[0] * w[RATE, 0], 0.0
     for k in range(n):
@@ -281,40 +272,28 @@ def _(joints, w, x, first):
         if k + 1 < n:
             after = joints.stiffness[k + 1] * (x[first + k + 1] - x[first + k])
             after += joints.damping[k + 1] * (w[RATE, k + 1] - w[RATE, k])
-        force = (after - moment) / w[LENGTH, k]  # the couple of link k: on its lower node, and back on its upper one
-        if k > 0:
-            acc = -force * w[INV_MASS, k - 1]
-            add_node_acceleration(w, k, acc * w[COS, k], acc * w[SIN, k])
-        else:
+        force = (after - moment) / w[LENGTH, k]
+        if k == 0:
             pull = -force * w[COS, 0]
-        acc = force * w[INV_MASS, k]
-        add_node_acceleration(w, k + 1, acc * w[COS, k], acc * w[SIN, k])
+        add_couple(w, k, force)
         moment = after
     return pull
 
 
-@generic
 def joint_energy(joints, angles):
     """Return the energy [J] stored in the joints."""
-    return 0.0
-
-
-@joint_energy.register(Joints)
-def _(joints, angles):
+    if joints is None:
+        return 0.0
     energy = 0.5 * joints.stiffness[0] * angles[0] ** 2
     for k in range(1, len(angles)):
         energy += 0.5 * joints.stiffness[k] * (angles[k] - angles[k - 1]) ** 2
     return energy
 
 
-@generic
 def joint_power(joints, rates):
     """Return the power [W] that the joints' damping takes, negative."""
-    return 0.0
-
-
-@joint_power.register(Joints)
-def _(joints, rates):
+    if joints is None:
+        return 0.0
     power = -joints.damping[0] * rates[0] ** 2
     for k in range(1, len(rates)):
         power -= joints.damping[k] * (rates[k] - rates[k - 1]) ** 2

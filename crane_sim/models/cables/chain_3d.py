@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.multibody.vectors import add, dot, scale, subtract
+from crane_sim.numerics.jit import routine
 
 
 class Directions(NamedTuple):
@@ -30,6 +31,18 @@ class UpperEnd(NamedTuple):
     hoist_bias_acc: float  # m/s², acceleration of the length without tension
     rate: float  # m/s, of the length
 
+    def first_inv_mass(self, links):
+        """Return the inverse mass [1/kg] of the first link along its direction, without that of the hoist."""
+        x, y = links.units[0, 0], links.units[0, 1]
+        return links.inv_masses[0] + self.axes_inv_mass[0] * x * x + self.axes_inv_mass[1] * y * y
+
+    def first_acceleration(self, links, acc, tension):
+        """Return the relative acceleration (3,) of the first link's ends, its own pull on the upper one included."""
+        x, y, z = relative_end_acceleration(acc, 0)
+        x -= self.axes_inv_mass[0] * links.units[0, 0] * tension[0]
+        y -= self.axes_inv_mass[1] * links.units[0, 1] * tension[0]
+        return x, y, z
+
 
 class SupportEnd(NamedTuple):
     """Acceleration of the first link's upper end and of its length, as functions of its tension: on any support."""
@@ -39,42 +52,40 @@ class SupportEnd(NamedTuple):
     hoist_bias_acc: float  # m/s²
     rate: float  # m/s, of the length
 
+    def first_inv_mass(self, links):
+        """Return as `UpperEnd.first_inv_mass` does."""
+        return links.inv_masses[0] + self.mobility
+
+    def first_acceleration(self, links, acc, tension):
+        """Return as `UpperEnd` does: `acc` has the pull already, since the end does not move along the link alone."""
+        return relative_end_acceleration(acc, 0)
+
 
 def align(x, unit, rate):
     """Return (unit vector, rate perpendicular to it) nearest to the ones that begin at x[unit] and x[rate]."""
-    a, b, c = x[unit], x[unit + 1], x[unit + 2]
-    scale = 1.0 / sqrt(a * a + b * b + c * c)
-    a, b, c = a * scale, b * scale, c * scale
-    along = a * x[rate] + b * x[rate + 1] + c * x[rate + 2]
-    return (a, b, c), (x[rate] - along * a, x[rate + 1] - along * b, x[rate + 2] - along * c)
+    n, v = (x[unit], x[unit + 1], x[unit + 2]), (x[rate], x[rate + 1], x[rate + 2])
+    n = scale(1.0 / sqrt(dot(n, n)), n)
+    return n, subtract(v, scale(dot(n, v), n))
 
 
-def dot(units, k, j):
+def row_of(array, k):
+    """Return row k (3 floats) of an array (N, 3)."""
+    return array[k, 0], array[k, 1], array[k, 2]
+
+
+def scalar_product(units, k, j):
     """Return the scalar product of two rows of an array (N, 3)."""
-    return units[k, 0] * units[j, 0] + units[k, 1] * units[j, 1] + units[k, 2] * units[j, 2]
-
-
-@generic
-def first_inv_mass(top, links):
-    """Return the inverse mass [1/kg] of the first link along its direction, without that of the hoist."""
-    return links.inv_masses[0] + top.mobility
-
-
-@first_inv_mass.register(UpperEnd)
-def _(top, links):
-    x, y = links.units[0, 0], links.units[0, 1]
-    return links.inv_masses[0] + top.axes_inv_mass[0] * x * x + top.axes_inv_mass[1] * y * y
+    return dot(row_of(units, k), row_of(units, j))
 
 
 def relative_end_acceleration(acc, k):
     """Return the relative acceleration (3 floats) of link k's ends."""
-    return acc[k + 1, 0] - acc[k, 0], acc[k + 1, 1] - acc[k, 1], acc[k + 1, 2] - acc[k, 2]
+    return subtract(row_of(acc, k + 1), row_of(acc, k))
 
 
 def constraint_acceleration(links, acc, k):
     """Return the relative acceleration [m/s²] of link k's ends, along it, that its tension has to balance."""
-    x, y, z = relative_end_acceleration(acc, k)
-    along = links.units[k, 0] * x + links.units[k, 1] * y + links.units[k, 2] * z
+    along = dot(row_of(links.units, k), relative_end_acceleration(acc, k))
     return links.lengths[k] * links.squared_rates[k] + along
 
 
@@ -88,16 +99,16 @@ def solve_tensions(links, top, acc, tension, ratio):
         tension, ratio: to fill; the second one is of the elimination.
     """
     n, inv_masses = len(tension), links.inv_masses
-    upper = -dot(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
+    upper = -scalar_product(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
     if top.hoist_inv_mass < 0.0:  # the tension of a massless winch does not depend on the second link
         tension[0], ratio[0] = top.hoist_bias_acc, 0.0
     else:
-        inverse = 1.0 / (first_inv_mass(top, links) + top.hoist_inv_mass)
+        inverse = 1.0 / (top.first_inv_mass(links) + top.hoist_inv_mass)
         tension[0], ratio[0] = (constraint_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse, upper * inverse
     for k in range(1, n):
         inverse = 1.0 / (inv_masses[k - 1] + inv_masses[k] - upper * ratio[k - 1])
         tension[k] = (constraint_acceleration(links, acc, k) - upper * tension[k - 1]) * inverse
-        upper = -dot(links.units, k, k + 1) * inv_masses[k] if k + 1 < n else 0.0
+        upper = -scalar_product(links.units, k, k + 1) * inv_masses[k] if k + 1 < n else 0.0
         ratio[k] = upper * inverse
     for k in range(n - 2, -1, -1):
         tension[k] -= ratio[k] * tension[k + 1]
@@ -107,38 +118,19 @@ def hoisted_length_acceleration(links, top, acc, tension):
     """Return the acceleration [m/s²] of the first length."""
     if top.hoist_inv_mass >= 0.0:
         return top.hoist_bias_acc + top.hoist_inv_mass * tension[0]
-    free = constraint_acceleration(links, acc, 0) - first_inv_mass(top, links) * tension[0]
-    return free + dot(links.units, 0, 1) * links.inv_masses[0] * tension[1] if len(tension) > 1 else free
+    free = constraint_acceleration(links, acc, 0) - top.first_inv_mass(links) * tension[0]
+    return free + scalar_product(links.units, 0, 1) * links.inv_masses[0] * tension[1] if len(tension) > 1 else free
 
 
-@generic
-def first_end_acceleration(top, links, acc, tension):
-    """Return the relative acceleration (3 floats) of the first link's ends, its own pull on the upper one included.
-
-    On any support `acc` has that pull already: the end then does not move along the link alone.
-    """
-    return relative_end_acceleration(acc, 0)
-
-
-@first_end_acceleration.register(UpperEnd)
-def _(top, links, acc, tension):
-    x, y, z = relative_end_acceleration(acc, 0)
-    x -= top.axes_inv_mass[0] * links.units[0, 0] * tension[0]
-    y -= top.axes_inv_mass[1] * links.units[0, 1] * tension[0]
-    return x, y, z
-
-
-def project_across(units, k, x, y, z):
-    """Return the part of a vector across link k."""
-    along = units[k, 0] * x + units[k, 1] * y + units[k, 2] * z
-    return x - along * units[k, 0], y - along * units[k, 1], z - along * units[k, 2]
+def project_across(unit, vector):
+    """Return the part of a vector across a unit vector."""
+    return subtract(vector, scale(dot(unit, vector), unit))
 
 
 def add_pull_across(units, k, j, pull, total):
     """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
-    x, y, z = units[j, 0] - units[k, 0], units[j, 1] - units[k, 1], units[j, 2] - units[k, 2]
-    x, y, z = project_across(units, k, x, y, z)
-    return total[0] + pull * x, total[1] + pull * y, total[2] + pull * z
+    unit = row_of(units, k)
+    return add(total, scale(pull, project_across(unit, subtract(row_of(units, j), unit))))
 
 
 def direction_accelerations(links, top, acc, tension, out, at):
@@ -148,20 +140,26 @@ def direction_accelerations(links, top, acc, tension, out, at):
     payload.
     """
     n, units, inv_masses = len(tension), links.units, links.inv_masses
-    x, y, z = first_end_acceleration(top, links, acc, tension)
+    relative = top.first_acceleration(links, acc, tension)
     coriolis = 2.0 * top.rate / links.lengths[0]
     for k in range(n):
-        total = project_across(units, k, x, y, z)
+        total = project_across(row_of(units, k), relative)
         if k > 0:
             total = add_pull_across(units, k, k - 1, inv_masses[k - 1] * tension[k - 1], total)
         if k + 1 < n:
             total = add_pull_across(units, k, k + 1, inv_masses[k] * tension[k + 1], total)
-            x, y, z = relative_end_acceleration(acc, k + 1)
+            relative = relative_end_acceleration(acc, k + 1)
         inverse = 1.0 / links.lengths[k]
         for c in range(3):
             bias = links.squared_rates[k] * units[k, c] + coriolis * links.rates[k, c]
             out[at + 3 * k + c] = total[c] * inverse - bias
         coriolis = 0.0
+
+
+def follow_link(links, k, r, v, paid):
+    """Return position and velocity (3,) of link k's lower end from those of the upper one; it lengthens at `paid`."""
+    unit, length = row_of(links.units, k), links.lengths[k]
+    return add(r, scale(length, unit)), add(v, add(scale(length, row_of(links.rates, k)), scale(paid, unit)))
 
 
 @routine

@@ -6,6 +6,9 @@ may pass any direction; the only singular point is a rope of zero length. The dr
 - ForceRope: the winch applies the effort u (positive pays out), so the tension is -u plus the spring's;
 - MotionRope: the winch imposes the rope's acceleration, or, with a time constant, follows a commanded velocity;
 - LockedRope: the rope keeps its length.
+
+The method `tension` returns it [N], with the arguments of `imposed_tension`; `power` is what the winch supplies [W] at
+efforts u of all joints.
 """
 
 from math import sqrt
@@ -14,11 +17,10 @@ from typing import NamedTuple
 from crane_sim.files.types import Positive
 from crane_sim.models.effects import RopeSpring, add_spring, add_spring_energy
 from crane_sim.models.rotating_frame import inertial_acceleration
+from crane_sim.models.stops import WINCH
 from crane_sim.models.supports import support_acceleration, tip_acceleration, tip_mobility
 from crane_sim.models.supports.hoist import winch_acceleration
-from crane_sim.numerics.jit import generic
-
-Vector = tuple[float, float, float]
+from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract
 
 
 class ForceRope(NamedTuple):
@@ -26,17 +28,44 @@ class ForceRope(NamedTuple):
 
     spring: RopeSpring | None = None
 
+    def tension(self, p, pose, rope_state, tau, force, reaction):
+        """Return the tension: that of a rope which keeps its length where friction holds the winch."""
+        if p.friction is None or pose.free[WINCH]:
+            return winch_pull(self, tau, rope_state)
+        return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
+
+    def power(self, u, rope_state, tension):
+        """Return the power of the effort."""
+        return u[3] * rope_state.rate
+
 
 class MotionRope(NamedTuple):
     """A winch that imposes the rope's motion: its input is an acceleration [m/s²], or a velocity [m/s] with a lag."""
 
     time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
 
+    def tension(self, p, pose, rope_state, tau, force, reaction):
+        """Return the tension of the imposed acceleration."""
+        acceleration = winch_acceleration(self.time_constant, rope_state.rate, tau[3])
+        return imposed_tension(p, pose, rope_state, tau, force, reaction, acceleration)
+
+    def power(self, u, rope_state, tension):
+        """Return the power of the motion against the tension."""
+        return -tension * rope_state.rate
+
 
 class LockedRope(NamedTuple):
     """A braked winch."""
 
     length: Positive  # m
+
+    def tension(self, p, pose, rope_state, tau, force, reaction):
+        """Return the tension of a length that stays."""
+        return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
+
+    def power(self, u, rope_state, tension):
+        """Return that a brake supplies nothing."""
+        return 0.0
 
 
 class RopeKinematics(NamedTuple):
@@ -50,12 +79,10 @@ class RopeKinematics(NamedTuple):
 
 def rope_kinematics(pose, xc):
     """Return the RopeKinematics of payload state xc below a support in posture pose."""
-    ex, ey, ez = xc[0] - pose.tip[0], xc[1] - pose.tip[1], xc[2] - pose.tip[2]
-    vx, vy, vz = xc[3] - pose.tip_velocity[0], xc[4] - pose.tip_velocity[1], xc[5] - pose.tip_velocity[2]
-    length = sqrt(ex * ex + ey * ey + ez * ez)
-    inverse = 1.0 / length
-    n = (ex * inverse, ey * inverse, ez * inverse)
-    return RopeKinematics(n, length, n[0] * vx + n[1] * vy + n[2] * vz, (vx, vy, vz))
+    along, velocity = subtract(xc, pose.tip), subtract(xc[3:], pose.tip_velocity)
+    length = sqrt(dot(along, along))
+    n = scale(1.0 / length, along)
+    return RopeKinematics(n, length, dot(n, velocity), velocity)
 
 
 def swing_angles(rope_state):
@@ -67,57 +94,22 @@ def swing_angles(rope_state):
     return s1, c1, c2, (c1 * vy + s1 * vz) / rope_state.length, (c2 * vx + nx * (c1 * vz - s1 * vy)) / rope_state.length
 
 
-@generic
-def rope_tension(rope, p, pose, rope_state, tau, force, reaction):
-    """Return the tension [N].
+def winch_pull(rope, tau, rope_state):
+    """Return the tension [N] at which the efforts on a winch without inertia balance; 0 of one without an effort."""
+    return -add_spring(rope.spring, tau[3], rope_state.length) if isinstance(rope, ForceRope) else 0.0
+
+
+def imposed_tension(p, pose, rope_state, tau, force, reaction, length_acceleration):
+    """Return the tension [N] that gives the rope this second derivative of its length.
 
     Args:
-        rope: the rope's parameters; their type chooses the drive.
         p: the crane.
         pose, rope_state: posture of the support, RopeKinematics.
         tau: efforts of all joints; the winch's is the fourth.
         force: on the payload, the rope's left out (3,) [N].
         reaction: on the tip, the rope's left out (3,) [N].
+        length_acceleration: m/s².
     """
-    raise NotImplementedError
-
-
-@rope_tension.register(ForceRope)
-def _(rope, p, pose, rope_state, tau, force, reaction):
-    return winch_tension(p.friction, p, pose, rope_state, tau, force, reaction)
-
-
-@generic
-def winch_tension(friction, p, pose, rope_state, tau, force, reaction):
-    """Return the tension [N] of a force-driven winch with the joints' friction; other arguments of `rope_tension`."""
-    return winch_pull(p.cable, tau, rope_state)
-
-
-@generic
-def winch_pull(rope, tau, rope_state):
-    """Return the tension [N] at which the efforts on a winch without inertia balance; 0 of one without an effort."""
-    return 0.0
-
-
-@winch_pull.register(ForceRope)
-def _(rope, tau, rope_state):
-    return -add_spring(rope.spring, tau[3], rope_state.length)
-
-
-@rope_tension.register(MotionRope)
-def _(rope, p, pose, rope_state, tau, force, reaction):
-    return imposed_tension(
-        p, pose, rope_state, tau, force, reaction, winch_acceleration(rope.time_constant, rope_state.rate, tau[3])
-    )
-
-
-@rope_tension.register(LockedRope)
-def _(rope, p, pose, rope_state, tau, force, reaction):
-    return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
-
-
-def imposed_tension(p, pose, rope_state, tau, force, reaction, length_acceleration):
-    """Return the tension that gives the rope this second derivative of its length."""
     qdd = support_acceleration(p.support, pose, p.gravity, tau, reaction)
     relative, yaw_acceleration = tip_acceleration(p.support, pose, qdd)
     tip = inertial_acceleration(relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration)
@@ -137,73 +129,26 @@ def centripetal(pose, rope_state):
     return (vx * vx + vy * vy + vz * vz - rope_state.rate * rope_state.rate) / rope_state.length
 
 
-@generic
-def winch_power(rope, u, rope_state, tension):
-    """Return the power [W] that the winch supplies."""
-    return -tension * rope_state.rate
-
-
-@winch_power.register(ForceRope)
-def _(rope, u, rope_state, tension):
-    return u[3] * rope_state.rate
-
-
-@winch_power.register(LockedRope)
-def _(rope, u, rope_state, tension):
-    return 0.0
-
-
-@generic
 def add_rope_energy(rope, energy, length):
     """Return energy plus what the rope stores at this length."""
-    return energy
+    return add_spring_energy(rope.spring, energy, length) if isinstance(rope, ForceRope) else energy
 
 
-@add_rope_energy.register(ForceRope)
-def _(rope, energy, length):
-    return add_spring_energy(rope.spring, energy, length)
-
-
-@generic
-def limit_winch(rope, friction, u):
-    """Return u with the winch's command replaced by what a rope can transmit: tension."""
-    return u
-
-
-@limit_winch.register(ForceRope)
-def _(rope, friction, u):
-    return limit_to_pull(friction, u)
-
-
-@generic
-def limit_to_pull(friction, u):
-    """Return the result of `limit_winch` for a winch without inertia and with the joints' friction."""
+def limit_winch(p, u):
+    """Return the efforts u on crane p with the winch's command replaced by what a rope can transmit: tension."""
+    if not isinstance(p.cable, ForceRope) or (p.friction is not None and p.friction.rope is not None):
+        return u  # a winch with friction overcomes it to pay out, while the rope pulls
     return (u[0], u[1], u[2], min(u[3], 0.0))
 
 
 def without_rate(rope_state, xc):
     """Return the payload state whose rope neither runs out nor in."""
-    nx, ny, nz = rope_state.n
-    rate = rope_state.rate
-    return (xc[0], xc[1], xc[2], xc[3] - rate * nx, xc[4] - rate * ny, xc[5] - rate * nz)
+    return (xc[0], xc[1], xc[2], *subtract(xc[3:], scale(rope_state.rate, rope_state.n)))
 
 
-@generic
 def project_to_rope(rope, pose, xc):
     """Return the payload state put back on the rope: what the drive holds exactly, rounding must not undo."""
-    return xc
-
-
-@project_to_rope.register(LockedRope)
-def _(rope, pose, xc):
+    if not isinstance(rope, LockedRope):
+        return xc
     rope_state = rope_kinematics(pose, xc)
-    nx, ny, nz = rope_state.n
-    x, y, z = pose.tip
-    return (
-        x + rope.length * nx,
-        y + rope.length * ny,
-        z + rope.length * nz,
-        xc[3] - rope_state.rate * nx,
-        xc[4] - rope_state.rate * ny,
-        xc[5] - rope_state.rate * nz,
-    )
+    return without_rate(rope_state, (*add(pose.tip, scale(rope.length, rope_state.n)), *xc[3:]))

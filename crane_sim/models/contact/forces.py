@@ -18,19 +18,16 @@ from crane_sim.models.contact.rigid import (
     turn_of,
 )
 from crane_sim.models.contact.surface import (
-    CompliantContact,
     RigidContact,
     add_force,
     contact_point,
     displacement_at,
-    multiple,
     unit_normal_force,
 )
 from crane_sim.models.moving_base import rotate_to_base
-from crane_sim.models.suspended.load_dynamics import add, multiply
-from crane_sim.numerics.jit import generic
+from crane_sim.multibody.vectors import ZERO, add, multiply, scale
 
-OPEN = NormalForces(0, (0.0, 0.0, 0.0), NONE)
+OPEN = NormalForces(0, ZERO, NONE)
 
 
 class ContactResult(NamedTuple):
@@ -41,23 +38,13 @@ class ContactResult(NamedTuple):
     normal_forces: Any  # `NormalForces`, None where contact is not modelled
 
 
-@generic
 def count_contact_modes(contact):
-    """Return the number of floats of the contact's modes."""
-    return 0
+    """Return the number of floats of the contact's modes: one for each point, and of a rigid one that for stick."""
+    if contact is None:
+        return 0
+    return len(contact.points) + (1 if isinstance(contact, RigidContact) else 0)
 
 
-@count_contact_modes.register(RigidContact)
-def _(contact):
-    return len(contact.points) + 1  # 1 for a closed point each, then 1 for a load that sticks
-
-
-@count_contact_modes.register(CompliantContact)
-def _(contact):
-    return len(contact.points)  # 1 for a point that presses
-
-
-@generic
 def add_contact(contact, load, t, x, first, state, free):
     """Return the load's accelerations with contact.
 
@@ -67,11 +54,10 @@ def add_contact(contact, load, t, x, first, state, free):
         state: BodyState of the load.
         free: accelerations of the load alone: of its centre (3,) [m/s²] in the axes of the base, and α (3,) in its own.
     """
-    return ContactResult(free[0], free[1], None)
-
-
-@add_contact.register(RigidContact)
-def _(contact, load, t, x, first, state, free):
+    if contact is None:
+        return ContactResult(free[0], free[1], None)
+    if not isinstance(contact, RigidContact):
+        return add_compliant_contact(contact, load, t, x, first, state, free)
     if closed_count(contact, x, first) == 0:
         return ContactResult(free[0], free[1], OPEN)
     moved = displacement_at(contact.surface.motion, t)
@@ -94,18 +80,18 @@ def compute_contact_result(load, state, free, normal_forces):
     """Return the ContactResult of a load under normal forces; other arguments of `add_contact`."""
     force, moment = normal_forces.wrench
     own = rotate_to_base(state.rows, turn_of(load, state, moment))
-    return ContactResult(add(free[0], multiple(1.0 / load.mass, force)), add(free[1], own), normal_forces)
+    return ContactResult(add(free[0], scale(1.0 / load.mass, force)), add(free[1], own), normal_forces)
 
 
-@add_contact.register(CompliantContact)
-def _(contact, load, t, x, first, state, free):
+def add_compliant_contact(contact, load, t, x, first, state, free):
+    """Return the result of `add_contact` for points on springs and dampers."""
     moved, wrench, count = displacement_at(contact.surface.motion, t), NONE, 0
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
             point = contact_point(contact, i, moved, state)
             force = unit_normal_force(contact.surface, point)
             wrench, count = add_force(wrench, compliant_normal_force(contact, point), point.lever, force), count + 1
-    return compute_contact_result(load, state, free, NormalForces(count, (0.0, 0.0, 0.0), wrench))
+    return compute_contact_result(load, state, free, NormalForces(count, ZERO, wrench))
 
 
 def compliant_normal_force(contact, point):

@@ -15,17 +15,10 @@ from math import sqrt
 import numpy as np
 
 from crane_sim.models.contact.rigid import NONE, closed_count, closing_forces, turn_of
-from crane_sim.models.contact.surface import (
-    Wrench,
-    add_force,
-    contact_point,
-    multiple,
-    wrench_power,
-)
-from crane_sim.models.moving_base import cross, dot, rotate_to_base
-from crane_sim.models.suspended.load_dynamics import add, multiply
+from crane_sim.models.contact.surface import Wrench, add_force, contact_point, wrench_power
+from crane_sim.models.moving_base import rotate_to_base
+from crane_sim.multibody.vectors import add, cross, dot, multiply, scale
 from crane_sim.numerics.jit import routine
-from crane_sim.numerics.states import replace_field
 
 NEAR = 1e-9  # m: a point takes part in an impact of another one below this gap
 SWEEPS = 20_000  # at most
@@ -36,8 +29,8 @@ PARTS = 1e-3  # of the rest velocity: a point that leaves more slowly is closed
 def after_impulse(load, state, wrench):
     """Return the BodyState of the load after a wrench of impulses."""
     omega = add(state.omega, rotate_to_base(state.rows, turn_of(load, state, wrench.moment)))
-    velocity = add(state.velocity, multiple(1.0 / load.mass, wrench.force))
-    return replace_field(replace_field(state, "velocity", velocity), "omega", omega)
+    velocity = add(state.velocity, scale(1.0 / load.mass, wrench.force))
+    return state._replace(velocity=velocity, omega=omega)
 
 
 def mobility(load, state, lever, direction):

@@ -19,16 +19,9 @@ Accelerations that keep a gap g at zero leave rounding and the steps' errors to 
 from math import sqrt
 from typing import NamedTuple
 
-from crane_sim.models.contact.surface import (
-    ZERO,
-    Wrench,
-    add_force,
-    contact_point,
-    multiple,
-    unit_normal_force,
-)
-from crane_sim.models.moving_base import cross, dot, rotate_to_base
-from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
+from crane_sim.models.contact.surface import Wrench, add_force, contact_point, unit_normal_force
+from crane_sim.models.moving_base import rotate_to_base
+from crane_sim.multibody.vectors import IDENTITY, ZERO, add, combine, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.jit import routine
 
 NONE = Wrench(ZERO, ZERO)
@@ -65,18 +58,15 @@ def shares(count, place, lever):
 
 def unit_wrenches(contact, x, first, scene, count, rough):
     """Return the wrenches (3) of the unknowns, each 1; arguments of `slipping_forces`, rough: 1 with friction."""
-    (moved, state), place = scene, 0
-    a, b, c = NONE, NONE, NONE
+    (moved, state), place, wrenches = scene, 0, (NONE, NONE, NONE)
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
             point = contact_point(contact, i, moved, state)
-            factors, (fx, fy, fz) = shares(count, place, point.lever), unit_normal_force(contact.surface, point)
-            force = rough * fx, rough * fy, fz
-            a = add_force(a, factors[0], point.lever, force)
-            b = add_force(b, factors[1], point.lever, force)
-            c = add_force(c, factors[2], point.lever, force)
-            place += 1
-    return a, b, c
+            fx, fy, fz = unit_normal_force(contact.surface, point)
+            parts = zip(wrenches, shares(count, place, point.lever), strict=True)
+            force, place = (rough * fx, rough * fy, fz), place + 1
+            wrenches = tuple([add_force(wrench, factor, point.lever, force) for wrench, factor in parts])
+    return wrenches
 
 
 def lift_of(load, state, wrench):
@@ -94,8 +84,8 @@ def required_changes(contact, x, first, scene, count, lift, smooth):
     """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)); arguments of `closing_forces`."""
     (moved, state), place = scene, 0
     if count > 2:
-        back = add(lift, multiple(smooth, correction(contact, x, first, scene)))
-        return ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), multiple(-1.0, back)
+        back = add(lift, scale(smooth, correction(contact, x, first, scene)))
+        return IDENTITY, scale(-1.0, back)
     omega = multiply(state.rows, state.omega)
     row, other, missing, more = ZERO, ZERO, 0.0, 0.0
     for i in range(len(contact.points)):
@@ -119,47 +109,37 @@ def correction(contact, x, first, scene):
         if is_closed(x, first, i):
             point = contact_point(contact, i, moved, state)
             back = RATE * (2.0 * point.velocity[2] + RATE * point.gap)
-            sums = add(sums, multiple(back, shares(3, 0, point.lever)))
+            sums = add(sums, scale(back, shares(3, 0, point.lever)))
     return plane_through(contact, x, first, scene, sums)
 
 
 def plane_through(contact, x, first, scene, sums):
     """Return y (3,) of the plane y₀ + y₁ r_y - y₂ r_x whose sums over closed points with (1, r_y, -r_x) are given."""
-    a, b, c = ZERO, ZERO, ZERO
+    columns = ZERO, ZERO, ZERO
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
             factors = shares(3, 0, contact_point(contact, i, scene[0], scene[1]).lever)
-            a, b = add(a, multiple(factors[0], factors)), add(b, multiple(factors[1], factors))
-            c = add(c, multiple(factors[2], factors))
-    return solve_three(a, b, c, sums)
+            parts = zip(columns, factors, strict=True)
+            columns = tuple([add(column, scale(factor, factors)) for column, factor in parts])
+    return solve_three(columns, sums)
 
 
-def solve_three(a, b, c, right):
-    """Return the solution (3,) of a 3 × 3 system with the columns a, b, c."""
+def solve_three(columns, right):
+    """Return the solution (3,) of a 3 × 3 system with these columns."""
+    a, b, c = columns
     scale = 1.0 / dot(a, cross(b, c))
     return scale * dot(right, cross(b, c)), scale * dot(a, cross(right, c)), scale * dot(a, cross(b, right))
 
 
 def solve_unknowns(count, rows, columns, b):
     """Return y (3,) with rows · columns y = b, of which `count` (3 where there are more) are unknown."""
-    p, q, r = (
-        (dot(rows[0], columns[0]), dot(rows[1], columns[0]), dot(rows[2], columns[0])),
-        (dot(rows[0], columns[1]), dot(rows[1], columns[1]), dot(rows[2], columns[1])),
-        (dot(rows[0], columns[2]), dot(rows[1], columns[2]), dot(rows[2], columns[2])),
-    )
+    p, q, _ = products = [multiply(rows, column) for column in columns]
     if count == 1:
         return b[0] / p[0], 0.0, 0.0
     if count == 2:
         scale = 1.0 / (p[0] * q[1] - q[0] * p[1])
         return scale * (b[0] * q[1] - q[0] * b[1]), scale * (p[0] * b[1] - b[0] * p[1]), 0.0
-    return solve_three(p, q, r, b)
-
-
-def combine(wrenches, y):
-    """Return the sum of three wrenches times y (3,)."""
-    a, b, c = wrenches
-    force = add(add(multiple(y[0], a.force), multiple(y[1], b.force)), multiple(y[2], c.force))
-    return Wrench(force, add(add(multiple(y[0], a.moment), multiple(y[1], b.moment)), multiple(y[2], c.moment)))
+    return solve_three(products, b)
 
 
 @routine
@@ -175,11 +155,11 @@ def closing_forces(contact, load, x, first, scene, lift, smooth):
     """
     count = closed_count(contact, x, first)
     wrenches = unit_wrenches(contact, x, first, scene, count, smooth)
-    a, b, c = wrenches
-    columns = lift_of(load, scene[1], a), lift_of(load, scene[1], b), lift_of(load, scene[1], c)
+    columns = [lift_of(load, scene[1], wrench) for wrench in wrenches]
     rows, missing = required_changes(contact, x, first, scene, count, lift, smooth)
     y = solve_unknowns(count, rows, columns, missing)
-    return NormalForces(count, y, combine(wrenches, y))
+    forces, moments = zip(*wrenches, strict=True)
+    return NormalForces(count, y, Wrench(combine(forces, y), combine(moments, y)))
 
 
 @routine
@@ -202,7 +182,7 @@ def surface_level(contact, scene):
 def holding_forces(contact, load, x, first, scene, free):
     """Return the NormalForces that hold the load; three or more points are closed, free: as in `add_contact`."""
     state, (centre, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
-    force = multiple(load.mass, subtract(centre, free[0]))
+    force = scale(load.mass, subtract(centre, free[0]))
     turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
     wrench = Wrench(force, multiply(state.rows, turn))
     (fx, fy, fz), (mx, my, _), level = force, wrench.moment, surface_level(contact, scene)

@@ -12,13 +12,10 @@ normal force N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) /
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_sim.models.moving_base import cross, dot
-from crane_sim.models.suspended.load_dynamics import add, from_centre, multiply, subtract
-from crane_sim.numerics.jit import generic
+from crane_sim.models.suspended.load_dynamics import from_centre
+from crane_sim.multibody.vectors import ZERO, Vector, add, cross, dot, multiply, scale, subtract
+from crane_sim.multibody.vectors import scale as multiple  # noqa: F401  `falls` has it from here
 from crane_sim.trajectories.base_motion import Base, axis_at
-
-Vector = tuple[float, float, float]
-ZERO = (0.0, 0.0, 0.0)
 
 
 class Surface(NamedTuple):
@@ -80,33 +77,25 @@ class Wrench(NamedTuple):
     moment: Vector  # N m
 
 
-@generic
 def displacement_at(motion, t):
     """Return the Displacement of a surface at time t [s]."""
-    return Displacement(ZERO, ZERO, ZERO)
+    if motion is None:
+        return Displacement(ZERO, ZERO, ZERO)
+    axes = [axis_at(motion, t, i) for i in range(3)]
+    return Displacement(*zip(*axes, strict=True))
 
 
-@displacement_at.register(Base)
-def _(motion, t):
-    (x, vx, ax), (y, vy, ay), (z, vz, az) = axis_at(motion, t, 0), axis_at(motion, t, 1), axis_at(motion, t, 2)
-    return Displacement((x, y, z), (vx, vy, vz), (ax, ay, az))
-
-
-@generic
-def place_of(changes, contact, i, state):
+def place_of(contact, i, state):
     """Return (point number i of a load from its centre of mass (3,), in its axes; height of the surface)."""
-    return (contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]), contact.surface.height
-
-
-@place_of.register(PointChanges)
-def _(changes, contact, i, state):
-    k, points = state.number, changes.points
-    return from_centre(state, (points[k, i, 0], points[k, i, 1], points[k, i, 2])), changes.heights[k]
+    if contact.changes is None:
+        return (contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]), contact.surface.height
+    points, k = contact.changes.points, state.number
+    return from_centre(state, (points[k, i, 0], points[k, i, 1], points[k, i, 2])), contact.changes.heights[k]
 
 
 def contact_point(contact, i, moved, state):
     """Return point number i of a load; moved: Displacement of the surface, state: BodyState of the load."""
-    own, height = place_of(contact.changes, contact, i, state)
+    own, height = place_of(contact, i, state)
     lever = multiply(state.rows, own)
     velocity = add(state.velocity, multiply(state.rows, cross(state.omega, own)))
     gap = state.position[2] + lever[2] - height - moved.position[2]
@@ -126,14 +115,9 @@ def unit_normal_force(surface, point):
     return drag * vx, drag * vy, 1.0
 
 
-def multiple(factor, a):
-    """Return a vector (3,) times a factor."""
-    return factor * a[0], factor * a[1], factor * a[2]
-
-
 def add_force(wrench, factor, lever, force):
     """Return the sum of a wrench and of `factor` times a force [N] that acts at `lever` [m]."""
-    applied = multiple(factor, force)
+    applied = scale(factor, force)
     return Wrench(add(wrench.force, applied), add(wrench.moment, cross(lever, applied)))
 
 

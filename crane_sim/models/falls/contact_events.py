@@ -55,8 +55,8 @@ GRIP = 0.99  # part of the friction that may hold a load which comes to stick, s
 @routine
 def load_alone(p, t, x):
     """Return the load's accelerations without contact, see `load_acceleration`."""
-    pose, turn, tip, load, _ = kinematics_of(p, x)
-    pull = sum_falls(p, x, pose, turn, tip, load)
+    pose, tip, load, _ = kinematics_of(p, x)
+    pull = sum_falls(p, x, pose, tip, load)
     body, base = body_of(p, x), base_kinematics_at(p.base, p.gravity, t)
     given = load_force(p, body, t, airflow_at(p.wind, p.base, t, 0.0), base, load)
     return load_acceleration(p, body, base, load, pull, given)

@@ -36,24 +36,33 @@ from crane_sim.models.moving_base import (
     imposed_acceleration,
     rotate_to_base,
     to_turned_axes,
-    turned_about_z,
 )
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports import (
-    add_yaw_moment,
+from crane_sim.models.supports.backlash import drive_accelerations, play_power
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
+from crane_sim.models.supports.joint_modes import write_friction_rates
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
+from crane_sim.models.supports.support import (
+    Dynamics,
+    Posture,
+    Support,
+    accelerations,
+    arm_of,
+    bare_tip,
+    base_efforts,
+    compute_dynamics,
+    compute_posture,
     coordinate_count,
     drive_power,
-    forward_kinematics,
-    support_acceleration,
-    with_base,
-    with_wind,
-    yaw,
+    joint_efforts,
+    net_efforts,
+    prescribed_accelerations,
+    read_state,
+    tip_efforts,
+    wind_efforts,
+    yaw_efforts,
 )
-from crane_sim.models.supports.backlash import joint_efforts, play_power, write_drive_accelerations
-from crane_sim.models.supports.friction_modes import write_friction_rates
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
-from crane_sim.models.suspended.crane import load_force, support_state, tip_motion, to_base_axes
+from crane_sim.models.suspended.crane import load_force
 from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, current_load, exchange_modes
 from crane_sim.models.suspended.load_dynamics import (
     BodyState,
@@ -65,8 +74,10 @@ from crane_sim.models.suspended.load_dynamics import (
     multiply,
     subtract,
 )
-from crane_sim.models.wind_load import airflow_at, turned_flow
-from crane_sim.numerics.elementary import sincos
+from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody import linear
+from crane_sim.multibody.tree import to_tree_axes
+from crane_sim.multibody.vectors import scale
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.wind import Wind
@@ -86,7 +97,7 @@ class Falls(NamedTuple):
 class FallsCrane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Any  # of `crane_sim.models.supports`
+    support: Support
     falls: Falls
     load: RigidLoad  # its attachment is where loads that are exchanged meet
     hoist: Hoist | ReevedHoist | None = None
@@ -126,7 +137,8 @@ class Pull(NamedTuple):
 class FallsSolution(NamedTuple):
     """Motion and forces at one instant."""
 
-    pose: NamedTuple  # of the support
+    pose: Posture  # of the support
+    dynamics: Dynamics
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the falls' common length
     centre: tuple[float, float, float]  # m/s², of the load
@@ -134,8 +146,9 @@ class FallsSolution(NamedTuple):
     load: BodyState
     pull: Pull
     given: Any  # by `load_force`
-    tip_force: tuple[float, float, float]  # N, of all falls on the tip, in the support's frame
-    tau: Any  # efforts on the joints, with those that base and falls add
+    tip_force: tuple[float, float, float]  # N, of all falls on the tip, in the tree's axes
+    tau: Any  # efforts on the coordinates of drives, springs, base, wind and falls
+    net: Any  # what accelerates the coordinates: `net_efforts`
     command: Any  # efforts of the drives
     base: Any
     normal_forces: Any  # of contact, None without
@@ -186,19 +199,18 @@ def body_of(p, x):
     return current_load(p.exchange, p.load, x, exchange_index(p))
 
 
-def fall_state(falls, i, pose, turn, tip, load, length):
+def fall_state(falls, i, pose, tip, load, length):
     """Return Fall number i.
 
     Args:
         falls, i: the falls, number of this one.
-        pose, turn: posture of the support, sine and cosine of its yaw.
+        pose: posture of the support.
         tip: (position, velocity) of the tip relative to the base.
         load: BodyState.
         length: (unstretched length without the offset, its rate).
     """
-    s, c = turn
     top = falls.top[i, 0], falls.top[i, 1], falls.top[i, 2]
-    arm = to_base_axes(top, s, c)
+    arm = arm_of(pose, top)
     bottom = from_centre(load, (falls.bottom[i, 0], falls.bottom[i, 1], falls.bottom[i, 2]))
     lever, moves = multiply(load.rows, bottom), multiply(load.rows, cross(load.omega, bottom))
     dx, dy, dz = subtract(add(tip[0], arm), add(load.position, lever))
@@ -230,18 +242,18 @@ def without_push(fall):
     return Fall(fall.n, fall.lever, fall.top, fall.spring, 0.0, -fall.spring * fall.rate, fall.rate)
 
 
-def sum_falls(p, x, pose, turn, tip, load):
+def sum_falls(p, x, pose, tip, load):
     """Return the Pull of all falls; arguments of `fall_state`."""
     nq, _, modes = falls_layout(p)
     force, moment, couple, paid, damping = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     length = common_length(p.hoist, p, x, nq)
     for i in range(len(p.falls.offset)):
         taut = x[modes + i]
-        fall = taut_fall(p.contact, fall_state(p.falls, i, pose, turn, tip, load, length))
+        fall = taut_fall(p.contact, fall_state(p.falls, i, pose, tip, load, length))
         tension = taut * fall.tension
         pull = tension * fall.n[0], tension * fall.n[1], tension * fall.n[2]
         force, moment = add(force, pull), add(moment, cross(fall.lever, pull))
-        fx, fy, _ = to_turned_axes(pull, turn[0], turn[1])
+        fx, fy, _ = to_turned_axes(pull, *pose.heading)
         couple -= fall.top[0] * fy - fall.top[1] * fx
         strain = taut * fall.spring * fall.spring / (2.0 * p.falls.axial_stiffness[i])
         paid += tension + strain
@@ -252,33 +264,31 @@ def sum_falls(p, x, pose, turn, tip, load):
 def kinematics_of(p, x):
     """Return what `fall_state` takes besides the falls and a number, in state x."""
     nq, _, _ = falls_layout(p)
-    xs = support_state(p.support, x, nq)
-    pose, (s, c) = forward_kinematics(p.support, xs), sincos(yaw(p.support, xs))
-    return pose, (s, c), tip_motion(pose, s, c), body_state(p, x), common_length(p.hoist, p, x, nq)
+    pose = compute_posture(p.support, read_state(p.support, x, nq))
+    return pose, bare_tip(pose), body_state(p, x), common_length(p.hoist, p, x, nq)
 
 
 @routine
 def solve_dynamics(p, t, x, tau):
     """Return motion and forces at time t in state x under joint efforts tau."""
     nq, _, _ = falls_layout(p)
-    xs = support_state(p.support, x, nq)
-    pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
-    (s, c), load, body = sincos(angle), body_state(p, x), body_of(p, x)
-    pull = sum_falls(p, x, pose, (s, c), tip_motion(pose, s, c), load)
-    flow, turned = airflow_at(p.wind, p.base, t, 0.0), turned_about_z(base, angle)
+    pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
+    load, body, turn = body_state(p, x), body_of(p, x), pose.kinematics.turn
+    pull, flow = sum_falls(p, x, pose, bare_tip(pose), load), airflow_at(p.wind, p.base, t, 0.0)
     given = load_force(p, body, t, flow, base, load)
-    command, tau = tau, joint_efforts(p.support, tau, pose)
-    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), turned_flow(flow, angle), turned, pose)
-    tau = add_yaw_moment(p.support, tau, pull.couple)
-    fx, fy, fz = to_turned_axes(pull.force, s, c)
-    tip_force = -fx, -fy, -fz
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, tip_force)
+    dynamics = compute_dynamics(p.support, pose)
+    efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
+    efforts = linear.add(efforts, wind_efforts(pose, flow, base))
+    efforts = linear.add(efforts, yaw_efforts(pose, pull.couple))
+    tip_force = scale(-1.0, to_tree_axes(turn, pull.force))
+    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, tip_force))
+    qdd = accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
     motion, at = (*common_length(p.hoist, p, x, nq), p.gravity), (nq + coordinate_count(p.support), winch_index(p))
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
     centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
     return FallsSolution(
-        pose, qdd, length, centre, alpha, load, pull, given, tip_force, tau, command, base, normal_forces
+        pose, dynamics, qdd, length, centre, alpha, load, pull, given, tip_force, efforts, net, tau, base, normal_forces
     )
 
 
@@ -323,8 +333,9 @@ def write_falls_derivative(p, t, x, u, out):
     out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
     for i in range(2 * nq, len(out)):
         out[i] = 0.0
-    write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
-    write_friction_rates(p.support, solved.pose, out)
+    for k, drive_acc in enumerate(drive_accelerations(p.support.drives, solved.command, solved.pose.state)):
+        out[nq + len(solved.support) + k] = drive_acc
+    write_friction_rates(p.support, solved.pose.state, out)
     if modes > 2 * nq:
         out[2 * nq] = falls_power(p, t, x, solved)
 
@@ -334,11 +345,10 @@ def falls_power(p, t, x, solved):
     (nq, _, _), body = falls_layout(p), body_of(p, x)
     load, pull, motion = solved.load, solved.pull, (*common_length(p.hoist, p, x, nq), solved.length)
     given, moment = solved.given
-    reaction = (-pull.force[0], -pull.force[1], -pull.force[2])  # only a driven point, which never turns, asks for it
-    power = drive_power(p.support, solved.tau, solved.pose, reaction)
-    power += play_power(p.support, solved.pose, solved.command)
+    power = drive_power(solved.pose, solved.tau, solved.tip_force)
+    power += play_power(p.support.drives, solved.command, solved.pose.state)
     mode = winch_mode(p.hoist, x, winch_index(p))
-    winch = winch_power(p.hoist, solved.tau, mode, motion, pull.paid, p.gravity)
+    winch = winch_power(p.hoist, solved.command, mode, motion, pull.paid, p.gravity)
     power += winch + imposed_load_power(solved.base, body, load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
     return add_contact_power(solved.normal_forces, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)

@@ -37,30 +37,10 @@ from crane_sim.models.falls.winch import after_friction_guard, falls_winch_guard
 from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
-from crane_sim.models.supports import (
-    coordinate_count,
-    friction_state_count,
-    support_guard,
-    support_kinetic,
-    support_polyline,
-    support_polyline_size,
-    support_potential,
-    yaw,
-)
-from crane_sim.models.supports.actuated_support import takes_energy
 from crane_sim.models.supports.actuation import hoist_entry
-from crane_sim.models.supports.backlash import (
-    describe_drive,
-    drive_count,
-    initialize_support_modes,
-    switch_drive,
-    to_coordinate_order,
-    to_joint_order,
-    with_support_switching,
-)
-from crane_sim.models.supports.driven_point import Point
+from crane_sim.models.supports.backlash import describe_drive
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.friction import step_control_of
-from crane_sim.models.supports.friction_modes import any_joint_sticks, sticking_guard
 from crane_sim.models.supports.hoist import (
     MotionHoist,
     PrescribedHoist,
@@ -68,13 +48,30 @@ from crane_sim.models.supports.hoist import (
     hoist_reflected_mass,
     limit_hoist,
 )
+from crane_sim.models.supports.joint_modes import (
+    any_joint_sticks,
+    initialize_modes,
+    sticking_guard,
+    support_guard,
+    switch_drive,
+    with_support_switching,
+)
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
-from crane_sim.models.suspended.crane import support_state, to_base_axes
+from crane_sim.models.supports.support import (
+    coordinate_count,
+    drive_count,
+    friction_state_count,
+    polyline,
+    polyline_size,
+    read_state,
+    takes_energy,
+    to_coordinate_order,
+    to_joint_order,
+)
 from crane_sim.models.suspended.exchange import count_exchanges, exchange_guard, with_exchange_switching
 from crane_sim.models.suspended.load_dynamics import load_base_energy, turning_energy
-from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_entries
+from crane_sim.models.suspended.outputs import effort_entries, support_added_energy, support_energies, support_entries
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
-from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
@@ -118,7 +115,7 @@ def _(p, t, q, v):
     if hoist_modes(p.hoist) > 0:
         x[winch_index(p)] = np.sign(x[nq + coordinate_count(p.support)])
     fill_contact(p.contact, p, t, x)
-    initialize_support_modes(p.support, x, support_state(p.support, x, nq))
+    initialize_modes(p.support, x, read_state(p.support, x, nq))
     return x
 
 
@@ -165,17 +162,18 @@ def falls_energies(p, base, x):
     """Return (kinetic, potential) energy [J] relative to the base, and those that it adds; base: BaseState or None."""
     nq, _, modes = falls_layout(p)
     kinematics = kinematics_of(p, x)
-    pose, (s, c), _, load, (length, rate) = kinematics
+    pose, _, load, (length, rate) = kinematics
     (vx, vy, vz), body = load.velocity, body_of(p, x)
     m = body.mass
     wound, _ = winch_energy(p.hoist, length, rate, p.gravity)
-    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
+    moving, sprung = support_energies(p.support, pose, p.gravity)
+    kinetic = moving + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
     kinetic += 0.5 * m * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
-    potential = support_potential(p.support, pose, p.gravity) + m * p.gravity * load.position[2]
+    potential = sprung + m * p.gravity * load.position[2]
     for i in range(len(p.falls.offset)):
         spring, rest = fall_state(p.falls, i, *kinematics).spring, length + p.falls.offset[i]
         potential += x[modes + i] * 0.5 * spring * spring * rest / p.falls.axial_stiffness[i]
-    first, second = support_added_energy(base, p, pose, s, c), load_base_energy(base, body, load, p.gravity)
+    first, second = support_added_energy(base, pose, p.gravity), load_base_energy(base, body, load, p.gravity)
     return kinetic, potential, first[0] + second[0], first[1] + second[1]
 
 
@@ -197,21 +195,20 @@ def _(p, t, x):
 
 @system.point_count.register(FallsCrane)
 def _(p):
-    return support_polyline_size(p.support) + 1
+    return polyline_size(p.support) + 1
 
 
 @system.tip_index.register(FallsCrane)
 def _(p):
-    return support_polyline_size(p.support) - 1
+    return polyline_size(p.support) - 1
 
 
 @system.points.register(FallsCrane)
 def _(p, t, x, out):
     nq, first, _ = falls_layout(p)
-    base, xs, i = pose_at(p.base, t), support_state(p.support, x, nq), 0
-    s, c = sincos(yaw(p.support, xs))
-    for point in support_polyline(p.support, xs):
-        out[i, 0], out[i, 1], out[i, 2] = to_world(base, to_base_axes(point, s, c))
+    base, i = pose_at(p.base, t), 0
+    for point in polyline(p.support, read_state(p.support, x, nq)):
+        out[i, 0], out[i, 1], out[i, 2] = to_world(base, point)
         i += 1
     out[i, 0], out[i, 1], out[i, 2] = to_world(base, (x[first], x[first + 1], x[first + 2]))
 
@@ -239,7 +236,7 @@ def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or np.any(p.falls.relaxation)
     lossy = lossy or p.contact is not None or p.exchange is not None or takes_energy(p.support)
     imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
-    imposed = imposed or isinstance(p.support, Point) or p.base is not None
+    imposed = imposed or isinstance(p.support.structure, DrivenPoint) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 
@@ -277,10 +274,10 @@ def _(p, t, x, u, work):
 @routine
 def sticking_joints_guard(p, t, x, u, best):
     """Return (guard, evaluations): the smallest one of `best` and of the guards of joints that friction holds."""
-    if not any_joint_sticks(p.support, support_state(p.support, x, falls_layout(p)[0])):
+    if not any_joint_sticks(p.support, read_state(p.support, x, falls_layout(p)[0])):
         return best, 0
     solved = solve_dynamics(p, t, x, system.effort(u, p, t, x))
-    return sticking_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force), 1
+    return sticking_guard(p.support, best, solved.pose.state, solved), 1
 
 
 @routine
@@ -306,7 +303,7 @@ def stops_guard(stops, p, x, nq):
 def _(stops, p, x, nq):
     length, rate = common_length(p.hoist, p, x, nq)
     best = length_guard(stops, length, rate)
-    return support_guard(p.support, best, support_state(p.support, x, nq))
+    return support_guard(p.support, best, read_state(p.support, x, nq))
 
 
 @system.apply_reset_map.register(FallsCrane)
@@ -328,7 +325,7 @@ def switch_fall(p, x, number):
     nq, _, modes = falls_layout(p)
     kind, i, _ = decode(number)
     if kind != Guard.LINK:
-        return switch_drive(p.support, x, support_state(p.support, x, nq), number)
+        return switch_drive(p.support, x, read_state(p.support, x, nq), number)
     y = x.copy()
     y[modes + i] = 1.0 - x[modes + i]
     if modes > 2 * nq:  # a slack rope loses what its spring held against the damper

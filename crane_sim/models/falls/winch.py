@@ -16,11 +16,11 @@ from crane_sim.models.falls.crane import (
 )
 from crane_sim.models.guards import friction_event
 from crane_sim.models.stops import WINCH
-from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.friction_modes import friction_state_offset, mode_after_guard
 from crane_sim.models.supports.hoist import hoist_modes
+from crane_sim.models.supports.joint_modes import friction_state_index, mode_after_guard
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, mode_of_stopped_winch, winch_guard, winch_mode
 from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
+from crane_sim.models.supports.support import coordinate_count
 from crane_sim.numerics.jit import generic, routine
 
 
@@ -40,8 +40,8 @@ def reeved_guard(hoist, best, p, t, x, u):
     """Return the result of `falls_winch_guard` for a rope over sheaves."""
     if hoist_modes(hoist) == 0:
         return best
-    pose, turn, tip, load, motion = kinematics_of(p, x)
-    paid = sum_falls(p, x, pose, turn, tip, load).paid
+    pose, tip, load, motion = kinematics_of(p, x)
+    paid = sum_falls(p, x, pose, tip, load).paid
     mode = winch_mode(hoist, x, winch_index(p))
     return winch_guard(hoist, best, system.effort(u, p, t, x), mode, (*motion, p.gravity), paid)
 
@@ -73,11 +73,11 @@ def after_winch_guard(p, t, x, tau):
 def after_joint_guard(p, t, x, tau, joint):
     """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
     nq, _, _ = falls_layout(p)
-    x, k = x.copy(), len(x) - friction_state_offset(p.support, joint)
+    x, k = x.copy(), friction_state_index(p.support, x, joint)
     mode_before = x[k]
     x[nq + joint], x[k] = (0.0 if mode_before != 0.0 else x[nq + joint]), 0.0
     solved = solve_dynamics(p, t, x, tau)
-    x[k] = mode_after_guard(p.support, joint, mode_before, (solved.pose, solved.tau), p.gravity, solved.tip_force)
+    x[k] = mode_after_guard(p.support, joint, mode_before, solved)
     return x, friction_event(joint, x[k])
 
 

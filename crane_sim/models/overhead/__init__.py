@@ -3,40 +3,36 @@
 Equations: Brogliato, "Lagrange dynamics of lumped-mass multibody models of overhead cranes", written in link tensions.
 
 A state is positions, their rates, the energy supplied where there is a meter, and modes: an array, of small models a
-tuple. What `shared_implementations` needs of a model beside its fields is here.
+tuple. Positions are those of trolley, bridge, hoist and cable. What a kind of crane never has is None in its class.
 """
 
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.models.energy_meter import meter_size
+from crane_sim.models.supports.hoist import hoist_coordinates
 
 
-@generic
+def count_axes(p):
+    """Return the number of axes: 2 on a bridge."""
+    return 1 if p.bridge is None else 2
+
+
 def layout_of(p):
     """Return (number nq of coordinates, index of the first link's or node's, index of the first mode)."""
-    raise NotImplementedError
+    first = count_axes(p) + hoist_coordinates(p.hoist)
+    nq = first + p.cable_coordinates()
+    return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
-@generic
-@routine
-def energies(p, x):
-    """Return (kinetic, potential) energy [J], as `system.kinetic` and `system.potential` do."""
-    raise NotImplementedError
+def first_link(p, x):
+    """Return (length, rate) of the first link, at rest if it is elastic: of a cable with an array of lengths."""
+    if p.hoist is None:
+        return p.cable.lengths[0], 0.0
+    nq, first, _ = layout_of(p)
+    return x[first - 1], x[nq + first - 1]
 
 
-@generic
-@routine
-def smallest_guard(p, t, x, tau, work):
-    """Return the result of `system.guard` at joint efforts tau."""
-    raise NotImplementedError
-
-
-@generic
-def mode_of_stopped_axis(p, t, x, tau, axis, mode):
-    """Return the friction's new mode of an axis whose guard has failed in `mode`, which is at rest."""
-    raise NotImplementedError
-
-
-@generic
-@routine
-def switch(p, t, x, tau, number):
-    """Return the result of `system.apply_reset_map` at joint efforts tau."""
-    raise NotImplementedError
+def trolley_motion(p, x):
+    """Return position [m] and velocity [m/s] (3,) of the trolley relative to the base."""
+    nq, _, _ = layout_of(p)
+    if p.bridge is None:
+        return (x[0], 0.0, 0.0), (x[nq], 0.0, 0.0)
+    return (x[0], x[1], 0.0), (x[nq], x[nq + 1], 0.0)

@@ -13,15 +13,14 @@ from crane_sim.models.cables.chain import (
     RHS_ACROSS,
     RHS_ALONG,
     SIN,
-    Rods,
-    add_node_acceleration,
+    add_couple,
 )
-from crane_sim.models.moving_base import BaseKinematics, imposed_acceleration, pose_at, to_world
+from crane_sim.models.cables.chain_3d import follow_link, row_of
+from crane_sim.models.moving_base import imposed_acceleration, pose_at, to_world
+from crane_sim.models.overhead import first_link, trolley_motion
 from crane_sim.models.supports.rails import axis_mass
-from crane_sim.numerics.jit import generic
-from crane_sim.trajectories.base_motion import AnyBase
+from crane_sim.multibody.vectors import ZERO, add, dot
 
-Moving = AnyBase
 NO_LOAD = -0.0
 """Contribution of a base at rest: adding -0.0 does not even change the sign of a zero."""
 
@@ -34,56 +33,36 @@ class Load(NamedTuple):
     power: float  # W
 
 
-@generic
-def axes_load(base, trolley, bridge, share, position, velocity):
-    """Return the Load of trolley and bridge alone.
-
-    Args:
-        base: see `moving_base.base_kinematics_at`.
-        trolley, bridge: axes; None where there is no bridge. Prescribed motion has no load.
-        share: of the mass that the bridge moves, fraction at the trolley's position; the remainder is at x = 0.
-        position, velocity: of the trolley along x and y [m], [m/s].
-    """
-    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
+REST = Load(NO_LOAD, NO_LOAD, NO_LOAD)
 
 
-@axes_load.register(BaseKinematics)
-def _(base, trolley, bridge, share, position, velocity):
-    (x, y), (vx, vy) = position, velocity
-    along = axis_mass(trolley) * imposed_acceleration(base, (x, y, 0.0), (vx, vy, 0.0))[0]
-    across = axis_mass(bridge) * imposed_acceleration(base, (share * x, y, 0.0), (share * vx, vy, 0.0))[1]
+def axes_load(base, p, x):
+    """Return the Load of trolley and bridge alone; an axis with prescribed motion has none."""
+    if base is None:
+        return REST
+    (rx, ry, _), (vx, vy, _) = motion = trolley_motion(p, x)
+    along = axis_mass(p.trolley) * imposed_acceleration(base, *motion)[0]
+    across = axis_mass(p.bridge) * imposed_acceleration(base, (p.share * rx, ry, 0.0), (p.share * vx, vy, 0.0))[1]
     return Load(along, across, along * vx + across * vy)
 
 
 def imposed_gradient(base, r, v):
     """Return the change (3,) [m/s²] of the imposed acceleration for a change of position by r [m], of velocity by v."""
-    turning = BaseKinematics(base.velocity, (0.0, 0.0, 0.0), base.angular_velocity, base.angular_acceleration)
-    return imposed_acceleration(turning, r, v)
+    return imposed_acceleration(base._replace(imposed=ZERO), r, v)
 
 
-@generic
-def add_links_load(base, trolley, rods, w, x, v, rate):
-    """Add the accelerations imposed on the nodes of a chain in the plane to its work array w.
-
-    Args:
-        base: see `moving_base.base_kinematics_at`.
-        trolley: the axis that carries the chain.
-        rods: the links' inertia, None where they have none.
-        w: work array of `chain`.
-        x, v: position [m] and velocity [m/s] of the trolley.
-        rate: of the first link's length [m/s].
+def add_links_load(base, p, x, w):
+    """Add the accelerations imposed on the nodes of a chain in the plane to the work array w of `chain`.
 
     Returns:
         The Load of trolley and links; its force along the rail is still to be added.
     """
-    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
-
-
-@add_links_load.register(BaseKinematics)
-def _(base, trolley, rods, w, x, v, rate):
-    ax, _, az = imposed_acceleration(base, (x, 0.0, 0.0), (v, 0.0, 0.0))
-    load, couples = axis_mass(trolley) * ax, add_rods_load(rods, base, w)
-    vx, vz, power, paid = v, 0.0, load * v + couples.power, rate
+    if base is None:
+        return REST
+    _, (vx, _, vz) = motion = trolley_motion(p, x)
+    ax, _, az = imposed_acceleration(base, *motion)
+    load, couples = axis_mass(p.trolley) * ax, add_rods_load(p.rods, base, w)
+    power, paid = load * vx + couples.power, first_link(p, x)[1]
     for k in range(w.shape[1] - 1):
         s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
         dx, dz = paid * s + swing * c, swing * s - paid * c
@@ -98,69 +77,41 @@ def _(base, trolley, rods, w, x, v, rate):
     return Load(load + couples.x, NO_LOAD, power)
 
 
-@generic
 def add_rods_load(rods, base, w):
     """Add the effect of the base's rotation on links with a moment of inertia; return their Load."""
-    return Load(NO_LOAD, NO_LOAD, NO_LOAD)
-
-
-@add_rods_load.register(Rods)
-def _(rods, base, w):
+    if rods is None:
+        return REST
     power, pull = 0.0, 0.0
     for k in range(len(rods.inertia)):
         couple = rods.inertia[k] * base.angular_acceleration[1]  # angles of links grow against turns about y
         force = couple / w[LENGTH, k]
         power += couple * w[RATE, k]
-        if k > 0:
-            acc = -force * w[INV_MASS, k - 1]
-            add_node_acceleration(w, k, acc * w[COS, k], acc * w[SIN, k])
-        else:
+        if k == 0:
             pull = -force * w[COS, 0]
-        acc = force * w[INV_MASS, k]
-        add_node_acceleration(w, k + 1, acc * w[COS, k], acc * w[SIN, k])
+        add_couple(w, k, force)
     return Load(pull, NO_LOAD, power)
 
 
-@generic
-def add_nodes_load(base, links, position, velocity, rate, acc):
-    """Add the accelerations imposed on the nodes of a chain in space to acc; return their power [W].
+def add_nodes_load(base, p, x, links, acc):
+    """Add the accelerations imposed on the nodes of a chain in space to acc (N + 1, 3); return their power [W].
 
-    Args:
-        base: see `moving_base.base_kinematics_at`.
-        links: `directions.Directions`.
-        position, velocity: of the trolley along x and y [m], [m/s].
-        rate: of the first link's length [m/s].
-        acc: (N + 1, 3) [m/s²].
+    `links` are `chain_3d.Directions`.
     """
-    return NO_LOAD
-
-
-@add_nodes_load.register(BaseKinematics)
-def _(base, links, position, velocity, rate, acc):
-    (x, y), (vx, vy), z, vz, power, paid = position, velocity, 0.0, 0.0, 0.0, rate
+    if base is None:
+        return NO_LOAD
+    (r, v), power, paid = trolley_motion(p, x), 0.0, first_link(p, x)[1]
     for k in range(len(links.squared_rates)):
-        length = links.lengths[k]
-        x, y, z = x + length * links.units[k, 0], y + length * links.units[k, 1], z + length * links.units[k, 2]
-        vx += length * links.rates[k, 0] + paid * links.units[k, 0]
-        vy += length * links.rates[k, 1] + paid * links.units[k, 1]
-        vz += length * links.rates[k, 2] + paid * links.units[k, 2]
-        ax, ay, az = imposed_acceleration(base, (x, y, z), (vx, vy, vz))
-        acc[k + 1, 0] += ax
-        acc[k + 1, 1] += ay
-        acc[k + 1, 2] += az
-        power += (ax * vx + ay * vy + az * vz) / links.inv_masses[k]
+        r, v = follow_link(links, k, r, v, paid)
+        imposed = imposed_acceleration(base, r, v)
+        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = add(row_of(acc, k + 1), imposed)
+        power += dot(imposed, v) / links.inv_masses[k]
         paid = 0.0
     return power
 
 
-@generic
 def to_world_in_place(base, t, out):
     """Transform points (N, 3) [m] in `out` from the base to the world at time t [s]."""
-    pose = pose_at(base, t)
-    for k in range(len(out)):
-        out[k, 0], out[k, 1], out[k, 2] = to_world(pose, (out[k, 0], out[k, 1], out[k, 2]))
-
-
-@to_world_in_place.register(type(None))
-def _(base, t, out):
-    pass
+    if base is not None:
+        pose = pose_at(base, t)
+        for k in range(len(out)):
+            out[k, 0], out[k, 1], out[k, 2] = to_world(pose, row_of(out, k))

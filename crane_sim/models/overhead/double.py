@@ -8,8 +8,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 from crane_sim import system
-from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
-from crane_sim.models.overhead import layout_of
+from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.elementary import sincos
@@ -32,6 +31,12 @@ class DoubleCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     energy_meter: Meter | None = None
 
+    bridge = hoist = event_limits = None
+
+    def cable_coordinates(self):
+        """Return the number of angles."""
+        return 2
+
 
 def double_dynamics(p, t, x, tau):
     """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
@@ -51,26 +56,18 @@ def double_dynamics(p, t, x, tau):
     return (trolley, turning1, turning2), (tension1, tension2), s1
 
 
-@layout_of.register(DoubleCrane)
-def _(p):
-    return 3, 1, 6 + meter_size(p.energy_meter)
-
-
 @system.rhs.register(DoubleCrane)
-def _(p, t, x, u):
+def state_derivative(p, t, x, u):
+    """Return the derivative of the state."""
     tau = system.effort(u, p, t, x)
     acceleration, tension, s1 = double_dynamics(p, t, x, tau)
     power = meter_entry(p.energy_meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
     return (x[3], x[4], x[5], *acceleration, *power)
 
 
-@system.acceleration.register(DoubleCrane)
-def _(p, t, x, u):
-    return double_dynamics(p, t, x, system.effort(u, p, t, x))[0]
-
-
 @system.kinetic.register(DoubleCrane)
-def _(p, x):
+def kinetic_energy(p, x):
+    """Return the kinetic energy [J]."""
     cable = p.cable
     u1, u2 = cable.length1 * x[4], cable.length2 * x[5]
     vx, vz = x[3] + u1 * cos(x[1]), u1 * sin(x[1])
@@ -80,34 +77,38 @@ def _(p, x):
 
 
 @system.potential.register(DoubleCrane)
-def _(p, x):
+def potential_energy(p, x):
+    """Return the potential energy [J]."""
     cable = p.cable
     upper = (cable.mass1 + cable.mass2) * cable.length1 * cos(x[1])
     return -p.gravity * (upper + cable.mass2 * cable.length2 * cos(x[2]))
 
 
 @system.link_count.register(DoubleCrane)
-def _(p):
+def count_links(p):
+    """Return the number of links."""
     return 2
 
 
 @system.tensions.register(DoubleCrane)
-def _(p, t, x, u, rows, i, first):
+def write_tensions(p, t, x, u, rows, i, first):
+    """Write both tensions [N]."""
     store(rows, i, first, double_dynamics(p, t, x, system.effort(u, p, t, x))[1])
 
 
 @system.power.register(DoubleCrane)
-def _(p, t, x, u):
+def external_power(p, t, x, u):
+    """Return the power [W] of the trolley's drive."""
     tau = system.effort(u, p, t, x)
     _, tension, s1 = double_dynamics(p, t, x, tau)
     return axis_power(p.trolley, tau, 0, x[3], tension[0] * s1)
 
 
 @system.points.register(DoubleCrane)
-def _(p, t, x, out):
+def write_points(p, t, x, out):
+    """Write trolley and nodes."""
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
-    for k in range(2):
-        length = p.cable.length1 if k == 0 else p.cable.length2
+    for k, length in enumerate((p.cable.length1, p.cable.length2)):
         out[k + 1, 0] = out[k, 0] + length * sin(x[1 + k])
         out[k + 1, 1] = 0.0
         out[k + 1, 2] = out[k, 2] - length * cos(x[1 + k])

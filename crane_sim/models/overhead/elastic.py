@@ -12,16 +12,19 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.models.energy_meter import Meter, meter_size
-from crane_sim.models.moving_base import BaseKinematics, base_kinematics_at, imposed_acceleration
-from crane_sim.models.overhead.base_load import NO_LOAD, Moving, axes_load
-from crane_sim.models.overhead.modes import EventLimits, get_mode, get_payload_mass
-from crane_sim.models.overhead.node_forces import NodeForces
-from crane_sim.models.overhead.payload_wind import add_elastic_wind
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_power, hoist_response
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration
+from crane_sim.models.overhead import count_axes, first_link, layout_of, trolley_motion
+from crane_sim.models.overhead.base_load import NO_LOAD, axes_load
+from crane_sim.models.overhead.modes import EventLimits, get_mode, mass_of
+from crane_sim.models.overhead.node_forces import NodeForce
+from crane_sim.models.overhead.payload_wind import payload_force
+from crane_sim.models.supports.hoist import Hoist, hoist_power, hoist_response
 from crane_sim.models.supports.rails import Axis, axis_power, axis_response, input_count
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.multibody.vectors import dot, scale, subtract
+from crane_sim.numerics.jit import routine
+from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
@@ -44,78 +47,59 @@ class ElasticCrane(NamedTuple):
     cable: Springs
     hoist: Hoist | None = None
     gravity: float = 9.81  # m/s²
-    forces: NodeForces | None = None
+    forces: tuple[NodeForce, ...] | None = None
     event_limits: EventLimits | None = None
     energy_meter: Meter | None = None
-    base: Moving | None = None
+    base: AnyBase | None = None
     wind: Wind | None = None
     windage: Windage | None = None  # of the payload
     share: float = 1.0  # of the mass that the bridge moves, at the trolley's position; the remainder is at x = 0
 
+    rods = None
 
-@generic
-def dimensions(bridge):
-    """Return in how many dimensions the nodes move."""
-    return 3
+    def cable_coordinates(self):
+        """Return the number of coordinates of the nodes."""
+        return (1 + count_axes(self)) * len(self.cable.masses)
 
+    def write_nodes(self, x, r, v):
+        """Write positions and velocities (N + 1, 3) of trolley and nodes relative to the base."""
+        for k in range(len(r)):
+            r[k, 0], r[k, 1], r[k, 2] = node_vector(self, x, k, 0)
+            v[k, 0], v[k, 1], v[k, 2] = node_vector(self, x, k, 1)
 
-@dimensions.register(type(None))
-def _(bridge):
-    return 2
+    def payload_position(self, x):
+        """Return the payload's position (3,) [m] relative to the base."""
+        return node_vector(self, x, len(self.cable.masses), 0)
 
 
 def elastic_layout(p):
     """Return (number of coordinates, index of the first node's, dimensions, index of the first mode)."""
-    d = dimensions(p.bridge)
-    first = d - 1 + hoist_coordinates(p.hoist)
-    nq = first + d * len(p.cable.masses)
-    return nq, first, d, 2 * nq + meter_size(p.energy_meter)
-
-
-@generic
-def rest_of_first(hoist, cable, x, top, nq):
-    """Return (rest length, its rate) of the first link; its coordinate is number `top`."""
-    return x[top], x[nq + top]
-
-
-@rest_of_first.register(type(None))
-def _(hoist, cable, x, top, nq):
-    return cable.lengths[0], 0.0
+    nq, first, modes = layout_of(p)
+    return nq, first, 1 + count_axes(p), modes
 
 
 def node_vector(p, x, k, order):
     """Return the position (order 0) or velocity (order 1) of node k on the base, (3,); node 0 is the trolley."""
     nq, first, d, _ = elastic_layout(p)
     if k == 0:
-        i = order * nq
-        return x[i], x[i + 1] if d == 3 else 0.0, 0.0
+        return trolley_motion(p, x)[order]
     i = order * nq + first + d * (k - 1)
     return x[i], x[i + 1] if d == 3 else 0.0, x[i + d - 1]
 
 
 def link(p, x, k):
     """Return (unit vector (3,) from node k to node k + 1, length, elongation, its rate) of link k, from 0."""
-    nq, first, _, _ = elastic_layout(p)
-    rest, paid = p.cable.lengths[k], 0.0
-    if k == 0:
-        rest, paid = rest_of_first(p.hoist, p.cable, x, first - 1, nq)
-    (ax, ay, az), (bx, by, bz) = node_vector(p, x, k, 0), node_vector(p, x, k + 1, 0)
-    (ux, uy, uz), (vx, vy, vz) = node_vector(p, x, k, 1), node_vector(p, x, k + 1, 1)
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    length = sqrt(dx * dx + dy * dy + dz * dz)
-    nx, ny, nz = dx / length, dy / length, dz / length
-    return (nx, ny, nz), length, length - rest, nx * (vx - ux) + ny * (vy - uy) + nz * (vz - uz) - paid
+    rest, paid = first_link(p, x) if k == 0 else (p.cable.lengths[k], 0.0)
+    along = subtract(node_vector(p, x, k + 1, 0), node_vector(p, x, k, 0))
+    relative = subtract(node_vector(p, x, k + 1, 1), node_vector(p, x, k, 1))
+    length = sqrt(dot(along, along))
+    n = along[0] / length, along[1] / length, along[2] / length
+    return n, length, length - rest, dot(n, relative) - paid
 
 
-@generic
 def tautness(limits, x, first):
     """Return the mode, 1 taut or 0 slack, of the link whose mode is number `first`."""
-    return 1.0
-
-
-@tautness.register(EventLimits)
-def _(limits, x, first):
-    return x[first]
+    return 1.0 if limits is None else x[first]
 
 
 def link_pull(p, x, k):
@@ -127,65 +111,47 @@ def link_pull(p, x, k):
     return n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate
 
 
-def mass_of(p, x, k):
-    """Return the mass [kg] of node k, from 1."""
-    mass = p.cable.masses[k - 1]
-    return mass if k < len(p.cable.masses) else get_payload_mass(p.event_limits, x, len(x) - 1, mass)
-
-
-def axes_motion(p, x):
-    """Return (position [m], velocity [m/s]) of the trolley along x and y."""
-    nq, _, d, _ = elastic_layout(p)
-    if d == 3:
-        return (x[0], x[1]), (x[nq], x[nq + 1])
-    return (x[0], 0.0), (x[nq], 0.0)
-
-
-def base_load(base, p, x):
-    """Return the Load of trolley and bridge, as `axes_load` does."""
-    position, velocity = axes_motion(p, x)
-    return axes_load(base, p.trolley, p.bridge, p.share, position, velocity)
-
-
-@generic
 def add_base_accelerations(base, p, x, out):
     """Add the nodes' accelerations to the state's derivative `out`; return the power [W] that they take."""
-    return NO_LOAD
-
-
-@add_base_accelerations.register(BaseKinematics)
-def _(base, p, x, out):
+    if base is None:
+        return NO_LOAD
     nq, first, d, _ = elastic_layout(p)
-    power, i = 0.0, nq + first
+    power = 0.0
     for k in range(1, 1 + len(p.cable.masses)):
         v = node_vector(p, x, k, 1)
-        ax, ay, az = imposed_acceleration(base, node_vector(p, x, k, 0), v)
-        power += mass_of(p, x, k) * (ax * v[0] + ay * v[1] + az * v[2])
-        out[i] += ax
-        if d == 3:
-            out[i + 1] += ay
-        out[i + d - 1] += az
-        i += d
+        acc = imposed_acceleration(base, node_vector(p, x, k, 0), v)
+        power += mass_of(p, x, k) * dot(acc, v)
+        add_vector(out, nq + first + d * (k - 1), d, acc)
     return power
 
 
-@generic
-def add_node_forces(forces, p, t, x, out):
-    """Add the forces' accelerations at time t to the state's derivative `out`; return their power [W]."""
-    return 0.0
-
-
-@add_node_forces.register(NodeForces)
-def _(forces, p, t, x, out):
+def add_elastic_wind(p, base, t, x, out):
+    """Add the payload's acceleration by the wind to the state's derivative `out`; return the wind's power [W]."""
+    if p.wind is None:
+        return NO_LOAD
     nq, first, d, _ = elastic_layout(p)
-    i = nq + first + d * (forces.node - 1) + (forces.axis if d == 3 else forces.axis // 2)
-    force = value_at(forces.channel, t)
-    out[i] += force / mass_of(p, x, forces.node)
-    return force * x[i] + add_node_forces(forces.tail, p, t, x, out)
+    n = len(p.cable.masses)
+    v = node_vector(p, x, n, 1)
+    force = payload_force(p, base, t, node_vector(p, x, n, 0), v)
+    add_vector(out, nq + first + d * (n - 1), d, scale(1.0 / mass_of(p, x, n), force))
+    return dot(force, v)
+
+
+def add_node_forces(p, t, x, out):
+    """Add the forces' accelerations at time t to the state's derivative `out`; return their power [W]."""
+    nq, first, d, _ = elastic_layout(p)
+    forces, power = p.forces or (), 0.0
+    rates = [nq + first + d * (force.node - 1) + (force.axis if d == 3 else force.axis // 2) for force in forces]
+    for i, force in zip(rates, forces, strict=True):
+        out[i] += value_at(force.channel, t) / mass_of(p, x, force.node)
+    for i, force in reversed(tuple(zip(rates, forces, strict=True))):
+        power = value_at(force.channel, t) * x[i] + power
+    return power
 
 
 @system.rhs_into.register(ElasticCrane)
-def _(p, t, x, u, out, work):
+def write_derivative(p, t, x, u, out, work):
+    """Write the time derivative of the state into `out`."""
     write_elastic_derivative(p, t, x, system.effort(u, p, t, x), out)
 
 
@@ -197,11 +163,11 @@ def write_elastic_derivative(p, t, x, tau, out):
     """
     nq, _, _, modes = elastic_layout(p)
     n, tension, lost = link_pull(p, x, 0)
-    lost = assemble_rhs(p, x, (tension * n[0], tension * n[1], tension * n[2]), out) + lost
+    lost = assemble_rhs(p, x, scale(tension, n), out) + lost
     base = base_kinematics_at(p.base, p.gravity, t)
-    supplied = drive_upper_end(p, t, x, tau, base, n, tension, out) + add_node_forces(p.forces, p, t, x, out) - lost
+    supplied = drive_upper_end(p, t, x, tau, base, n, tension, out) + add_node_forces(p, t, x, out) - lost
     supplied += add_base_accelerations(base, p, x, out)
-    supplied += add_elastic_wind(p.wind, p, base, t, x, out)
+    supplied += add_elastic_wind(p, base, t, x, out)
     for i in range(nq):
         out[i] = x[nq + i]
     for i in range(2 * nq, len(out)):
@@ -215,14 +181,14 @@ def assemble_rhs(p, x, force, out):
     """Write the nodes' accelerations, given the first link's force (3,); return the power [W] of the other dampers."""
     nq, first, d, _ = elastic_layout(p)
     lost, i, masses = 0.0, nq + first, p.cable.masses
-    fx, fy, fz = force
     for k in range(1, len(masses)):
-        (nx, ny, nz), tension, taken = link_pull(p, x, k)
-        gx, gy, gz, inverse = tension * nx, tension * ny, tension * nz, 1.0 / masses[k - 1]
-        write_vector(out, i, d, (gx - fx) * inverse, (gy - fy) * inverse, (gz - fz) * inverse - p.gravity)
-        fx, fy, fz, lost, i = gx, gy, gz, lost + taken, i + d
+        n, tension, taken = link_pull(p, x, k)
+        below = scale(tension, n)
+        ax, ay, az = scale(1.0 / masses[k - 1], subtract(below, force))
+        write_vector(out, i, d, ax, ay, az - p.gravity)
+        force, lost, i = below, lost + taken, i + d
     inverse = 1.0 / mass_of(p, x, len(masses))
-    write_vector(out, i, d, -fx * inverse, -fy * inverse, -fz * inverse - p.gravity)
+    write_vector(out, i, d, -force[0] * inverse, -force[1] * inverse, -force[2] * inverse - p.gravity)
     return lost
 
 
@@ -232,10 +198,18 @@ def write_vector(out, i, d, ax, ay, az):
     out[i + d - 1] = az
 
 
+def add_vector(out, i, d, a):
+    """Add a vector (3,) to out[i] and on, as `write_vector` writes it."""
+    out[i] += a[0]
+    if d == 3:
+        out[i + 1] += a[1]
+    out[i + d - 1] += a[2]
+
+
 def drive_upper_end(p, t, x, tau, base, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)
-    load = base_load(base, p, x)
+    load = axes_load(base, p, x)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
     out[nq] = bias_acc + inv_mass * tension * n[0] + inv_mass * load.x
     supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + load.power

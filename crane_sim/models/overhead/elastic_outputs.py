@@ -3,13 +3,12 @@
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
+from crane_sim.models.guards import TAUT, Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.moving_base import base_kinematics_at
-from crane_sim.models.overhead import energies, layout_of, mode_of_stopped_axis, smallest_guard, switch
-from crane_sim.models.overhead.base_load import to_world_in_place
+from crane_sim.models.overhead import count_axes, first_link, layout_of
+from crane_sim.models.overhead.base_load import axes_load, to_world_in_place
 from crane_sim.models.overhead.elastic import (
     ElasticCrane,
-    base_load,
     elastic_layout,
     link,
     link_pull,
@@ -18,45 +17,26 @@ from crane_sim.models.overhead.elastic import (
     tautness,
     write_elastic_derivative,
 )
-from crane_sim.models.overhead.modes import (
-    count_modes,
-    count_payload_changes,
-    hoist_guard,
-    limits_guard,
-    make_switching,
-    payload_guard,
-)
-from crane_sim.models.supports.friction import first_not_none, step_control_of
+from crane_sim.models.overhead.events import mode_of_stopped_drive, smallest_drive_guard, switching_of
+from crane_sim.models.overhead.modes import count_modes, count_payload_changes, describe_switch
 from crane_sim.models.supports.hoist import hoist_reflected_mass
-from crane_sim.models.supports.rails import axis_guard, axis_mass, has_friction, input_count, mode_after_stop
-from crane_sim.models.wind_kink import with_kink_switching
+from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import routine
 
 
-@layout_of.register(ElasticCrane)
-def _(p):
-    nq, first, _, modes = elastic_layout(p)
-    return nq, first, modes
-
-
 @system.state.register(ElasticCrane)
-def _(p, t, q, v):
-    return initial_state(p, t, q, v)
-
-
 @routine
 def initial_state(p, t, q, v):
     """Return the state, with the modes that follow from positions and velocities."""
-    nq, _, d, modes = elastic_layout(p)
-    n = len(p.cable.masses)
-    x = np.zeros(modes + count_modes(p.event_limits, d - 1 + n))
+    (nq, _, modes), axes, n = layout_of(p), count_axes(p), len(p.cable.masses)
+    x = np.zeros(modes + count_modes(p.event_limits, axes + n))
     for i in range(nq):
         x[i], x[nq + i] = q[i], v[i]
     if len(x) > modes:
-        for axis in range(d - 1):
+        for axis in range(axes):
             x[modes + axis] = np.sign(v[axis])
         for k in range(n):
-            x[modes + d - 1 + k] = 1.0 if p.cable.tension_only == 0.0 or strain(p, x, k) >= 0.0 else 0.0
+            x[modes + axes + k] = 1.0 if p.cable.tension_only == 0.0 or strain(p, x, k) >= 0.0 else 0.0
         x[len(x) - 1] = count_payload_changes(p.event_limits, t)
     return x
 
@@ -69,51 +49,61 @@ def strain(p, x, k):
     return spring + min(0.0, p.cable.damping[k] * rate)
 
 
-@energies.register(ElasticCrane)
-def _(p, x):  # a slack link stores nothing
-    nq, first, d, modes = elastic_layout(p)
-    kinetic, potential = 0.5 * axis_mass(p.trolley) * x[nq] ** 2, 0.0
-    if d == 3:
+@system.kinetic.register(ElasticCrane)
+@routine
+def kinetic_energy(p, x):
+    """Return the kinetic energy [J] of axes, hoist and nodes."""
+    nq, first, _ = layout_of(p)
+    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2
+    if p.bridge is not None:
         kinetic += 0.5 * axis_mass(p.bridge) * x[nq + 1] ** 2
-    if first == d:
+    if p.hoist is not None:
         kinetic += 0.5 * hoist_reflected_mass(p.hoist) * x[nq + first - 1] ** 2
     for k in range(len(p.cable.masses)):
-        mass, (vx, vy, vz) = mass_of(p, x, k + 1), node_vector(p, x, k + 1, 1)
+        vx, vy, vz = node_vector(p, x, k + 1, 1)
+        kinetic += 0.5 * mass_of(p, x, k + 1) * (vx * vx + vy * vy + vz * vz)
+    return kinetic
+
+
+@system.potential.register(ElasticCrane)
+@routine
+def potential_energy(p, x):
+    """Return the potential energy [J] of nodes and springs; a slack link stores nothing."""
+    _, _, modes = layout_of(p)
+    potential = 0.0
+    for k in range(len(p.cable.masses)):
         _, _, stretch, _ = link(p, x, k)
-        taut = tautness(p.event_limits, x, modes + d - 1 + k)
-        kinetic += 0.5 * mass * (vx * vx + vy * vy + vz * vz)
-        potential += mass * p.gravity * node_vector(p, x, k + 1, 0)[2]
+        taut = tautness(p.event_limits, x, modes + count_axes(p) + k)
+        potential += mass_of(p, x, k + 1) * p.gravity * node_vector(p, x, k + 1, 0)[2]
         potential += 0.5 * taut * p.cable.stiffness[k] * stretch * stretch
-    return kinetic, potential
+    return potential
 
 
 @system.tensions.register(ElasticCrane)
-def _(p, t, x, u, rows, i, first):
+def write_tensions(p, t, x, u, rows, i, first):
+    """Write the tensions of all links [N]."""
     for k in range(len(p.cable.masses)):
         rows[i, first + k] = link_pull(p, x, k)[1]
 
 
 @system.power.register(ElasticCrane)
-def _(p, t, x, u):
+def external_power(p, t, x, u):
+    """Return the power [W] under a source of efforts."""
     return write_elastic_derivative(p, t, x, system.effort(u, p, t, x), np.empty(len(x)))
 
 
 @system.points.register(ElasticCrane)
-def _(p, t, x, out):
+def write_points(p, t, x, out):
+    """Write trolley and nodes."""
     for k in range(1 + len(p.cable.masses)):
         out[k, 0], out[k, 1], out[k, 2] = node_vector(p, x, k, 0)
     to_world_in_place(p.base, t, out)
 
 
 @system.switching.register(ElasticCrane)
-def _(p):
-    forces = (
-        has_friction(p.trolley)
-        or has_friction(p.bridge)
-        or (p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
-    )
-    step_control = first_not_none(step_control_of(p.trolley), step_control_of(p.bridge))
-    return with_kink_switching(p.wind, make_switching(p.event_limits, forces, elastic_layout(p)[0], step_control))
+def switching(p):
+    """Return how the equations switch: a link with a damper that only pulls is a guard that depends on forces."""
+    return switching_of(p, p.cable.tension_only > 0.0 and has_damper(p.cable.damping))
 
 
 def has_damper(damping):
@@ -124,21 +114,23 @@ def has_damper(damping):
     return damped
 
 
-@smallest_guard.register(ElasticCrane)
-def _(p, t, x, tau, work):
-    nq, first, d, modes = elastic_layout(p)
-    ((nx, ny, _), tension, _), load = link_pull(p, x, 0), base_load(base_kinematics_at(p.base, p.gravity, t), p, x)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, tension * nx + load.x), encode(Guard.FRICTION, 0))
-    best = limits_guard(p.event_limits, best, 0, x[0])
-    if d == 3:
-        bridge = axis_guard(p.bridge, x[nq + 1], x[modes + 1], tau, input_count(p.trolley), tension * ny + load.y)
-        best = limits_guard(p.event_limits, smaller_guard(best, bridge, encode(Guard.FRICTION, 1)), 1, x[1])
-    if first == d:
-        best = hoist_guard(p.event_limits, best, x[first - 1])
-    best = payload_guard(p.event_limits, best, t, x[len(x) - 1])
+def top_forces(p, t, x):
+    """Return (tension of the first link, pulls of it and of a moving base on the axes) [N]."""
+    (n, tension, _), load = link_pull(p, x, 0), axes_load(base_kinematics_at(p.base, p.gravity, t), p, x)
+    return tension, (tension * n[0] + load.x, tension * n[1] + load.y)
+
+
+@system.guard.register(ElasticCrane)
+@routine
+def smallest_guard(p, t, x, u, work):
+    """Return the smallest guard, of drives, payload and links that only pull."""
+    _, _, modes = layout_of(p)
+    length = None if p.hoist is None else first_link(p, x)[0]
+    best = smallest_drive_guard(p, t, x, system.effort(u, p, t, x), *top_forces(p, t, x), length)
     if p.cable.tension_only > 0.0:
         for k in range(len(p.cable.masses)):
-            best = smaller_guard(best, link_guard(p, x, k, x[modes + d - 1 + k]), encode(Guard.LINK, k))
+            guard = link_guard(p, x, k, x[modes + count_axes(p) + k])
+            best = smaller_guard(best, guard, encode(Guard.LINK, k))
     value, number = best
     return value, number, 0
 
@@ -150,20 +142,14 @@ def link_guard(p, x, k, taut):
     return total if taut > 0.0 else -min(spring, total)
 
 
-@mode_of_stopped_axis.register(ElasticCrane)
-def _(p, t, x, tau, axis, mode):
-    (n, tension, _), load = link_pull(p, x, 0), base_load(base_kinematics_at(p.base, p.gravity, t), p, x)
-    if axis == 0:  # not one call with either axis: they may be of different types, and the type chooses the body
-        return mode_after_stop(p.trolley, mode, tau, 0, tension * n[0] + load.x)
-    return mode_after_stop(p.bridge, mode, tau, input_count(p.trolley), tension * n[1] + load.y)
-
-
-@switch.register(ElasticCrane)
-def _(p, t, x, tau, number):
+@system.apply_reset_map.register(ElasticCrane)
+@routine
+def switch(p, t, x, u, number):
+    """Return the state after a link has become slack or taut, a change of the payload or of an axis' friction."""
     nq, _, d, modes = elastic_layout(p)
     kind, index, _ = decode(number)
-    x, event = x.copy(), number
-    before = sum(energies(p, x))
+    tau, x, event = system.effort(u, p, t, x), x.copy(), number
+    before = system.kinetic(p, x) + system.potential(p, x)
     if kind == Guard.LINK:
         mode = modes + d - 1 + index
         x[mode] = 1.0 - x[mode]
@@ -173,9 +159,19 @@ def _(p, t, x, tau, number):
     elif kind == Guard.FRICTION:
         mode_before = x[modes + index]
         x[nq + index], x[modes + index] = (0.0 if mode_before != 0.0 else x[nq + index]), 0.0
-        x[modes + index] = mode_of_stopped_axis(p, t, x, tau, index, mode_before)
+        x[modes + index] = mode_of_stopped_drive(p, index, mode_before, tau, *top_forces(p, t, x))
         event = friction_event(index, x[modes + index])
     else:
         return x, number, False
-    x[2 * nq] += sum(energies(p, x)) - before  # the payload takes its energy along, a slack spring what was left in it
+    gained = system.kinetic(p, x) + system.potential(p, x) - before
+    x[2 * nq] += gained  # the payload takes its energy along, a slack spring what was left in it
     return x, event, True
+
+
+@system.describe_event.register(ElasticCrane)
+def describe_event(p, number):
+    """Return texts on an event: a link that goes slack does not end the run."""
+    kind, link_index, outcome = decode(number)
+    if kind == Guard.LINK:
+        return f"link {link_index + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
+    return describe_switch(p, number)

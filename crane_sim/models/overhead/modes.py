@@ -18,10 +18,12 @@ A guard is a pair (value, number), see `models.guards`: an event is where the va
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
 from crane_sim.models.stops import describe_length_event
-from crane_sim.models.supports.rails import mode_rate
-from crane_sim.numerics.jit import generic
+from crane_sim.models.supports.hoist import hoist_modes
+from crane_sim.models.supports.rails import initial_mode, mode_rate
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
@@ -37,7 +39,6 @@ class EventLimits(NamedTuple):
     masses: Any  # (changes + 1,) kg, of the payload before, between and after them
 
 
-@generic
 def make_switching(limits, forces, nq, step_control):
     """Return the result of `system.switching` for a crane with these limits of its events.
 
@@ -48,69 +49,58 @@ def make_switching(limits, forces, nq, step_control):
         step_control: `system.EventStepControl` where a step that an event ends is held to the tolerance, since friction
             changes fast just before the event; None where it is not.
     """
-    return None
-
-
-@make_switching.register(EventLimits)
-def _(limits, forces, nq, step_control):
+    if limits is None:
+        return None
     return Switching(EVENT_LOG_CAPACITY, 0 if forces or limits.taut > 0.0 else nq, step_control)
 
 
-@generic
 def get_mode(limits, x, first, i):
     """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without modes."""
-    return 0.0
+    return 0.0 if limits is None else x[first + i]
 
 
-@get_mode.register(EventLimits)
-def _(limits, x, first, i):
-    return x[first + i]
-
-
-@generic
 def write_mode_rate(limits, axis, v, x, i, out):
     """Write the derivative of the mode x[i] of an axis at velocity v into `out`, if the crane has modes."""
+    if limits is not None:
+        out[i] = mode_rate(axis, v, x[i])
 
 
-@write_mode_rate.register(EventLimits)
-def _(limits, axis, v, x, i, out):
-    out[i] = mode_rate(axis, v, x[i])
-
-
-@generic
 def count_modes(limits, axes):
     """Return the number of modes of a crane with this number of axes, counting a hoist with friction."""
-    return 0
+    return 0 if limits is None else axes + 1
 
 
-@count_modes.register(EventLimits)
-def _(limits, axes):
-    return axes + 1
+def drum_modes(hoist, rate):
+    """Return the mode of the hoist at this rate as a tuple, empty for one without friction."""
+    return (np.sign(rate),) if hoist_modes(hoist) else ()
 
 
-@generic
+def initial_modes(p, axes, t, v):
+    """Return the modes of a crane with rigid links, on `axes` axes with joint velocities v at time t, as a tuple."""
+    if p.event_limits is None:
+        return ()
+    of_axes = [initial_mode(axis, v[i]) for i, axis in enumerate((p.trolley, p.bridge)[:axes])]
+    return (*of_axes, *drum_modes(p.hoist, v[axes]), count_payload_changes(p.event_limits, t))
+
+
+def mass_of(p, x, k):
+    """Return the mass [kg] of node k, from 1, of a cable with arrays of masses."""
+    mass = p.cable.masses[k - 1]
+    return mass if k < len(p.cable.masses) else get_payload_mass(p.event_limits, x, len(x) - 1, mass)
+
+
 def get_payload_mass(limits, x, last, mass):
     """Return the payload's mass [kg] in state x, whose last index is `last`; `mass` for a crane without events."""
-    return mass
+    return mass if limits is None else limits.masses[int(x[last])]
 
 
-@get_payload_mass.register(EventLimits)
-def _(limits, x, last, mass):
-    return limits.masses[int(x[last])]
-
-
-@generic
 def count_payload_changes(limits, t):
     """Return the number of changes of the payload before time t [s]."""
-    return 0.0
-
-
-@count_payload_changes.register(EventLimits)
-def _(limits, t):
     changes = 0.0
-    for time in limits.times:
-        if time < t:
-            changes += 1.0
+    if limits is not None:
+        for time in limits.times:
+            if time < t:
+                changes += 1.0
     return changes
 
 
@@ -141,7 +131,7 @@ def slack_guard(limits, best, tensions, n):
     return best
 
 
-def describe_switch(limits: EventLimits | None, number: int) -> tuple[str, str]:
+def describe_switch(p: Any, number: int) -> tuple[str, str]:
     """Return texts (meaning of a guard or event, what a user can change)."""
     kind, index, outcome = decode(number)
     if kind == Guard.LINK:
@@ -152,7 +142,7 @@ def describe_switch(limits: EventLimits | None, number: int) -> tuple[str, str]:
     if kind == Guard.PAYLOAD:
         return "the payload changed", ""
     if kind == Guard.LENGTH:
-        shortest = limits.shortest if limits is not None else 0.0
+        shortest = p.event_limits.shortest if p.event_limits is not None else 0.0
         return describe_length_event("hoisted link", "hoist", index, shortest)
     axis = ("trolley", "bridge", "hoist")[index]
     if kind == Guard.TRAVEL:

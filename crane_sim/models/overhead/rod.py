@@ -13,49 +13,20 @@ where T pulls the trolley along the line and V across it. State: a flat tuple of
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from crane_sim import system
-from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
+from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
-from crane_sim.models.overhead import layout_of, switch
-from crane_sim.models.overhead.modes import (
-    EventLimits,
-    count_payload_changes,
-    get_mode,
-    get_payload_mass,
-    hoist_guard,
-    limits_guard,
-    payload_guard,
+from crane_sim.models.overhead import layout_of
+from crane_sim.models.overhead.events import (
+    drives_power,
+    mode_of_stopped_drive,
+    needs_forces,
+    smallest_drive_guard,
 )
-from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import (
-    HOIST,
-    ForceHoist,
-    Hoist,
-    MasslessHoist,
-    hoist_coordinates,
-    hoist_friction_guard,
-    hoist_power,
-    hoist_reflected_mass,
-    hoist_response,
-    hoist_sticks,
-    mode_of_stopped_hoist,
-)
-from crane_sim.models.supports.rails import (
-    Axis,
-    add_bristle_power,
-    axis_guard,
-    axis_mass,
-    axis_power,
-    axis_response,
-    has_friction,
-    initial_mode,
-    mode_after_stop,
-    mode_rate,
-)
+from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_mode, get_payload_mass
+from crane_sim.models.supports.hoist import HOIST, Hoist, MasslessHoist, hoist_reflected_mass, hoist_response
+from crane_sim.models.supports.rails import Axis, axis_mass, axis_response, mode_rate
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry
 
 MASS, DISTANCE = 0, 1
@@ -84,6 +55,12 @@ class RodCrane(NamedTuple):
     event_limits: EventLimits | None = None
     energy_meter: Meter | None = None
 
+    bridge = wind = None
+
+    def cable_coordinates(self):
+        """Return the number of angles."""
+        return 1
+
 
 class Swing(NamedTuple):
     """Accelerations and forces at one instant."""
@@ -94,24 +71,12 @@ class Swing(NamedTuple):
     paid: float  # m/s²
     turning: float  # rad/s²
     tension: float  # N, at the top
-    pull: float  # N, of the cable on the trolley along x
+    pulls: tuple[float, ...]  # N, of the cable on the trolley along x
 
 
-@layout_of.register(RodCrane)
-def _(p):
-    nq = 2 + hoist_coordinates(p.hoist)
-    return nq, nq - 1, 2 * nq + meter_size(p.energy_meter)
-
-
-@generic
-def hoisted_rod(hoist, cable, x):
+def hoisted_rod(p, x):
     """Return (length, rate) of the first link."""
-    return x[1], x[4]
-
-
-@hoisted_rod.register(type(None))
-def _(hoist, cable, x):
-    return cable.length, 0.0
+    return (p.cable.length, 0.0) if p.hoist is None else (x[1], x[4])
 
 
 def mass_moments(p, x, length):
@@ -124,7 +89,6 @@ def mass_moments(p, x, length):
     return total, s0 + total * length, i0 + length * (2.0 * s0 + total * length), total * i0 - s0 * s0
 
 
-@generic
 def solve_pull(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
     """Return (trolley's acceleration, tension, acceleration of the length).
 
@@ -139,6 +103,11 @@ def solve_pull(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
     """
     across_mass, across_acc = side
     hoist_inv_mass, hoist_bias_acc = of_hoist
+    if isinstance(hoist, MasslessHoist):
+        tension = hoist_bias_acc
+        pull = s * tension - across_mass * c * across_acc
+        a = (bias_acc + inv_mass * pull) / (1.0 + inv_mass * across_mass * c * c)
+        return a, tension, (rest - tension) / total - s * a
     attenuation = 1.0 / (1.0 + total * hoist_inv_mass)
     rest_tension = (rest - total * hoist_bias_acc) * attenuation
     a = (bias_acc + inv_mass * (s * rest_tension - across_mass * c * across_acc)) / (
@@ -148,19 +117,11 @@ def solve_pull(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
     return a, tension, hoist_bias_acc + hoist_inv_mass * tension
 
 
-@solve_pull.register(MasslessHoist)
-def _(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
-    across_mass, across_acc = side
-    _, tension = of_hoist
-    a = (bias_acc + inv_mass * (s * tension - across_mass * c * across_acc)) / (1.0 + inv_mass * across_mass * c * c)
-    return a, tension, (rest - tension) / total - s * a
-
-
 def solve_swing(p, t, x, tau):
     """Return accelerations and forces at time t in state x under joint efforts tau."""
     nq, _, modes = layout_of(p)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
-    length, rate = hoisted_rod(p.hoist, p.cable, x)
+    length, rate = hoisted_rod(p, x)
     total, first, second, gram = mass_moments(p, x, length)
     inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, get_mode(p.event_limits, x, modes, 0))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
@@ -168,110 +129,38 @@ def solve_swing(p, t, x, tau):
     of_hoist = hoist_response(p.hoist, t, tau, x, nq + 1)
     a, tension, paid = solve_pull(p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist)
     turning = -(first / second) * (c * a + across_acc)
-    return Swing(s, c, a, paid, turning, tension, tension * s - across_mass * (c * a + across_acc) * c)
+    return Swing(s, c, a, paid, turning, tension, (tension * s - across_mass * (c * a + across_acc) * c,))
 
 
-@generic
-def length_rates(hoist, x, paid):
-    """Return (rate, acceleration) of the first link's length, each a tuple, empty without a hoist."""
-    return (x[4],), (paid,)
-
-
-@length_rates.register(type(None))
-def _(hoist, x, paid):
-    return (), ()
-
-
-@generic
-def mode_rates(limits, p, x):
-    """Return the derivatives of the modes, zeros but those of bristles."""
-    return ()
-
-
-@mode_rates.register(EventLimits)
-def _(limits, p, x):
+def mode_rates(p, x):
+    """Return the derivatives of the modes, zeros but those of bristles, as a tuple."""
+    if p.event_limits is None:
+        return ()
     nq, _, modes = layout_of(p)
     return (mode_rate(p.trolley, x[nq], x[modes]), *drum_modes(p.hoist, 0.0), 0.0)
 
 
-@generic
-def drum_modes(hoist, rate):
-    """Return the mode of the hoist at this rate as a tuple, empty for one without friction."""
-    return ()
-
-
-@drum_modes.register(ForceHoist)
-def _(hoist, rate):
-    return drum_modes(hoist.friction, rate)
-
-
-@drum_modes.register(Friction)
-def _(hoist, rate):
-    return (np.sign(rate),)
-
-
 @system.rhs.register(RodCrane)
-def _(p, t, x, u):
+def state_derivative(p, t, x, u):
+    """Return the derivative of the state."""
     nq, _, _ = layout_of(p)
     tau = system.effort(u, p, t, x)
     swing = solve_swing(p, t, x, tau)
-    rate, paid = length_rates(p.hoist, x, swing.paid)
+    paid = () if p.hoist is None else (swing.paid,)
     power = meter_entry(p.energy_meter, supplied_power(p, x, tau, swing))
-    return (x[nq], *rate, x[2 * nq - 1], swing.trolley, *paid, swing.turning, *power, *mode_rates(p.event_limits, p, x))
+    return (*x[nq : 2 * nq], swing.trolley, *paid, swing.turning, *power, *mode_rates(p, x))
 
 
 def supplied_power(p, x, tau, swing):
     """Return the power [W] that drives, imposed motions and losses supply."""
-    nq, _, modes = layout_of(p)
-    _, rate = hoisted_rod(p.hoist, p.cable, x)
-    power = axis_power(p.trolley, tau, 0, x[nq], swing.pull) + hoist_power(p.hoist, tau, rate, swing.tension)
-    return add_bristle_power(p.trolley, power, x[nq], get_mode(p.event_limits, x, modes, 0))
-
-
-@generic
-def joint_entries(hoist, x, i):
-    """Return the joint coordinates (nq,) that stand from x[i] on, as a tuple."""
-    return x[i], x[i + 1], x[i + 2]
-
-
-@joint_entries.register(type(None))
-def _(hoist, x, i):
-    return x[i], x[i + 1]
-
-
-@generic
-def initial_modes(limits, p, t, v):
-    """Return the modes that a crane with joint velocities v starts in at time t."""
-    return ()
-
-
-@initial_modes.register(EventLimits)
-def _(limits, p, t, v):
-    return (initial_mode(p.trolley, v[0]), *drum_modes(p.hoist, v[1]), count_payload_changes(limits, t))
-
-
-@system.state.register(RodCrane)
-def _(p, t, q, v):
-    known = initial_modes(p.event_limits, p, t, v)
-    return (*joint_entries(p.hoist, q, 0), *joint_entries(p.hoist, v, 0), *meter_entry(p.energy_meter, 0.0), *known)
-
-
-@system.joints.register(RodCrane)
-def _(p, x):
-    nq, _, _ = layout_of(p)
-    return joint_entries(p.hoist, x, 0), joint_entries(p.hoist, x, nq)
-
-
-@system.acceleration.register(RodCrane)
-def _(p, t, x, u):
-    nq, _, _ = layout_of(p)
-    return joint_entries(p.hoist, system.rhs(p, t, x, u), nq)
+    return drives_power(p, x, tau, swing.tension, swing.pulls, hoisted_rod(p, x)[1])
 
 
 @system.kinetic.register(RodCrane)
-def _(p, x):
+def kinetic_energy(p, x):
+    """Return the kinetic energy [J]."""
     nq, _, _ = layout_of(p)
-    length, rate = hoisted_rod(p.hoist, p.cable, x)
+    length, rate = hoisted_rod(p, x)
     total, first, second, _ = mass_moments(p, x, length)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
@@ -279,38 +168,42 @@ def _(p, x):
 
 
 @system.potential.register(RodCrane)
-def _(p, x):
+def potential_energy(p, x):
+    """Return the potential energy [J]."""
     nq, _, _ = layout_of(p)
-    length, _ = hoisted_rod(p.hoist, p.cable, x)
-    return -p.gravity * mass_moments(p, x, length)[1] * sincos(x[nq - 1])[1]
+    return -p.gravity * mass_moments(p, x, hoisted_rod(p, x)[0])[1] * sincos(x[nq - 1])[1]
 
 
 @system.link_count.register(RodCrane)
-def _(p):
+def count_links(p):
+    """Return the number of links that form the line."""
     return p.cable.nodes.shape[1]
 
 
 @system.tensions.register(RodCrane)
-def _(p, t, x, u, rows, i, first):
+def write_tensions(p, t, x, u, rows, i, first):
+    """Write the tensions [N] along the line: each link carries what the one above does, less the node between them."""
     nq, _, _ = layout_of(p)
-    swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_rod(p.hoist, p.cable, x)
+    swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_rod(p, x)
     acceleration, rate_sq = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
     rows[i, first] = swing.tension
-    for k in range(1, rows.shape[1] - first):  # each link carries what the one above does, less the node between them
+    for k in range(1, rows.shape[1] - first):
         distance = length + p.cable.nodes[DISTANCE, k - 1]
         rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (acceleration + distance * rate_sq)
 
 
 @system.power.register(RodCrane)
-def _(p, t, x, u):
+def external_power(p, t, x, u):
+    """Return the power [W] under a source of efforts."""
     tau = system.effort(u, p, t, x)
     return supplied_power(p, x, tau, solve_swing(p, t, x, tau))
 
 
 @system.points.register(RodCrane)
-def _(p, t, x, out):
+def write_points(p, t, x, out):
+    """Write trolley and nodes."""
     nq, _, _ = layout_of(p)
-    length, _ = hoisted_rod(p.hoist, p.cable, x)
+    length, _ = hoisted_rod(p, x)
     s, c = sincos(x[nq - 1])
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     for i in range(p.cable.nodes.shape[1]):
@@ -319,53 +212,35 @@ def _(p, t, x, out):
 
 
 @system.observe.register(RodCrane)
-def _(p, t, q, v, u):
-    nq, _, _ = layout_of(p)
+def observe(p, t, q, v, u):
+    """Return energies, tension and ends of a single link."""
     x = system.state(p, t, q, v)
-    swing, (length, _) = solve_swing(p, t, x, u), hoisted_rod(p.hoist, p.cable, x)
+    swing, (length, _) = solve_swing(p, t, x, u), hoisted_rod(p, x)
     reach = length + p.cable.reach
     payload = x[0] + reach * swing.s, 0.0, -reach * swing.c
     return (system.kinetic(p, x), system.potential(p, x)), swing.tension, (x[0], 0.0, 0.0), payload
 
 
 @system.guard.register(RodCrane)
-def _(p, t, x, u, work):
-    nq, _, modes = layout_of(p)
-    tau = system.effort(u, p, t, x)
-    taut = p.event_limits.taut > 0.0
-    forces = taut or (has_friction(p.trolley) and x[modes] == 0.0) or hoist_sticks(p.hoist, x)
-    tension, pull = forces_of(p, t, x, tau) if forces else (0.0, 0.0)
-    best = (axis_guard(p.trolley, x[nq], x[modes], tau, 0, pull), encode(Guard.FRICTION, 0))
-    best = limits_guard(p.event_limits, best, 0, x[0])
-    best = hoist_guard(p.event_limits, best, hoisted_rod(p.hoist, p.cable, x)[0])
-    best = hoist_friction_guard(p.hoist, best, x, nq + 1, tau, tension)
-    best = payload_guard(p.event_limits, best, t, x[len(x) - 1])
-    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if taut else best
+def smallest_guard(p, t, x, u, work):
+    """Return the smallest guard, of drives, payload and a line that must stay taut."""
+    tau, forces = system.effort(u, p, t, x), needs_forces(p, x)
+    tension, pulls = top_forces(p, t, x, tau) if forces else (0.0, (0.0,))
+    best = smallest_drive_guard(p, t, x, tau, tension, pulls, hoisted_rod(p, x)[0])
+    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if p.event_limits.taut > 0.0 else best
     return value, number, int(forces)
 
 
-def forces_of(p, t, x, tau):
-    """Return (tension, pull on the trolley) [N]."""
+def top_forces(p, t, x, tau):
+    """Return (tension at the top, pulls on the axes) [N]."""
     swing = solve_swing(p, t, x, tau)
-    return swing.tension, swing.pull
+    return swing.tension, swing.pulls
 
 
-def total_energy(p, x):
-    """Return the total energy [J]."""
-    return system.kinetic(p, x) + system.potential(p, x)
-
-
-def mode_of_stopped_joint(p, joint, mode, tau, swing):
-    """Return the new mode of trolley or hoist, at rest at this Swing, after its guard has failed in `mode`."""
-    if joint == HOIST:
-        return mode_of_stopped_hoist(p.hoist, mode, tau, swing.tension)
-    return mode_after_stop(p.trolley, mode, tau, 0, swing.pull)
-
-
-@switch.register(RodCrane)
-def _(p, t, x, tau, number):
-    nq, _, modes = layout_of(p)
-    kind, joint, _ = decode(number)
+@system.apply_reset_map.register(RodCrane)
+def switch(p, t, x, u, number):
+    """Return the state after a change of the payload or of a drive's friction; all other guards end a run."""
+    tau, (nq, _, modes), (kind, joint, _) = system.effort(u, p, t, x), layout_of(p), decode(number)
     if kind == Guard.PAYLOAD:
         after = replace_entry(x, len(x) - 1, x[len(x) - 1] + 1.0)
         gained = total_energy(p, after) - total_energy(p, x)  # the payload takes its energy along
@@ -373,6 +248,11 @@ def _(p, t, x, tau, number):
     if kind == Guard.FRICTION:
         rate, at = (nq + 1, len(x) - 2) if joint == HOIST else (nq, modes)
         still = replace_entry(replace_entry(x, rate, 0.0 if x[at] != 0.0 else x[rate]), at, 0.0)
-        mode = mode_of_stopped_joint(p, joint, x[at], tau, solve_swing(p, t, still, tau))
+        mode = mode_of_stopped_drive(p, joint, x[at], tau, *top_forces(p, t, still, tau))
         return replace_entry(still, at, mode), friction_event(joint, mode), True
     return x, number, False
+
+
+def total_energy(p, x):
+    """Return the total energy [J]."""
+    return system.kinetic(p, x) + system.potential(p, x)

@@ -8,8 +8,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from crane_sim import system
-from crane_sim.models.energy_meter import Meter, meter_entry, meter_size
-from crane_sim.models.overhead import layout_of
+from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
 
 
@@ -29,6 +28,12 @@ class SpringCrane(NamedTuple):
     cable: Spring
     gravity: float = 9.81  # m/s²
     energy_meter: Meter | None = None
+
+    bridge = hoist = event_limits = None
+
+    def cable_coordinates(self):
+        """Return the number of the payload's coordinates."""
+        return 2
 
 
 def spring_pull(p, x):
@@ -57,48 +62,45 @@ def net_power(p, x, tau):
 
 
 @system.rate_entries.register(SpringCrane)
-def _(p):
+def rate_entries(p):
+    """Return the entries of trolley and payload."""
     return ((0, 3),)
 
 
-@layout_of.register(SpringCrane)
-def _(p):
-    return 3, 1, 6 + meter_size(p.energy_meter)
-
-
 @system.rhs.register(SpringCrane)
-def _(p, t, x, u):
+def state_derivative(p, t, x, u):
+    """Return the derivative of the state."""
     tau = system.effort(u, p, t, x)
     return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *meter_entry(p.energy_meter, net_power(p, x, tau)))
 
 
-@system.acceleration.register(SpringCrane)
-def _(p, t, x, u):
-    return accelerations(p, t, x, system.effort(u, p, t, x))
-
-
 @system.kinetic.register(SpringCrane)
-def _(p, x):
+def kinetic_energy(p, x):
+    """Return the kinetic energy [J]."""
     return 0.5 * (axis_mass(p.trolley) * x[3] * x[3] + p.cable.mass * (x[4] * x[4] + x[5] * x[5]))
 
 
 @system.potential.register(SpringCrane)
-def _(p, x):
+def potential_energy(p, x):
+    """Return the potential energy [J]."""
     stretch = spring_pull(p, x)[2]
     return p.cable.mass * p.gravity * x[2] + 0.5 * p.cable.stiffness * stretch * stretch
 
 
 @system.tensions.register(SpringCrane)
-def _(p, t, x, u, rows, i, first):
+def write_tension(p, t, x, u, rows, i, first):
+    """Write the tension [N]."""
     rows[i, first] = spring_pull(p, x)[1]
 
 
 @system.power.register(SpringCrane)
-def _(p, t, x, u):
+def external_power(p, t, x, u):
+    """Return the power [W] of drive and damper."""
     return net_power(p, x, system.effort(u, p, t, x))
 
 
 @system.points.register(SpringCrane)
-def _(p, t, x, out):
+def write_points(p, t, x, out):
+    """Write trolley and payload."""
     out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
     out[1, 0], out[1, 1], out[1, 2] = x[1], 0.0, x[2]

@@ -7,7 +7,7 @@ were infinite, and a winch that sticks is a rope that keeps its length.
 
 from typing import NamedTuple
 
-from crane_sim.models.cables.rope import imposed_tension, limit_to_pull, winch_pull, winch_tension, without_rate
+from crane_sim.models.cables.rope import winch_pull, without_rate
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH
 from crane_sim.models.supports import joint_constraint_efforts
@@ -21,7 +21,6 @@ from crane_sim.models.supports.friction import (
     joint_sticks,
 )
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.numerics.jit import generic
 from crane_sim.numerics.states import replace_entry, replace_field
 
 STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
@@ -36,68 +35,23 @@ class JointFriction(NamedTuple):
     rope: Friction | LuGre | None  # N, of a winch driven by force, in terms of the rope
 
 
-@generic
 def hold_joints(friction, pose, x):
     """Return the posture of state x with the joints that friction holds."""
-    return pose
+    if friction is None:
+        return pose
+    free = [not joint_sticks(part, state) for part, state in zip(friction, x[-1], strict=True)]
+    return replace_field(pose, "free", tuple(free))
 
 
-@hold_joints.register(JointFriction)
-def _(friction, pose, x):
-    slew, boom, jib, rope = x[-1]
-    free = (
-        not joint_sticks(friction.slew, slew),
-        not joint_sticks(friction.boom, boom),
-        not joint_sticks(friction.jib, jib),
-    )
-    return replace_field(pose, "free", (*free, not joint_sticks(friction.rope, rope)))
-
-
-@generic
 def add_joint_friction(friction, tau, rope_state, x):
     """Return the joint efforts tau plus those of friction, which a joint that sticks has none of."""
-    return tau
-
-
-@add_joint_friction.register(JointFriction)
-def _(friction, tau, rope_state, x):
-    (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
-    return (
-        tau[0] + friction_effort(friction.slew, va, slew),
-        tau[1] + friction_effort(friction.boom, vb, boom),
-        tau[2] + friction_effort(friction.jib, vg, jib),
-        *winch_effort(friction.rope, tau, rope_state.rate, rope),
-    )
-
-
-@generic
-def winch_effort(friction, tau, rate, friction_state):
-    """Return the winch's effort with friction as a tuple, empty for a winch without one."""
-    return tau[3:]
-
-
-@winch_effort.register(Friction)
-@winch_effort.register(LuGre)
-def _(friction, tau, rate, friction_state):
-    return (tau[3] + friction_effort(friction, rate, friction_state),)
-
-
-@winch_tension.register(JointFriction)
-def _(friction, p, pose, rope_state, tau, force, reaction):
-    if pose.free[WINCH]:
-        return winch_pull(p.cable, tau, rope_state)
-    return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
-
-
-@limit_to_pull.register(JointFriction)
-def _(friction, u):
-    return limit_to_pull(friction.rope, u)
-
-
-@limit_to_pull.register(Friction)
-@limit_to_pull.register(LuGre)
-def _(friction, u):
-    return u  # the winch overcomes its friction to pay out, while the rope pulls
+    if friction is None:
+        return tau
+    of_support = zip(tau, friction, x[0][3:], x[-1], strict=False)  # three: the winch has an effort or none
+    turning = [effort + friction_effort(part, rate, state) for effort, part, rate, state in of_support]
+    if friction.rope is None:
+        return (*turning, *tau[WINCH:])
+    return (*turning, tau[WINCH] + friction_effort(friction.rope, rope_state.rate, x[-1][WINCH]))
 
 
 def constraint_efforts(p, motion):
@@ -109,20 +63,13 @@ def constraint_efforts(p, motion):
     return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
 
 
-@generic
 def any_joint_sticks(friction, x):
     """Return whether friction holds a joint in state x."""
-    return False
+    return friction is not None and any(
+        [joint_sticks(part, state) for part, state in zip(friction, x[-1], strict=True)]
+    )
 
 
-@any_joint_sticks.register(JointFriction)
-def _(friction, x):
-    slew, boom, jib, rope = x[-1]
-    turning = joint_sticks(friction.slew, slew) or joint_sticks(friction.boom, boom) or joint_sticks(friction.jib, jib)
-    return turning or joint_sticks(friction.rope, rope)
-
-
-@generic
 def friction_guards(friction, best, x, rate, efforts):
     """Return the smallest one of `best` and of the guards of the joints' friction.
 
@@ -133,17 +80,12 @@ def friction_guards(friction, best, x, rate, efforts):
         rate: of the rope [m/s].
         efforts: result of `constraint_efforts`, anything where no joint sticks.
     """
+    if friction is None:
+        return best
+    rates = (*x[0][3:], rate + x[-1][WINCH] * STANDSTILL)
+    for joint, (part, v, state, effort) in enumerate(zip(friction, rates, x[-1], efforts, strict=True)):
+        best = smaller_guard(best, friction_guard(part, v, state, effort), encode(Guard.FRICTION, joint))
     return best
-
-
-@friction_guards.register(JointFriction)
-def _(friction, best, x, rate, efforts):
-    (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
-    best = smaller_guard(best, friction_guard(friction.slew, va, slew, efforts[0]), encode(Guard.FRICTION, 0))
-    best = smaller_guard(best, friction_guard(friction.boom, vb, boom, efforts[1]), encode(Guard.FRICTION, 1))
-    best = smaller_guard(best, friction_guard(friction.jib, vg, jib, efforts[2]), encode(Guard.FRICTION, 2))
-    winch = friction_guard(friction.rope, rate + rope * STANDSTILL, rope, efforts[WINCH])
-    return smaller_guard(best, winch, encode(Guard.FRICTION, WINCH))
 
 
 def stop_joint(x, joint, rope_state):
@@ -158,14 +100,10 @@ def stop_joint(x, joint, rope_state):
 
 def after_guard(friction, joint, friction_state, efforts):
     """Return the new mode of a joint whose guard has failed in mode `friction_state`, at rest under `efforts`."""
-    if joint == 0:
-        mode = breakaway_mode(friction.slew, friction_state, efforts[0])
-    elif joint == 1:
-        mode = breakaway_mode(friction.boom, friction_state, efforts[1])
-    elif joint == 2:
-        mode = breakaway_mode(friction.jib, friction_state, efforts[2])
-    else:
-        mode = breakaway_mode(friction.rope, friction_state, efforts[WINCH])
+    mode = friction_state
+    for k, part in enumerate(friction):
+        if joint == k:
+            mode = breakaway_mode(part, friction_state, efforts[k])
     return mode
 
 
@@ -174,45 +112,24 @@ def with_friction_state(x, joint, friction_state):
     return (*x[:-1], replace_entry(x[-1], joint, friction_state)), friction_event(joint, friction_state)
 
 
-@generic
-def append_friction_states(friction, x, v):
-    """Return the initial state x with the friction states of joints at velocities v (nq,) appended."""
-    return x
+def initial_friction_states(friction, v):
+    """Return the friction states of joints at velocities v (nq,), as what they add to the state of the crane."""
+    if friction is None:
+        return ()
+    rates = v[0], v[1], v[2], 0.0 if abs(v[WINCH]) <= STANDSTILL else v[WINCH]
+    return (tuple([initial_friction_state(part, rate) for part, rate in zip(friction, rates, strict=True)]),)
 
 
-@append_friction_states.register(JointFriction)
-def _(friction, x, v):
-    rate = 0.0 if abs(v[WINCH]) <= STANDSTILL else v[WINCH]
-    turning = (
-        initial_friction_state(friction.slew, v[0]),
-        initial_friction_state(friction.boom, v[1]),
-        initial_friction_state(friction.jib, v[2]),
-    )
-    return (*x, (*turning, initial_friction_state(friction.rope, rate)))
+def friction_rates(friction, x, rate):
+    """Return the derivatives of the friction states, as `initial_friction_states` does; `rate` is the rope's [m/s]."""
+    if friction is None:
+        return ()
+    parts = zip(friction, (*x[0][3:], rate), x[-1], strict=True)
+    return (tuple([friction_state_rate(part, v, state) for part, v, state in parts]),)
 
 
-@generic
-def append_friction_rates(friction, derivative, x, rate):
-    """Return the derivative of state x with those of the friction states appended; `rate` is the rope's [m/s]."""
-    return derivative
-
-
-@append_friction_rates.register(JointFriction)
-def _(friction, derivative, x, rate):
-    (_, _, _, va, vb, vg), (slew, boom, jib, rope) = x[0], x[-1]
-    turning = friction_state_rate(friction.slew, va, slew), friction_state_rate(friction.boom, vb, boom)
-    rates = (*turning, friction_state_rate(friction.jib, vg, jib), friction_state_rate(friction.rope, rate, rope))
-    return (*derivative, rates)
-
-
-@generic
-def keep_friction_states(friction, x, projected, rope_state):
-    """Return the projected state with the friction states of x, the rope at rest where friction holds its winch."""
-    return projected
-
-
-@keep_friction_states.register(JointFriction)
-def _(friction, x, projected, rope_state):
-    sticks = joint_sticks(friction.rope, x[-1][WINCH])
-    xc = without_rate(rope_state, projected[1]) if sticks else projected[1]
-    return (projected[0], xc, *x[2:])
+def hold_rope(friction, x, xc, rope_state):
+    """Return the payload's part xc of state x, the rope at rest where friction holds its winch."""
+    if friction is None:
+        return xc
+    return without_rate(rope_state, xc) if joint_sticks(friction.rope, x[-1][WINCH]) else xc

@@ -1,18 +1,13 @@
-"""Supports, which carry the upper end of the rope, one file each; here the functions that every support registers.
+"""Supports, which carry the upper end of the rope, one file each; here the functions of the closed forms.
 
-A support registers all of `MANDATORY`; one that `single_rope` puts together with a rope also `SINGLE_ROPE`, in
-`single_rope.joint_coordinates`; one whose joints can have friction and motors `ACTUATED`. Everything else has a
-default, which its docstring says.
-
-A support works in a frame of its own: origin at its base, z up, turned about z by its yaw angle (a trolley's is 0).
-Its state is a tuple (positions..., velocities...). All vectors below are in that frame; `tip_velocity` is the rate of
-change of the tip's coordinates in it.
+Below knuckle boom and driven point a single rope has closed forms (`single_rope`), which are faster than those of the
+tree in `support`, and equal. They work in a frame of their own: origin at the base, z up, turned about z by the yaw
+angle. The state is a tuple (positions..., velocities...). All vectors below are in that frame; `tip_velocity` is the
+rate of change of the tip's coordinates in it.
 """
 
 from crane_sim.models.moving_base import BaseKinematics
 from crane_sim.numerics.jit import generic
-
-_COORDINATES = 3  # of most supports
 
 
 @generic
@@ -45,39 +40,6 @@ def tip_acceleration(support, pose, qdd):
 @generic
 def tip_mobility(support, pose, n):
     """Return nᵀ J Mc⁻¹ Jᵀ n [1/kg]: the tip's acceleration along the unit vector n for a unit force along n."""
-    raise NotImplementedError
-
-
-@generic
-def joint_mobilities(support, pose):
-    """Return the acceleration of each joint [1/kg or 1/(kg m²)] for a unit effort on it, a tuple: no other one moves.
-
-    For supports whose mass matrix is diagonal; those that have it can be an `ActuatedSupport`.
-    """
-    raise NotImplementedError
-
-
-@generic
-def tip_levers(support, pose, n):
-    """Return the tip's velocity along the unit vector n for a unit rate of each joint, a tuple: Jᵀ n."""
-    raise NotImplementedError
-
-
-@generic
-def joint_motion(support, xs, i):
-    """Return (position, rate) of coordinate i in the support's state xs."""
-    return xs[i], xs[coordinate_count(support) + i]
-
-
-@generic
-def friction_state_count(support):
-    """Return the number of the joints' friction states, which end the crane's state; 0 by default."""
-    return 0
-
-
-@generic
-def add_yaw_moment(support, tau, couple):
-    """Return the joint efforts tau plus those of a couple [N m] about the vertical, applied to the support."""
     raise NotImplementedError
 
 
@@ -114,6 +76,12 @@ def with_wind(support, tau, flow, base, pose):
     `flow` is that of `crane_sim.models.wind_load.airflow_at`, None without wind, and `base` as in `with_base`, both in
     the axes of the support's frame. A support without windage leaves tau as it is.
     """
+    return tau
+
+
+@generic
+def add_yaw_moment(support, tau, couple):
+    """Return the joint efforts tau plus those of a couple [N m] about the vertical, applied to the support."""
     return tau
 
 
@@ -158,18 +126,6 @@ def support_base_energy(support, base, pose, gravity):
 
 
 @generic
-def coordinate_count(support):
-    """Return the number of the support's coordinates, 3 by default."""
-    return _COORDINATES
-
-
-@generic
-def trailing_count(support):
-    """Return the number of trailing coordinates: the support's last ones, which the order of joints puts behind all."""
-    return 0
-
-
-@generic
 def support_guard(support, best, xs):
     """Return the smallest one of `best`, see `crane_sim.models.guards`, and of the support's travel limits."""
     return best
@@ -209,14 +165,3 @@ def actuated_joints(support, p, x):
 def efforts_from_row(support, p, row):
     """Return the efforts in the array `row` as a tuple."""
     raise NotImplementedError
-
-
-MANDATORY = (
-    *(forward_kinematics, support_acceleration, tip_acceleration, tip_mobility, add_yaw_moment, drive_power, yaw),
-    *(support_polyline, support_polyline_size, support_kinetic, support_potential),
-)
-"""Functions that every support registers."""
-SINGLE_ROPE = joint_coordinates, state_from_joints, joint_accelerations, actuated_joints, efforts_from_row
-"""Functions of `single_rope`, all registered or none: a support without them carries a `suspended` cable."""
-ACTUATED = joint_mobilities, tip_levers
-"""Functions of `actuated_support`, all registered or none: joints of a support without them have no friction there."""

@@ -6,13 +6,12 @@ move the point. Joint coordinates are the point's position and the unit vector f
 direction is singular.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive, Range
 from crane_sim.models.guards import Guard, encode, travel_guard
 from crane_sim.models.supports import (
     actuated_joints,
-    add_yaw_moment,
     drive_power,
     efforts_from_row,
     forward_kinematics,
@@ -26,6 +25,8 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
+from crane_sim.models.supports.support import Mechanism
+from crane_sim.multibody.tree import Joint, Point, Tree, X, Y, Z
 from crane_sim.numerics.jit import generic
 
 Vector = tuple[float, float, float]
@@ -50,7 +51,7 @@ class Box(NamedTuple):
     z: Range | None = None  # m, of `tip_z`, of a point with a vertical drive
 
 
-class Point(NamedTuple):
+class DrivenPoint(NamedTuple):
     """Parameters of the support."""
 
     servo: Servo | None = None  # None: inputs are accelerations
@@ -60,6 +61,23 @@ class Point(NamedTuple):
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
         return f"suspension point along {'xyz'[i]}", f"suspension.limits.{'xyz'[i]}"
+
+    def mechanism(self) -> Mechanism:
+        """Return the joints: slides along x, y and z without a mass, whose accelerations are prescribed."""
+        joints = (Joint(X, ((0, 1),), slides=True), Joint(Y, ((1, 1),), slides=True, parent=0))
+        box = self.limits or Box()
+        return Mechanism(
+            Tree((*joints, Joint(Z, ((2, 1),), slides=True, parent=1)), Point(2)),
+            limits=(box.x, box.y, box.z),
+            actuated=(0, 1) if self.lift is None else (0, 1, 2),
+            yaw=(),
+            prescribed=(True, True, True),
+        )
+
+    def prescribe(self, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return the accelerations (3,) [m/s²] at inputs (3,): none along z without a lift."""
+        x, y, z = (servo_acceleration(self.servo, u, place, rate) for u, place, rate in zip(efforts, q, v, strict=True))
+        return x, y, z if self.lift is not None else 0
 
 
 class PointPosture(NamedTuple):
@@ -92,40 +110,35 @@ def _(lift, servo, tau, pose):
     return servo_acceleration(servo, tau[2], pose.tip[2], pose.tip_velocity[2])
 
 
-@forward_kinematics.register(Point)
+@forward_kinematics.register(DrivenPoint)
 def _(support, xs):
     return PointPosture(xs[:3], xs[3:], 0.0)
 
 
-@support_acceleration.register(Point)
+@support_acceleration.register(DrivenPoint)
 def _(support, pose, gravity, tau, force):
     x = servo_acceleration(support.servo, tau[0], pose.tip[0], pose.tip_velocity[0])
     y = servo_acceleration(support.servo, tau[1], pose.tip[1], pose.tip_velocity[1])
     return x, y, vertical_acceleration(support.lift, support.servo, tau, pose)
 
 
-@tip_acceleration.register(Point)
+@tip_acceleration.register(DrivenPoint)
 def _(support, pose, qdd):
     return qdd, 0.0
 
 
-@tip_mobility.register(Point)
+@tip_mobility.register(DrivenPoint)
 def _(support, pose, n):
     return 0.0
 
 
-@add_yaw_moment.register(Point)
-def _(support, tau, couple):
-    return tau
-
-
-@drive_power.register(Point)
+@drive_power.register(DrivenPoint)
 def _(support, tau, pose, force):
     vx, vy, vz = pose.tip_velocity
     return -force[0] * vx - force[1] * vy - force[2] * vz
 
 
-@support_guard.register(Point)
+@support_guard.register(DrivenPoint)
 def _(support, best, xs):
     return box_guard(support.limits, best, xs)
 
@@ -143,37 +156,37 @@ def _(limits, best, xs):
     return travel_guard(limits.z, best, xs[2], encode(Guard.TRAVEL, 2))
 
 
-@yaw.register(Point)
+@yaw.register(DrivenPoint)
 def _(support, xs):
     return 0.0
 
 
-@support_polyline.register(Point)
+@support_polyline.register(DrivenPoint)
 def _(support, xs):
     return (xs[:3],)
 
 
-@support_polyline_size.register(Point)
+@support_polyline_size.register(DrivenPoint)
 def _(support):
     return 1
 
 
-@support_kinetic.register(Point)
+@support_kinetic.register(DrivenPoint)
 def _(support, pose):
     return 0.0
 
 
-@support_potential.register(Point)
+@support_potential.register(DrivenPoint)
 def _(support, pose, gravity):
     return 0.0
 
 
-@actuated_joints.register(Point)
+@actuated_joints.register(DrivenPoint)
 def _(support, p, x):
     return driven_components(support.lift, x[0][:3]), driven_components(support.lift, x[0][3:])
 
 
-@efforts_from_row.register(Point)
+@efforts_from_row.register(DrivenPoint)
 def _(support, p, row):
     return driven_components(support.lift, row)
 

@@ -60,7 +60,10 @@ from crane_sim.models.supports import (
     tip_mobility,
     yaw,
 )
+from crane_sim.models.supports.support import Mechanism, Pressed, Spring
 from crane_sim.models.wind_load import RodWindage
+from crane_sim.multibody.tree import Body, Joint, Point, Tree, Y, Z
+from crane_sim.multibody.vectors import diagonal
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, routine
 
@@ -75,6 +78,11 @@ class Rod(NamedTuple):
     # has no part in the slew's
     limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
     windage: RodWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
+
+    def body(self) -> Body:
+        """Return the rod in axes at its lower joint, along x; a thin one has inertia about its luffing axis alone."""
+        axial, vertical = (0, 0) if self.axial_inertia is None else (self.axial_inertia, self.inertia)
+        return Body(self.mass, (0.5 * self.length, 0, 0), diagonal(axial, self.inertia, vertical))
 
 
 class Tower(NamedTuple):
@@ -97,6 +105,35 @@ class Knuckle(NamedTuple):
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
         return (("slew", "tower.limits"), ("boom", "boom.limits"), ("jib", "jib.limits"))[i]
+
+    def mechanism(self) -> Mechanism:
+        """Return the joints and bodies: slew, boom, and jib, whose elevation is measured from the horizontal."""
+        boom, jib = self.boom, self.jib
+        slew = Joint(Z, ((0, 1),), bodies=(Body(0, inertia=diagonal(0, 0, self.tower.inertia)),))
+        luff = Joint(Y, ((1, 1),), reverse=True, parent=0, bodies=(boom.body(),))
+        head = boom.length, 0, 0
+        fold = Joint(Y, ((2, 1), (1, -1)), reverse=True, parent=1, offset=head, bodies=(jib.body(),))
+        rods = (1, boom), (2, jib)
+        return Mechanism(
+            Tree((slew, luff, fold), Point(2, (jib.length, 0, 0))),
+            limits=(self.tower.limits, boom.limits, jib.limits),
+            actuated=(0, 1, 2),
+            springs=self._springs(),
+            outline=(Point(-1), Point(2)),
+            pressed=tuple(
+                Pressed(joint, rod.windage, rod.windage.centre * rod.length)
+                for joint, rod in rods
+                if rod.windage is not None
+            ),
+        )
+
+    def _springs(self) -> tuple[Spring, ...]:
+        boom, jib, springs = self.boom_spring, self.jib_spring, ()
+        if boom is not None:
+            springs = (Spring((0, 1, 0), boom.stiffness, boom.rest),)
+        if jib is not None:
+            springs = (*springs, Spring((0, -1.0 if jib.relative else 0.0, 1), jib.stiffness, jib.rest))
+        return springs
 
 
 class KnucklePosture(NamedTuple):

@@ -32,39 +32,37 @@ from crane_sim.models.moving_base import (
     imposed_acceleration,
     pose_at,
     to_base,
-    to_turned_axes,
-    turned_about_z,
 )
-from crane_sim.models.rotating_frame import inertial_acceleration, inertial_velocity
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports import (
+from crane_sim.models.supports.backlash import drive_accelerations, play_power
+from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
+from crane_sim.models.supports.joint_modes import write_friction_rates
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
+from crane_sim.models.supports.support import (
+    Dynamics,
+    Posture,
+    Support,
+    accelerations,
+    bare_tip,
+    base_efforts,
+    compute_dynamics,
+    compute_posture,
     coordinate_count,
+    drive_count,
     drive_power,
-    forward_kinematics,
     friction_state_count,
-    support_acceleration,
+    joint_efforts,
+    mobility,
+    net_efforts,
+    prescribed_accelerations,
+    read_state,
+    responses,
     tip_acceleration,
-    tip_mobility,
-    with_base,
-    with_wind,
+    tip_efforts,
+    tip_rate,
+    wind_efforts,
     yaw,
 )
-from crane_sim.models.supports.actuated_support import ActuatedSupport, with_friction_states
-from crane_sim.models.supports.backlash import (
-    GearedSupport,
-    drive_count,
-    joint_efforts,
-    play_power,
-    with_drive_states,
-    write_drive_accelerations,
-)
-from crane_sim.models.supports.bridge import Bridge
-from crane_sim.models.supports.flexible import FlexibleState, FlexibleSupport, elastic_entries
-from crane_sim.models.supports.friction_modes import write_friction_rates
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
-from crane_sim.models.supports.swaying_tower import SwayingTower, SwayState
-from crane_sim.models.supports.tower_crane import TowerCrane
 from crane_sim.models.suspended.exchange import Exchange, current_load, exchange_modes
 from crane_sim.models.suspended.load_dynamics import (
     add,
@@ -82,13 +80,14 @@ from crane_sim.models.suspended.torsion import (
     Torsion,
     add_twist_power,
     push_nodes,
+    twist_efforts,
     twist_load,
     twist_of,
-    twist_support,
     twist_tip,
 )
-from crane_sim.models.wind_load import airflow_at, turned_flow
-from crane_sim.numerics.elementary import sincos
+from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody import linear
+from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
@@ -98,7 +97,7 @@ from crane_sim.trajectories.wind import Wind
 class SuspendedCrane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Any  # of `crane_sim.models.supports`
+    support: Support
     cable: Chain  # node masses above the load; the last one is not used
     load: PointLoad | RigidLoad
     hoist: Hoist | ReevedHoist | None = None
@@ -125,11 +124,13 @@ class Work(NamedTuple):
 class SuspendedSolution(NamedTuple):
     """Support, load and base at one instant, in addition to the work arrays."""
 
-    pose: NamedTuple  # of the support
+    pose: Posture  # of the support
+    dynamics: Dynamics
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the first link's length
-    tip_force: tuple[float, float, float]  # N, of the first link on the tip, in the support's frame
-    tau: Any  # efforts on the joints, with those that a moving base adds
+    tip_force: tuple[float, float, float]  # N, of rope and torsion on the tip, in the axes of the base
+    tau: Any  # efforts on the coordinates of drives, springs, base, wind and torsion
+    net: Any  # what accelerates the coordinates: `net_efforts`, with those of the rope
     command: Any  # efforts of the drives
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
@@ -137,40 +138,6 @@ class SuspendedSolution(NamedTuple):
     given: Any  # by `load_force`
     moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
     twist: Any  # `Twist` of the rope, None without torsion
-
-
-@generic
-def support_state(support, x, nq):
-    """Return the support's state, a tuple, from the crane's."""
-    return x[0], x[1], x[2], x[nq], x[nq + 1], x[nq + 2]
-
-
-@support_state.register(TowerCrane)
-@support_state.register(Bridge)
-def _(support, x, nq):
-    return x[0], x[1], x[nq], x[nq + 1]
-
-
-@support_state.register(FlexibleSupport)
-def _(support, x, nq):
-    inner = support_state(support.support, x, nq)
-    return FlexibleState(inner, elastic_entries(support, x, 0), elastic_entries(support, x, nq))
-
-
-@support_state.register(SwayingTower)
-def _(support, x, nq):
-    inner = support_state(support.support, x, nq)
-    return SwayState(inner, (x[2], x[3]), (x[nq + 2], x[nq + 3]))
-
-
-@support_state.register(GearedSupport)
-def _(support, x, nq):
-    return with_drive_states(support, support_state(support.support, x, nq), x, nq)
-
-
-@support_state.register(ActuatedSupport)
-def _(support, x, nq):
-    return with_friction_states(support, support_state(support.support, x, nq), x)
 
 
 def suspended_layout(p):
@@ -219,25 +186,6 @@ def fill_directions(p, x, links):
         links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
         links.squared_rates[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
     links.lengths[0] = first_length(p.hoist, p, x, nq)[0]
-
-
-def to_base_axes(a, s, c):
-    """Return a vector (3,) of the support's frame, turned by an angle of this sine and cosine, in the base's axes."""
-    return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
-
-
-def tip_motion(pose, s, c):
-    """Return (position [m], velocity [m/s]) of the tip relative to the base, each (3,)."""
-    return to_base_axes(pose.tip, s, c), to_base_axes(
-        inertial_velocity(pose.tip, pose.tip_velocity, pose.yaw_rate), s, c
-    )
-
-
-def tip_acceleration_in_base(support, pose, qdd, s, c):
-    """Return the tip's acceleration (3,) [m/s²] relative to the base at joint accelerations qdd."""
-    relative, yaw_acceleration = tip_acceleration(support, pose, qdd)
-    acc = inertial_acceleration(relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration)
-    return to_base_axes(acc, s, c)
 
 
 def next_node(links, k, rate, node):
@@ -311,41 +259,47 @@ def solve_dynamics(p, t, x, tau, work):
     body, (links, acc, tension, ratio) = current_load(p.exchange, p.load, x, end), work
     fill_directions(p, x, links)
     n, (length, rate) = len(tension), first_length(p.hoist, p, x, nq)
-    xs = support_state(p.support, x, nq)
-    pose, angle, base = forward_kinematics(p.support, xs), yaw(p.support, xs), base_kinematics_at(p.base, p.gravity, t)
-    s, c = sincos(angle)
-    node, power = fill_node_accelerations(p, base, links, rate, tip_motion(pose, s, c), acc)
+    pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
+    node, power = fill_node_accelerations(p, base, links, rate, bare_tip(pose), acc)
     load = load_state(body, x, nq, node)
     last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
     links.inv_masses[n - 1] = end_mobility(body, load, last)
-    twist = twist_of(p.torsion, links, load, angle, pose.yaw_rate)
+    twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
     push_nodes(twist, links, acc)
-    flow, turned = airflow_at(p.wind, p.base, t, 0.0), turned_about_z(base, angle)
+    flow = airflow_at(p.wind, p.base, t, 0.0)
     given = load_force(p, body, t, flow, base, load)
     (fx, fy, fz), moment = twist_load(twist, links, body, load, *given)
     imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
     free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
-    command, tau = tau, joint_efforts(p.support, tau, pose)
-    tau = with_wind(p.support, with_base(p.support, tau, turned, pose), turned_flow(flow, angle), turned, pose)
-    tau = twist_support(twist, p.support, tau)
-    first = to_turned_axes((links.units[0, 0], links.units[0, 1], links.units[0, 2]), s, c)
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, twist_tip(twist, links, (s, c), (0.0, 0.0, 0.0)))
-    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
+    dynamics = compute_dynamics(p.support, pose)
+    efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
+    efforts = linear.add(efforts, wind_efforts(pose, flow, base))
+    efforts = linear.add(efforts, twist_efforts(twist, pose))
+    beside = to_tree_axes(pose.kinematics.turn, twist_tip(twist, links, (0, 0, 0)))
+    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, beside))
+    qdd = accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
+    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
+    first = links.units[0, 0], links.units[0, 1], links.units[0, 2]
+    levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, first))
+    answer = responses(dynamics, levers)
     at = nq + coordinate_count(p.support), end
     hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, (length, rate, p.gravity))
-    top = SupportEnd(tip_mobility(p.support, pose, first), hoist_inv_mass, hoist_bias_acc, rate)
+    top = SupportEnd(mobility(dynamics, levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     length_acc = hoisted_length_acceleration(links, top, acc, tension)
-    pull = tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]
-    pull = twist_tip(twist, links, (s, c), pull)
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, pull)
-    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, qdd, s, c)
+    pull = twist_tip(twist, links, (tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]))
+    net = linear.add(net, linear.scale(tension[0], levers))
+    qdd = linear.add(qdd, linear.scale(tension[0], answer))
+    moved = tip_rate(pose, answer)
     across = end_acceleration_across(body, load, last, tension[n - 1])
     for i in range(3):
+        acc[0, i] += tension[0] * moved[i]
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
-    return SuspendedSolution(pose, qdd, length_acc, pull, tau, command, load, base, power, given, moment, twist)
+    return SuspendedSolution(
+        pose, dynamics, qdd, length_acc, pull, efforts, net, tau, load, base, power, given, moment, twist
+    )
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -367,7 +321,8 @@ def write_suspended_derivative(p, t, x, u, out, work):
             out[first + 3 * k + i] = links.rates[k, i]
     for i in range(len(solved.support)):
         out[nq + i] = solved.support[i]
-    write_drive_accelerations(p.support, solved.pose, solved.command, out, nq + len(solved.support))
+    for i, drive_acc in enumerate(drive_accelerations(p.support.drives, solved.command, solved.pose.state)):
+        out[nq + len(solved.support) + i] = drive_acc
     if first > ns:
         out[nq + ns] = solved.length
     top = SupportEnd(0.0, 0.0, 0.0, first_length(p.hoist, p, x, nq)[1])
@@ -379,7 +334,7 @@ def write_suspended_derivative(p, t, x, u, out, work):
         out[2 * nq] = suspended_power(p, t, x, solved, work)
     for i in range(end, len(out)):
         out[i] = 0.0
-    write_friction_rates(p.support, solved.pose, out)
+    write_friction_rates(p.support, solved.pose.state, out)
 
 
 def suspended_power(p, t, x, solved, work):
@@ -388,8 +343,9 @@ def suspended_power(p, t, x, solved, work):
     body = current_load(p.exchange, p.load, x, end)
     motion, load = (*first_length(p.hoist, p, x, nq), solved.length), solved.load
     force, moment = solved.given
-    power = drive_power(p.support, solved.tau, solved.pose, solved.tip_force) + solved.base_power
-    power += winch_power(p.hoist, solved.tau, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
-    power += play_power(p.support, solved.pose, solved.command)
+    pull = to_tree_axes(solved.pose.kinematics.turn, solved.tip_force)
+    power = drive_power(solved.pose, solved.tau, pull) + solved.base_power
+    power += winch_power(p.hoist, solved.command, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
+    power += play_power(p.support.drives, solved.command, solved.pose.state)
     power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
     return power + dot(force, load.velocity) + moment_power(body, load, moment)

@@ -23,27 +23,27 @@ from crane_sim.models.cables.chain_3d import (
 )
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_axes
-from crane_sim.models.supports import (
+from crane_sim.models.moving_base import cross, dot, rotate_to_base
+from crane_sim.models.supports.hoist import hoist_response
+from crane_sim.models.supports.joint_modes import reset_friction_modes, switch_drive
+from crane_sim.models.supports.support import (
+    bare_tip,
+    compute_dynamics,
+    compute_posture,
     coordinate_count,
     drive_power,
-    forward_kinematics,
     friction_state_count,
-    support_acceleration,
-    tip_mobility,
-    yaw,
+    mobility,
+    read_state,
+    responses,
+    tip_efforts,
+    tip_rate,
 )
-from crane_sim.models.supports.backlash import switch_drive
-from crane_sim.models.supports.friction_modes import reset_friction_modes
-from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.suspended.crane import (
     fill_directions,
     first_length,
     next_node,
-    support_state,
     suspended_layout,
-    tip_acceleration_in_base,
-    tip_motion,
 )
 from crane_sim.models.suspended.exchange import DONE, Exchange, carry, current_load, join, vector_at
 from crane_sim.models.suspended.load_dynamics import (
@@ -53,9 +53,8 @@ from crane_sim.models.suspended.load_dynamics import (
     multiply,
     subtract,
 )
-from crane_sim.numerics.elementary import sincos
+from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.states import replace_entry
 
 ROUNDING = 1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
 
@@ -63,7 +62,7 @@ ROUNDING = 1e-12  # of momentum: an impulse of the cable that is zero up to this
 @generic
 def exchange_load(exchange, p, t, x, number):
     """Return the result of `system.apply_reset_map`; without exchanges guards are those of the support."""
-    return switch_drive(p.support, x, support_state(p.support, x, suspended_layout(p)[0]), number)
+    return switch_drive(p.support, x, read_state(p.support, x, suspended_layout(p)[0]), number)
 
 
 @exchange_load.register(Exchange)
@@ -77,7 +76,7 @@ def apply_exchange(p, t, x, number):
     nq, _, mode = suspended_layout(p)
     k = int(x[mode])
     if number != encode(Guard.PAYLOAD, k):
-        return switch_drive(p.support, x, support_state(p.support, x, nq), number)
+        return switch_drive(p.support, x, read_state(p.support, x, nq), number)
     y = x.copy()
     y[mode] += 1.0
     before, after = current_load(p.exchange, p.load, x, mode), current_load(p.exchange, p.load, y, mode)
@@ -90,7 +89,7 @@ def apply_exchange(p, t, x, number):
     else:
         joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
         lost, least = add_jumps(p, after, x, y, state, joined)
-        reset_friction_modes(p.support, y, support_state(p.support, y, nq))
+        reset_friction_modes(p.support, y, read_state(p.support, y, nq))
         gained += joined.energy - lost
         least += ROUNDING * after.mass * sqrt(dot(joined.jump, joined.jump))
     if mode > 2 * nq:
@@ -104,9 +103,7 @@ def lower_end(p, x):
     nq, _, _ = suspended_layout(p)
     links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
     fill_directions(p, x, links)
-    xs = support_state(p.support, x, nq)
-    s, c = sincos(yaw(p.support, xs))
-    node = tip_motion(forward_kinematics(p.support, xs), s, c)
+    node = bare_tip(compute_posture(p.support, read_state(p.support, x, nq)))
     for k in range(len(links.squared_rates)):
         node = next_node(links, k, rate, node)
         rate = 0.0
@@ -114,35 +111,23 @@ def lower_end(p, x):
 
 
 def posture_at_rest(support, x, nq):
-    """Return the posture of the support in state x without velocities, and sine and cosine of its yaw.
+    """Return the posture of the support in state x without velocities.
 
     Its joints are free: dry friction, whose forces are finite, holds none against an impulse.
     """
     still = x.copy()
     still[nq : 2 * nq] = 0.0
     still[len(x) - friction_state_count(support) :] = 1.0
-    xs = support_state(support, still, nq)
-    return forward_kinematics(support, xs), sincos(yaw(support, xs))
+    return compute_posture(support, read_state(support, still, nq))
 
 
-def jumps_of_joints(support, pose, nothing, pull):
-    """Return the jumps of the joints' rates by an impulse (3,) [N s] on the tip; `nothing`: efforts that are all 0.
-
-    Springs of joints and servos, whose accelerations need no impulse, are taken off.
-    """
-    jumps = support_acceleration(support, pose, 0.0, nothing, pull)
-    steady = support_acceleration(support, pose, 0.0, nothing, (0.0, 0.0, 0.0))
-    for i in range(len(jumps)):
-        jumps = replace_entry(jumps, i, jumps[i] - steady[i])
-    return jumps
-
-
-def imposed_work(support, pose, nothing, pull):
+def imposed_work(pose, pull):
     """Return the energy [J] that imposed motions of a support take from an impulse (3,) [N s] on its tip.
 
-    What is left without an impulse is taken off: springs and dampers of the support, whose power acts for no time.
+    What is left without an impulse is taken off: springs of the support, whose power acts for no time.
     """
-    return drive_power(support, nothing, pose, (0.0, 0.0, 0.0)) - drive_power(support, nothing, pose, pull)
+    nothing = (0,) * len(pose.state.q)
+    return drive_power(pose, nothing, (0, 0, 0)) - drive_power(pose, nothing, pull)
 
 
 @routine
@@ -165,21 +150,24 @@ def add_jumps(p, load, x, y, state, joined):
     acc[n, 0], acc[n, 1], acc[n, 2] = joined.jump
     last, upper = vector_at(links.units, n - 1, 0), vector_at(links.units, 0, 0)
     links.inv_masses[n - 1] = end_mobility(load, state, last)
-    (pose, (s, c)), nothing = posture_at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    pose, nothing = posture_at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    turn = pose.kinematics.turn
     winch, _ = hoist_response(p.hoist, 0.0, nothing, x, nq + ns)
-    turned = to_turned_axes(upper, s, c)
-    top = SupportEnd(tip_mobility(p.support, pose, turned), winch, 0.0, 0.0)
+    levers = tip_efforts(pose, to_tree_axes(turn, upper))
+    dynamics = compute_dynamics(p.support, pose)
+    answer = responses(dynamics, levers)
+    top = SupportEnd(mobility(dynamics, levers, answer), winch, 0.0, 0.0)
     solve_tensions(links, top, acc, impulse, ratio)
     lost = 0.5 * impulse[n - 1] * dot(last, joined.jump)
     if first > ns:
         y[nq + ns] += hoisted_length_acceleration(links, top, acc, impulse)
         lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
-    pull = impulse[0] * turned[0], impulse[0] * turned[1], impulse[0] * turned[2]
-    lost += imposed_work(p.support, forward_kinematics(p.support, support_state(p.support, x, nq)), nothing, pull)
-    jumps = jumps_of_joints(p.support, pose, nothing, pull)
-    for i in range(len(jumps)):
-        y[nq + i] += jumps[i]
-    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration_in_base(p.support, pose, jumps, s, c)
+    pull = to_tree_axes(turn, (impulse[0] * upper[0], impulse[0] * upper[1], impulse[0] * upper[2]))
+    lost += imposed_work(compute_posture(p.support, read_state(p.support, x, nq)), pull)
+    for i, rate in enumerate(answer):
+        y[nq + i] += impulse[0] * rate
+    moved = tip_rate(pose, answer)
+    acc[0, 0], acc[0, 1], acc[0, 2] = impulse[0] * moved[0], impulse[0] * moved[1], impulse[0] * moved[2]
     (ax, ay, az) = end_acceleration_across(load, state, last, impulse[n - 1])
     acc[n, 0], acc[n, 1], acc[n, 2] = acc[n, 0] + ax, acc[n, 1] + ay, acc[n, 2] + az
     rates = np.empty(3 * n)

@@ -16,35 +16,19 @@ import numpy as np
 from crane_sim import system
 from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.joint_coordinates import POLE
-from crane_sim.models.supports import coordinate_count, trailing_count, yaw
-from crane_sim.models.supports.actuated_support import ActuatedSupport
-from crane_sim.models.supports.backlash import GearedSupport, initialize_support_modes
-from crane_sim.models.supports.bridge import Bridge
-from crane_sim.models.supports.driven_point import Point
-from crane_sim.models.supports.flexible import FlexibleSupport, elastic_entries
+from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
-from crane_sim.models.suspended.crane import (
-    SuspendedCrane,
-    first_length,
-    mode_count,
-    support_state,
-    suspended_layout,
-    to_base_axes,
-)
+from crane_sim.models.supports.joint_modes import initialize_modes
+from crane_sim.models.supports.support import coordinate_count, read_state, trailing_count, yaw
+from crane_sim.models.suspended.crane import SuspendedCrane, first_length, mode_count, suspended_layout
 from crane_sim.models.suspended.exchange import count_exchanges
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 
 
-@generic
 def has_swing_angles(support):
     """Return whether the first link is given by its length and swing angles; otherwise by its unit vector."""
-    return True
-
-
-@has_swing_angles.register(Point)
-def _(support):
-    return False
+    return not isinstance(support.structure, DrivenPoint)
 
 
 def swing_count(p):
@@ -78,7 +62,7 @@ def vector_of(angles, rates):
 
 def in_turning_frame(p, x, v, i, nq):
     """Return (unit vector, its rates) of the first link in the support's frame; v: rates begin there, i: the vector."""
-    angle = yaw(p.support, support_state(p.support, x, nq))
+    angle = yaw(p.support, read_state(p.support, x, nq).q)
     s, c = sincos(angle)
     n = to_turned_axes((x[i], x[i + 1], x[i + 2]), s, c)
     x1, y1, z1 = to_turned_axes((x[v + i], x[v + i + 1], x[v + i + 2]), s, c)
@@ -86,27 +70,9 @@ def in_turning_frame(p, x, v, i, nq):
     return n, (x1 + w * n[1], y1 - w * n[0], z1)
 
 
-@generic
-def yaw_entry(support, rates, i):
-    """Return entry i of a row, rate or acceleration of the support's frame about z: that of its first coordinate."""
-    return rates[i]
-
-
-@yaw_entry.register(FlexibleSupport)
-def _(support, rates, i):
-    return yaw_entry(support.support, rates, i) + elastic_entries(support, rates, i)[0]
-
-
-@yaw_entry.register(ActuatedSupport)
-@yaw_entry.register(GearedSupport)
-def _(support, rates, i):
-    return yaw_entry(support.support, rates, i)
-
-
-@yaw_entry.register(Bridge)
-@yaw_entry.register(Point)
-def _(support, rates, i):
-    return 0.0
+def yaw_entry(support, row, i):
+    """Return the entry of a row of rates or accelerations, which begin at i, of the angle about the vertical."""
+    return sum((row[i + k] for k in support.structure.mechanism().yaw), 0.0)
 
 
 @system.joints.register(SuspendedCrane)
@@ -151,18 +117,18 @@ def _(p, t, q, v):
         if first > ns + nd:
             x[ns + nd], x[nq + ns + nd] = q[ns], v[ns]
         direction, rates = vector_of((q[ns + 1], q[ns + 2]), (v[ns + 1], v[ns + 2]))
-        s, c = sincos(yaw(p.support, support_state(p.support, x, nq)))
+        s, c = sincos(yaw(p.support, read_state(p.support, x, nq).q))
         w = yaw_entry(p.support, x, nq)
         rates = (rates[0] - w * direction[1], rates[1] + w * direction[0], rates[2])
-        (x[first], x[first + 1], x[first + 2]) = to_base_axes(direction, s, c)
-        (x[nq + first], x[nq + first + 1], x[nq + first + 2]) = to_base_axes(rates, s, c)
+        (x[first], x[first + 1], x[first + 2]) = to_turned_axes(direction, -s, c)
+        (x[nq + first], x[nq + first + 1], x[nq + first + 2]) = to_turned_axes(rates, -s, c)
         at = ns + 3
     for i in range(n - at):
         x[nq - (n - at) + i], x[2 * nq - (n - at) + i] = q[at + i], v[at + i]
     if hoist_modes(p.hoist) > 0:
         x[end] = np.sign(x[nq + ns + nd])
     count_exchanges(p.exchange, t, x, end)
-    initialize_support_modes(p.support, x, support_state(p.support, x, nq))
+    initialize_modes(p.support, x, read_state(p.support, x, nq))
     return x
 
 
@@ -194,7 +160,7 @@ def accelerations_of_joints(p, x, rates):
 def angle_accelerations(p, x, rates, first, nq):
     """Return the second derivatives of the swing angles (θ1, θ2)."""
     n, (dx, dy, dz) = in_turning_frame(p, x, nq, first, nq)
-    s, c = sincos(yaw(p.support, support_state(p.support, x, nq)))
+    s, c = sincos(yaw(p.support, read_state(p.support, x, nq).q))
     i = nq + first
     ax, ay, az = to_turned_axes((rates[i], rates[i + 1], rates[i + 2]), s, c)
     w, w_dot = yaw_entry(p.support, x, nq), yaw_entry(p.support, rates, nq)

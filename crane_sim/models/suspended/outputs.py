@@ -6,51 +6,44 @@ from crane_sim.models.cables.chain_3d import align
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.moving_base import BaseState, added_energy, base_state, pose_at, to_turned_axes, to_world
+from crane_sim.models.moving_base import added_energy, base_state, pose_at, to_world
 from crane_sim.models.stops import WINCH, Stops, describe_stop, length_guard
-from crane_sim.models.supports import (
-    coordinate_count,
-    forward_kinematics,
-    support_base_energy,
-    support_guard,
-    support_kinetic,
-    support_polyline,
-    support_polyline_size,
-    support_potential,
-    yaw,
-)
-from crane_sim.models.supports.actuated_support import ActuatedSupport, takes_energy
 from crane_sim.models.supports.actuation import hoist_entry
-from crane_sim.models.supports.backlash import (
-    GearedSupport,
-    describe_drive,
-    mean_of_drives,
-    with_support_switching,
-)
-from crane_sim.models.supports.bridge import Bridge
-from crane_sim.models.supports.driven_point import Point, driven_components
-from crane_sim.models.supports.flexible import FlexibleSupport
-from crane_sim.models.supports.friction_modes import (
+from crane_sim.models.supports.backlash import describe_drive, drive_energies, mean_of_drives
+from crane_sim.models.supports.driven_point import DrivenPoint
+from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.supports.joint_modes import (
     any_joint_sticks,
-    friction_state_offset,
+    friction_state_index,
     mode_after_guard,
     sticking_guard,
+    support_guard,
+    with_support_switching,
 )
-from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
-from crane_sim.models.supports.swaying_tower import SwayingTower
-from crane_sim.models.supports.tower_crane import TowerCrane
+from crane_sim.models.supports.support import (
+    bare_tip,
+    compute_dynamics,
+    compute_posture,
+    coordinate_count,
+    energy_by_base,
+    kinetic_energy,
+    own_count,
+    polyline,
+    polyline_size,
+    potential_energy,
+    read_state,
+    takes_energy,
+    yaw,
+)
 from crane_sim.models.suspended.crane import (
     SuspendedCrane,
     fill_directions,
     first_length,
     next_node,
     solve_dynamics,
-    support_state,
     suspended_layout,
     suspended_power,
-    tip_motion,
-    to_base_axes,
 )
 from crane_sim.models.suspended.exchange import (
     current_load,
@@ -69,7 +62,6 @@ from crane_sim.models.suspended.winch import (
     winch_switching,
 )
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of, wind_kink_guard, with_kink_switching
-from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, routine
 
 
@@ -136,13 +128,12 @@ def suspended_energies(p, base, x):
     body = current_load(p.exchange, p.load, x, end)
     links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
     fill_directions(p, x, links)
-    xs = support_state(p.support, x, nq)
-    pose, (s, c) = forward_kinematics(p.support, xs), sincos(yaw(p.support, xs))
+    pose = compute_posture(p.support, read_state(p.support, x, nq))
     wound, hung = winch_energy(p.hoist, links.lengths[0], rate, p.gravity)
-    kinetic = support_kinetic(p.support, pose) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
-    potential = support_potential(p.support, pose, p.gravity) + hung
-    added = support_added_energy(base, p, pose, s, c)
-    node, n = tip_motion(pose, s, c), len(links.squared_rates)
+    moving, sprung = support_energies(p.support, pose, p.gravity)
+    kinetic = moving + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
+    potential, added = sprung + hung, support_added_energy(base, pose, p.gravity)
+    node, n = bare_tip(pose), len(links.squared_rates)
     for k in range(n):
         node = next_node(links, k, rate, node)
         rate = 0.0
@@ -156,22 +147,21 @@ def suspended_energies(p, base, x):
     (vx, vy, vz), more = load.velocity, load_base_energy(base, body, load, p.gravity)
     kinetic += 0.5 * body.mass * (vx * vx + vy * vy + vz * vz) + turning_energy(body, load)
     potential += body.mass * p.gravity * load.position[2]
-    twist = twist_of(p.torsion, links, load, yaw(p.support, xs), pose.yaw_rate)
+    twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
     potential = add_twist_energy(twist, p.torsion, potential)
     return kinetic, potential, added[0] + more[0], added[1] + more[1]
 
 
-@generic
-def support_added_energy(base, p, pose, s, c):
+def support_energies(support, pose, gravity):
+    """Return (kinetic, potential) energy [J] of structure and drives, relative to the base."""
+    kinetic, potential = drive_energies(support.drives, pose.state)
+    dynamics = compute_dynamics(support, pose)
+    return kinetic_energy(pose, dynamics) + kinetic, potential_energy(pose, dynamics, gravity) + potential
+
+
+def support_added_energy(base, pose, gravity):
     """Return (kinetic, potential) energy [J] that a moving base adds to the support's masses."""
-    velocity, spin = to_turned_axes(base.velocity, s, c), to_turned_axes(base.angular_velocity, s, c)
-    turned = BaseState(velocity, spin, to_turned_axes(base.up, s, c), base.height)
-    return support_base_energy(p.support, turned, pose, p.gravity)
-
-
-@support_added_energy.register(type(None))
-def _(base, p, pose, s, c):
-    return 0.0, 0.0
+    return (0.0, 0.0) if base is None else energy_by_base(pose, base, gravity)
 
 
 @generic
@@ -203,12 +193,12 @@ def _(p, t, x):
 
 @system.point_count.register(SuspendedCrane)
 def _(p):
-    return support_polyline_size(p.support) + len(p.cable.masses)
+    return polyline_size(p.support) + len(p.cable.masses)
 
 
 @system.tip_index.register(SuspendedCrane)
 def _(p):
-    return support_polyline_size(p.support) - 1
+    return polyline_size(p.support) - 1
 
 
 @system.points.register(SuspendedCrane)
@@ -222,67 +212,25 @@ def write_points(p, t, x, out):
     nq, _, _ = suspended_layout(p)
     links, base, (_, rate) = system.workspace(p).links, pose_at(p.base, t), first_length(p.hoist, p, x, nq)
     fill_directions(p, x, links)
-    xs, i = support_state(p.support, x, nq), 0
-    s, c = sincos(yaw(p.support, xs))
-    for point in support_polyline(p.support, xs):
-        out[i, 0], out[i, 1], out[i, 2] = to_world(base, to_base_axes(point, s, c))
+    state, i = read_state(p.support, x, nq), 0
+    for point in polyline(p.support, state):
+        out[i, 0], out[i, 1], out[i, 2] = to_world(base, point)
         i += 1
-    node = tip_motion(forward_kinematics(p.support, xs), s, c)
+    node = bare_tip(compute_posture(p.support, state))
     for k in range(len(links.squared_rates)):
         node = next_node(links, k, rate, node)
         out[i + k, 0], out[i + k, 1], out[i + k, 2] = to_world(base, node[0])
 
 
-@generic
 def support_entries(support, row, i):
     """Return the entries, from row[i] on, of the support's actuated joints, as a tuple."""
-    return row[i], row[i + 1], row[i + 2]
+    entries = tuple(row[i + k] for k in support.structure.mechanism().actuated)
+    return mean_of_drives(support.drives, row, i, entries, own_count(support))
 
 
-@support_entries.register(Point)
-def _(support, row, i):
-    return driven_components(support.lift, (row[i], row[i + 1], row[i + 2]))
-
-
-@support_entries.register(TowerCrane)
-@support_entries.register(Bridge)
-def _(support, row, i):
-    return row[i], row[i + 1]
-
-
-@support_entries.register(FlexibleSupport)
-@support_entries.register(SwayingTower)
-def _(support, row, i):
-    return support_entries(support.support, row, i)
-
-
-@support_entries.register(GearedSupport)
-def _(support, row, i):
-    return mean_of_drives(support, row, i, support_entries(support.support, row, i))
-
-
-@support_entries.register(ActuatedSupport)
-def _(support, row, i):
-    return support_entries(support.support, row, i)
-
-
-@generic
 def effort_entries(support, row):
     """Return the support's entries of a row of efforts, as a tuple."""
-    return support_entries(support, row, 0)
-
-
-@effort_entries.register(Point)
-def _(support, row):
-    return driven_components(support.lift, row)
-
-
-@effort_entries.register(FlexibleSupport)
-@effort_entries.register(SwayingTower)
-@effort_entries.register(ActuatedSupport)
-@effort_entries.register(GearedSupport)
-def _(support, row):
-    return effort_entries(support.support, row)
+    return tuple(row[k] for k in range(len(support.structure.mechanism().actuated)))
 
 
 @system.actuated_joints.register(SuspendedCrane)
@@ -308,7 +256,7 @@ def _(p, held):
     lossy = p.drag is not None or p.force is not None or p.wind is not None or p.exchange is not None
     lossy = lossy or takes_energy(p.support) or p.torsion is not None
     imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
-    imposed = imposed or isinstance(p.support, Point) or p.base is not None
+    imposed = imposed or isinstance(p.support.structure, DrivenPoint) or p.base is not None
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 
@@ -332,9 +280,8 @@ def _(p, value, t0, x0, t, x):
 @pressed_point.register(SuspendedCrane)
 def _(p, x):
     nq, first, end = suspended_layout(p)
-    xs, body = support_state(p.support, x, nq), current_load(p.exchange, p.load, x, end)
-    s, c = sincos(yaw(p.support, xs))
-    (px, py, pz), (length, _) = tip_motion(forward_kinematics(p.support, xs), s, c)[0], first_length(p.hoist, p, x, nq)
+    pose, body = compute_posture(p.support, read_state(p.support, x, nq)), current_load(p.exchange, p.load, x, end)
+    (px, py, pz), (length, _) = bare_tip(pose)[0], first_length(p.hoist, p, x, nq)
     for k in range(len(p.cable.masses)):
         length, i = length if k == 0 else p.cable.lengths[k], first + 3 * k
         px, py, pz = px + length * x[i], py + length * x[i + 1], pz + length * x[i + 2]
@@ -352,14 +299,14 @@ def suspended_guard(p, t, x, u, work):
     nq, _, end = suspended_layout(p)
     (length, rate), stops, acceleration = first_length(p.hoist, p, x, nq), p.stops, 0.0
     best = exchange_guard(p.exchange, length_guard(stops, length, rate), t, x, end)
-    xs, tau = support_state(p.support, x, nq), system.effort(u, p, t, x)
+    xs, tau = read_state(p.support, x, nq), system.effort(u, p, t, x)
     best = support_guard(p.support, best, xs)
     best = twist_guard(p.torsion, best, p, x, work.links)
     forces = stops.taut > 0.0 or winch_sticks(p, x) or any_joint_sticks(p.support, xs)
     if forces:
         solved = solve_dynamics(p, t, x, tau, work)
         acceleration = solved.length
-        best = sticking_guard(p.support, best, solved.pose, p.gravity, solved.tau, solved.tip_force)
+        best = sticking_guard(p.support, best, solved.pose.state, solved)
     if stops.taut > 0.0:
         for k in range(len(work.tension)):
             best = smaller_guard(best, work.tension[k], encode(Guard.LINK, k))
@@ -379,7 +326,7 @@ def _(torsion, best, p, x, links):
     nq, _, _ = suspended_layout(p)
     fill_directions(p, x, links)
     load = load_state(p.load, x, nq, (ZERO, ZERO))
-    twist, _ = twist_motion(links, load, yaw(p.support, support_state(p.support, x, nq)), 0.0)
+    twist, _ = twist_motion(links, load, yaw(p.support, read_state(p.support, x, nq).q), 0.0)
     return smaller_guard(best, MAX_TWIST - abs(twist), encode(Guard.TWIST, 0))
 
 
@@ -397,11 +344,11 @@ def _(p, t, x, u, number):
 def after_joint_guard(p, t, x, tau, joint):
     """Return (state, number of the event) after the guard of the friction of a support's joint has failed."""
     nq, _, _ = suspended_layout(p)
-    x, k, work = x.copy(), len(x) - friction_state_offset(p.support, joint), system.workspace(p)
+    x, k, work = x.copy(), friction_state_index(p.support, x, joint), system.workspace(p)
     mode_before = x[k]
     x[nq + joint], x[k] = (0.0 if mode_before != 0.0 else x[nq + joint]), 0.0
     solved = solve_dynamics(p, t, x, tau, work)
-    x[k] = mode_after_guard(p.support, joint, mode_before, (solved.pose, solved.tau), p.gravity, solved.tip_force)
+    x[k] = mode_after_guard(p.support, joint, mode_before, solved)
     return x, friction_event(joint, x[k])
 
 

@@ -19,8 +19,8 @@ from math import atan2
 from typing import NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.models.moving_base import cross, dot, rotate_to_base, to_turned_axes
-from crane_sim.models.supports import add_yaw_moment
+from crane_sim.models.moving_base import cross, dot, rotate_to_base
+from crane_sim.models.supports.support import yaw_efforts
 from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import generic, routine
@@ -154,26 +154,14 @@ def _(twist, links, body, load, force, moment):
     return add(force, push), add(moment, add(turned, pushed))
 
 
-@generic
-def twist_support(twist, support, tau):
-    """Return the joint efforts with the couple of torsion on the support."""
-    return tau
+def twist_efforts(twist, pose):
+    """Return the efforts (n,) of the couple of torsion on the support."""
+    return yaw_efforts(pose, 0 if twist is None else -twist.moment)
 
 
-@twist_support.register(Twist)
-def _(twist, support, tau):
-    return add_yaw_moment(support, tau, -twist.moment)
-
-
-@generic
-def twist_tip(twist, links, turn, pull):
-    """Return the pull (3,) [N] on the tip with that of torsion, in the support's frame; turn: sine, cosine of yaw."""
-    return pull
-
-
-@twist_tip.register(Twist)
-def _(twist, links, turn, pull):
-    return subtract(pull, to_turned_axes(link_force(twist, links, 0), turn[0], turn[1]))
+def twist_tip(twist, links, pull):
+    """Return the pull (3,) [N] on the tip with that of torsion, in the axes of the base."""
+    return pull if twist is None else subtract(pull, link_force(twist, links, 0))
 
 
 @generic

@@ -3,7 +3,6 @@
 from crane_sim import system
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH, make_switching
-from crane_sim.models.supports import coordinate_count
 from crane_sim.models.supports.friction import step_control_of
 from crane_sim.models.supports.hoist import MotionHoist, hoist_modes
 from crane_sim.models.supports.reeved_hoist import (
@@ -15,6 +14,7 @@ from crane_sim.models.supports.reeved_hoist import (
 )
 from crane_sim.models.supports.reeving import Reeving, dead_end_of, follow_rope, sheave_factor
 from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
+from crane_sim.models.supports.support import coordinate_count
 from crane_sim.models.suspended.crane import SuspendedCrane, first_length, solve_dynamics, suspended_layout
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching

@@ -71,7 +71,7 @@ class CommandArbiter:
     """Arbiter that passes on the commands of the owner, and refuses those of all other publishers by name.
 
     Attributes:
-        contested: there were several publishers at the last update: then its user waits for messages and takes them.
+        contested: there were several publishers at the last update.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class CommandArbiter:
         """
         self._host, self._node, self._simulation, self._topics = host, host.node, simulation, topics
         self._lease, self._lease_expiry_suspended = CommandLease(lease), lease_expiry_suspended
-        self._exclusive, self.contested = exclusive, False
+        self._exclusive, self.contested, self._is_polled_alone = exclusive, False, False
         self._commander = f"{self._node.get_namespace().rstrip('/')}/{commander}" if commander else ""
         self._commanders = re.compile(rf"{re.escape(self._commander)}(_\d+)?" if commander else ".*")
         self._subscriptions: dict[str, ServedSubscription] = {
@@ -174,13 +174,27 @@ class CommandArbiter:
         self._refused = {sender: last for sender, last in self._refused.items() if now - last < _WARNING_TIME}
         self._update_warning()
 
+    @property
+    def polled(self) -> bool:
+        """Whether its user waits for messages and takes them, as with several publishers it does in any case."""
+        return self.contested or self._is_polled_alone
+
+    def poll(self, on: bool) -> None:
+        """Leave the messages of a single publisher to `take_all`, or to the executor."""
+        if on != self._is_polled_alone:
+            self._is_polled_alone = on
+            self._change_polling()
+
     def _set_contested(self, contested: bool) -> None:
-        """Leave messages to the executor, or to `take_all`; what has come so far has had its turn at the executor."""
         self.contested = contested
+        self._change_polling()
+
+    def _change_polling(self) -> None:
+        """Leave messages to `take_all`, or to the executor; what has come so far has had its turn at that."""
         for subscription in self._subscriptions.values():
-            if subscription.polled and not contested:
+            if subscription.polled and not self.polled:
                 subscription.take_all()
-            subscription.polled = contested
+            subscription.polled = self.polled
 
     def _on_messages(self, topic: str, taken: Sequence[MessageWithSender]) -> None:
         """Pass the owner's messages on, and refuse the rest, all of a sender at once: there may be thousands."""

@@ -29,7 +29,7 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _RESEND = 0.05  # s between two messages of the same state while the run waits, or there are several publishers
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
-_POLL = 0.005  # s between two polls of services while there are several publishers
+_POLL = 0.005  # s between two polls of services while messages are taken without the executor
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
 _STANDING = (
     0.35  # s for which a leading clock stands still, published ten times a second, after all peers are connected
@@ -54,6 +54,7 @@ class Lockstep:
         self._peers = ClockPeers(host.node, settings.beside)
         self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
+        self._next_spin = 0.0  # s, when services are polled again
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
         suspended = self._is_lease_expiry_suspended
@@ -89,6 +90,7 @@ class Lockstep:
             if time.monotonic() - self._last_sent > self._resend_period():
                 self._report_waiting()
                 self._resend()
+        self._commands.poll(False)
 
     def in_sync(self) -> bool:
         """See `StepScheduler`; the present state is sent again to a crane that is behind and may have missed it."""
@@ -149,19 +151,31 @@ class Lockstep:
     def _serve(self) -> None:
         """Serve callbacks until a message has come; commands move the crane on the way."""
         self._commands.update()
+        self._commands.poll(self._is_moved_by_commands_alone())
         if self._clock_due:
             self._host.spin(0.0)
             self._advance_clock_if_due()
-        elif self._commands.contested:
+        elif self._commands.polled:
             self._commands.wait(_POLL)
             self._commands.take_all()
-            self._host.spin(0.0)
+            self._serve_others()
         else:
             self._host.spin()
 
+    def _is_moved_by_commands_alone(self) -> bool:
+        """Return whether nothing else than a command is waited for: taken without the executor it costs a third."""
+        simulation = self._simulation
+        return not (self._clock_leads or self._peers.names or simulation.paused or simulation.waiting)
+
+    def _serve_others(self) -> None:
+        """Serve what is left to the executor, now and then: that costs as much as taking a command."""
+        if (now := time.monotonic()) >= self._next_spin:
+            self._next_spin = now + _POLL
+            self._host.spin(0.0)
+
     def _step_if_possible(self) -> None:
         """Take the step that is commanded, unless the run is paused or a crane on the same clock is behind."""
-        if not self._simulation.paused and not self._obstacle():
+        if self._effort is not None and not self._simulation.paused and not self._obstacle():
             self._step()
 
     def _obstacle(self) -> str:

@@ -20,11 +20,14 @@ class ClockPeers:
     """The newest stamps of the other cranes' joint states.
 
     A crane that was reset is behind the others, until it has caught up or they are reset, too.
+
+    Attributes:
+        names: namespaces of the other cranes.
     """
 
     def __init__(self, node: Node, namespaces: str) -> None:
         """Subscribe to the plants in these namespaces, with commas between them."""
-        names = peer_names(namespaces)
+        self.names = names = peer_names(namespaces)
         self._stamps = dict.fromkeys(names, 0)  # ns
         self._subscriptions: dict[str, Subscription] = {
             name: node.create_subscription(

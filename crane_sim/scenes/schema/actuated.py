@@ -4,12 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from crane_sim.files.errors import SceneError
-from crane_sim.models.supports import coordinate_count
-from crane_sim.models.supports.actuated_support import ActuatedSupport
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.friction_list import FrictionList
-from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.lugre import LuGre
+from crane_sim.models.supports.support import Support, own_count
 from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.friction_checks import check_friction
@@ -22,11 +19,11 @@ def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -
     return any(check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
 
 
-def add_friction_and_motors(support: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Any:
-    """Return the support with friction and motors of its joints, as it is without any.
+def with_friction_and_motors(structure: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Support:
+    """Return the support with friction and motors of its joints.
 
     Args:
-        support: of the crane.
+        structure: of the crane's support.
         file: the scene's, with `friction`, `lugre` and `backlash` by joint.
         joints: of the support, each (name, unit of its position, unit of its effort).
 
@@ -34,24 +31,21 @@ def add_friction_and_motors(support: Any, file: Any, joints: Sequence[tuple[str,
         SceneError: a joint is locked, its motor stands on a mast that bends, or its friction or motor is given twice.
     """
     names = [name for name, _, _ in joints]
-    frictions = None
-    for i in reversed(range(len(names))):
-        friction = _friction_of(names[i], file)
-        frictions = FrictionList(i, friction, frictions) if friction is not None else frictions
-    _check_locked(support, file)
+    frictions = tuple(_friction_of(name, file) for name in names)
+    _check_locked(structure, file)
     motors = tuple(_motor_of(name, file) for name in names)
-    if isinstance(support, Knuckle):  # its mass matrix has them
-        motors = (0.0,) * len(names)
-    if frictions is None and not any(motors):
-        return support
-    if isinstance(support, SwayingTower) and any(motors):
+    if isinstance(structure, SwayingTower) and any(motors):
         name = names[next(i for i, inertia in enumerate(motors) if inertia)]
         raise SceneError(
             f"flexibility.mast: stands beside actuators.{name}.motor.inertia, which would turn with the mast, too; "
             "leave out one of both"
         )
-    motors += (0.0,) * (coordinate_count(support) - len(names))  # what bends has none
-    return ActuatedSupport(support, motors if any(motors) else None, frictions)
+    support = Support(structure)
+    bending: tuple[Any, ...] = (None,) * (own_count(support) - len(names))
+    return support._replace(
+        motors=(*motors, *(0.0 for _ in bending)) if any(motors) else None,
+        frictions=(*frictions, *bending) if any(part is not None for part in frictions) else None,
+    )
 
 
 def _check_locked(support: Any, file: Any) -> None:

@@ -7,7 +7,8 @@ from pydantic import Field
 
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.types import NonNegative, Positive, Real
-from crane_sim.models.supports.backlash import Drives, GearedSupport
+from crane_sim.models.supports import backlash as drives_with_play
+from crane_sim.models.supports.support import Support, own_count
 from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.groups import Group
 
@@ -92,7 +93,7 @@ def initial_drive_state(backlash: Backlash, joints: SupportJoints, q: Any, v: An
     return tuple(q[i] + drive.offset for i, _, drive in drives), tuple(v[i] for i, _, _ in drives)
 
 
-def add_backlash(support: Any, backlash: Backlash, joints: SupportJoints) -> Any:
+def add_backlash(support: Support, backlash: Backlash, joints: SupportJoints) -> Support:
     """Return the support with its drives that have play, as it is without any.
 
     Raises:
@@ -100,7 +101,7 @@ def add_backlash(support: Any, backlash: Backlash, joints: SupportJoints) -> Any
     """
     names, drives = [name for name, _, _ in joints], _ordered(backlash, joints)
     for name in backlash:
-        if name == "slew" and isinstance(getattr(support, "slew", None), LockedSlew):
+        if name == "slew" and isinstance(getattr(support.structure, "slew", None), LockedSlew):
             raise SceneError("backlash.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
     for name, joint in backlash.items():
         for k, drive in enumerate(joint):
@@ -110,6 +111,11 @@ def add_backlash(support: Any, backlash: Backlash, joints: SupportJoints) -> Any
                 raise SceneError(f"{key}: must be within half of the play, {half:g}")
     if not drives:
         return support
-    total = [sum(drive.share for i, _, drive in drives if i == joint) for joint in range(len(names))]
-    columns = zip(*((d.inertia, d.share / total[i], d.play, d.stiffness, d.damping) for i, _, d in drives), strict=True)
-    return GearedSupport(support, Drives(tuple(i for i, _, _ in drives), *columns))
+    rows: list[tuple[drives_with_play.Drive, ...]] = [()] * own_count(support)
+    for i, name in enumerate(names):
+        own = backlash.get(name, ())
+        total = sum(drive.share for drive in own)
+        rows[i] = tuple(
+            drives_with_play.Drive(d.inertia, d.share / total, d.play, d.stiffness, d.damping) for d in own
+        )
+    return support._replace(drives=tuple(rows))

@@ -14,6 +14,7 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import LOOKAHEAD_TIME, MIN_LENGTH, Stops
 from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.contact import ContactGroup
 from crane_sim.scenes.schema.exchange import exchange_of, windages_of
@@ -166,12 +167,12 @@ class FallsFile(LoadFile):
         return contact_of(self.contact, self.events, load, self._load_q)
 
     def falls_crane(
-        self, support: Any, hoist: ForceHoist | MotionHoist | ReevedHoist | None, limits: Any, joints: Any
+        self, support: Support, hoist: ForceHoist | MotionHoist | ReevedHoist | None, limits: Any, joints: Any
     ) -> FallsCrane:
         """Return the parameters of the crane.
 
         Args:
-            support: of `models.supports`, with its drives.
+            support: with its drives.
             hoist: the winch; None: the falls keep their length.
             limits: of that length (low, high) [m], None without.
             joints: those whose motors add their inertia.

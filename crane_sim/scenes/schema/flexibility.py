@@ -6,8 +6,7 @@ from typing import Any, Self
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, NonNegative, Positive
-from crane_sim.models.supports.compliance import Compliance
-from crane_sim.models.supports.flexible import FlexibleSupport
+from crane_sim.models.supports.flexible import Compliance, FlexibleSupport
 from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import LockedSlew, TowerCrane

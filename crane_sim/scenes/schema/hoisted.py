@@ -118,7 +118,5 @@ class HoistedFile(SupportedFile, FallsFile):
         if inputs is None:
             return (0.0,) * len(self.actuated)
         self._check_inputs(inputs)
-        chain = Inputs(inputs.hoist, None)
-        for name, _, _ in reversed(self.support_joints):
-            chain = Inputs(getattr(inputs, name, Constant(0.0)), chain)
-        return chain
+        channels = [getattr(inputs, name, Constant(0.0)) for name, _, _ in self.support_joints]
+        return Inputs((*channels, inputs.hoist))

@@ -147,8 +147,4 @@ class OverheadFile(OverheadCrane):
         """Return the open-loop inputs, zero for joints without one; a tuple of zero efforts without `inputs`."""
         if self.inputs is None or not self.actuated:
             return (0.0,) * len(self.actuated)
-        channels = None
-        for name in reversed(self.actuated):
-            channels = Channels(getattr(self.inputs, name), channels)
-        assert channels is not None
-        return channels
+        return Channels(tuple(getattr(self.inputs, name) for name in self.actuated))

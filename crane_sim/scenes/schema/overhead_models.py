@@ -9,7 +9,7 @@ from crane_sim.models.cables.chain import Chain, Joints, Rods
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
 from crane_sim.models.overhead.elastic import ElasticCrane, Springs
 from crane_sim.models.overhead.modes import EventLimits
-from crane_sim.models.overhead.node_forces import NodeForces
+from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import Line, RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
@@ -264,20 +264,18 @@ def drum_friction(file: OverheadCrane) -> Friction | None:
     return check_friction("friction.hoist", friction)
 
 
-def forces_of(file: OverheadCrane) -> NodeForces | None:
-    """Return the forces on nodes as the list that the equations walk.
+def forces_of(file: OverheadCrane) -> tuple[NodeForce, ...] | None:
+    """Return the forces on nodes, None without any.
 
     Raises:
         SceneError: no such node, or a force that leaves the plane.
     """
-    forces = None
-    for i, force in reversed(list(enumerate(file.forces))):
+    for i, force in enumerate(file.forces):
         if force.node > len(file.parts.lengths):
             raise SceneError(f"forces[{i}].node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
         if force.axis == "y" and file.dimensions == 2:
             raise SceneError(f"forces[{i}].axis = 'y': leaves the plane; 2 dimensions have x and z")
-        forces = NodeForces(force.node, "xyz".index(force.axis), force.force, forces)
-    return forces
+    return tuple(NodeForce(force.node, "xyz".index(force.axis), force.force) for force in file.forces) or None
 
 
 def make_event_limits(file: OverheadCrane) -> EventLimits | None:

@@ -11,7 +11,8 @@ from crane_sim.models.cables.rope import LockedRope
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.driven_point import Box, Lift, Point, Servo
+from crane_sim.models.supports.driven_point import Box, DrivenPoint, Lift, Servo
+from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.scenes.schema.groups import Channel, Friction, Group
@@ -34,7 +35,7 @@ class Suspension(Group):
     height: Literal["fixed", "driven"] = "fixed"  # whether z of the point is driven, too
     limits: Box | None = None  # m, by axis, of the point relative to the base; a run ends where one is reached
 
-    def point(self) -> Point:
+    def point(self) -> DrivenPoint:
         """Return the support.
 
         Raises:
@@ -49,8 +50,8 @@ class Suspension(Group):
             if self.drive != "servo" and gain is not None:
                 raise SceneError(f"suspension.{name}: only a servo has one, this drive is {self.drive!r}")
         if self.kp is None or self.kd is None:
-            return Point(None, lift, self.limits)
-        return Point(Servo(self.kp, self.kd), lift, self.limits)
+            return DrivenPoint(None, lift, self.limits)
+        return DrivenPoint(Servo(self.kp, self.kd), lift, self.limits)
 
 
 class Rope(Group):
@@ -139,8 +140,8 @@ class PendulumGroups(SceneFile):
             return self._point[0][:nu] if self.suspension.drive == "servo" else (0.0,) * nu
         if inputs.tip_z is not None and nu == 2:
             raise SceneError("inputs.tip_z: the height is fixed; take suspension.height: driven")
-        height = Inputs(inputs.tip_z or Constant(0.0)) if nu == 3 else None
-        return Inputs(inputs.tip_x, Inputs(inputs.tip_y, height))
+        height = (inputs.tip_z or Constant(0.0),) if nu == 3 else ()
+        return Inputs((inputs.tip_x, inputs.tip_y, *height))
 
 
 class PendulumFile(PendulumGroups, RiggedFile):
@@ -253,9 +254,9 @@ class PendulumFile(PendulumGroups, RiggedFile):
             raise SceneError(f"swing_friction: belongs to one rope and a point mass, here is {self.beyond_one_rope[0]}")
         if self.rope.torsion is not None and self.payload.inertia is None:
             raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
-        return self.suspended_crane(point, self.rope.length, None, self._stops(), ())
+        return self.suspended_crane(Support(point), self.rope.length, None, self._stops(), ())
 
-    def _crane_with_one_rope(self, point: Point, load: PointLoad) -> Crane:
+    def _crane_with_one_rope(self, point: DrivenPoint, load: PointLoad) -> Crane:
         """Return the parameters of the crane with one rope and a point mass."""
         return Crane(
             point,

@@ -6,6 +6,7 @@ import numpy as np
 
 from crane_sim.files.types import Positive
 from crane_sim.models.falls.crane import FallsCrane
+from crane_sim.models.supports.support import Support
 from crane_sim.scenes.schema.falls_file import PLACE, FallsFile, LoadStart
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.pendulum import PendulumGroups, TipStart
@@ -83,4 +84,4 @@ class PendulumFallsFile(PendulumGroups, FallsFile):
         Raises:
             SceneError: groups contradict each other.
         """
-        return self.falls_crane(self.suspension.point(), None, None, ())
+        return self.falls_crane(Support(self.suspension.point()), None, None, ())

@@ -9,6 +9,7 @@ import numpy as np
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.hoist import MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.models.wind_load import AnyWindage
@@ -68,7 +69,7 @@ class RiggedFile(LoadFile):
 
     def suspended_crane(
         self,
-        support: Any,
+        support: Support,
         length: float,
         hoist: MasslessHoist | MotionHoist | ReevedHoist | None,
         stops: Stops | None,
@@ -77,7 +78,7 @@ class RiggedFile(LoadFile):
         """Return the parameters of the crane.
 
         Args:
-            support: of `models.supports`, with its drives.
+            support: with its drives.
             length: of the rope at t = 0 [m].
             hoist: drive of the rope; None: its length stays.
             stops: conditions that end a run.

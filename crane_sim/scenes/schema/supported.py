@@ -13,7 +13,7 @@ from crane_sim.models.supports.flexible import FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.tower_crane import LockedSlew
-from crane_sim.scenes.schema.actuated import add_friction_and_motors
+from crane_sim.scenes.schema.actuated import with_friction_and_motors
 from crane_sim.scenes.schema.backlash import (
     JointDrives,
     SupportJoints,
@@ -169,4 +169,4 @@ class SupportedFile(SceneFile):
     def _driven_support(self) -> Any:
         """Return the support with friction, motors and play of its joints."""
         joints = self.support_joints
-        return add_backlash(add_friction_and_motors(self.support(), self, joints), self.backlash, joints)
+        return add_backlash(with_friction_and_motors(self.support(), self, joints), self.backlash, joints)

@@ -163,11 +163,8 @@ class SuspendedFile(SupportedFile, RiggedFile):
         self._check_inputs(inputs)
         if "rope" in inputs.model_fields_set and not self.rope.effort_unit:
             raise SceneError(f"inputs.rope: drives nothing, rope.drive = {self.rope.drive!r}; leave it out")
-        names, chain = [name for name, _, _ in self.support_joints], None
-        for name in reversed([*names, *(("rope",) if self.rope.effort_unit else ())]):
-            chain = Inputs(getattr(inputs, name, Constant(0.0)), chain)
-        assert chain is not None
-        return chain
+        names = [*(name for name, _, _ in self.support_joints), *(("rope",) if self.rope.effort_unit else ())]
+        return Inputs(tuple(getattr(inputs, name, Constant(0.0)) for name in names))
 
 
 def rope_direction(yaw: float, yaw_rate: float, angles: Any, rates: Any) -> tuple[Any, Any]:

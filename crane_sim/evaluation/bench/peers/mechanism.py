@@ -88,7 +88,7 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
         return None
     if np.count_nonzero(load.inertia - np.diag(np.diag(load.inertia))):
         return None  # not written for other than principal axes
-    if isinstance(model, FallsCrane) and isinstance(model.support, Bridge):
+    if isinstance(model, FallsCrane) and isinstance(model.support.structure, Bridge):
         return _on_falls(scene, model, inputs)
     return _on_cable(scene, model, load, inputs) if isinstance(model, SuspendedCrane) else None
 
@@ -96,11 +96,7 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
 def input_tables(scene: Scene) -> list[Table] | None:
     """Return a table for each actuated joint, None where an input is no table and not constant."""
     source = unwrap(scene.source)
-    rest, channels = source, list[Any]()
-    while isinstance(rest, Inputs):
-        channels.append(rest.first)
-        rest = rest.tail
-    channels = channels or [Constant(value) for value in source]
+    channels: Any = source.channels if isinstance(source, Inputs) else [Constant(value) for value in source]
     tables = [Table((0.0,), (channel.value,)) if isinstance(channel, Constant) else channel for channel in channels]
     return tables if all(isinstance(table, Table) for table in tables) else None
 
@@ -209,7 +205,7 @@ def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism
     q, v, falls = scene.initial_q, scene.initial_v, crane.falls
     if any(inputs[2].values) or v[2] != 0.0:
         return None  # the falls' length would change
-    bodies = _support(scene, crane.support)
+    bodies = _support(scene, crane.support.structure)
     for axis in (0, 1, 2):
         bodies.append(Body(Joint(True, axis, q[3 + axis]), len(bodies) - 1 if axis else -1, v[3 + axis]))
     turn, omega, origin = attitude_of(q), _angular_velocity(q, v), (0.0, 0.0, 0.0)
@@ -221,22 +217,22 @@ def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism
         length = q[2] + float(offset)
         ends = (1, tuple(top)), (len(bodies) - 1, tuple(bottom))
         ropes.append(Fall(*ends, length, float(stiffness / length), float(relaxation * stiffness / length)))
-    drives = _drives(crane.support, inputs)
+    drives = _drives(crane.support.structure, inputs)
     return Mechanism(bodies, (0.0, 0.0, 0.0), ropes, drives, crane.gravity, scene.duration)
 
 
 def _on_cable(scene: Scene, crane: SuspendedCrane, load: RigidLoad, inputs: list[Table]) -> Mechanism | None:
     q, v, chain = scene.initial_q, scene.initial_v, crane.cable
     n, lag = len(chain.masses), getattr(crane.hoist, "time_constant", None)
-    if lag is None or any(v[2 : 5 + 3 * (n - 1)]) or not isinstance(crane.support, Bridge | TowerCrane):
+    if lag is None or any(v[2 : 5 + 3 * (n - 1)]) or not isinstance(crane.support.structure, Bridge | TowerCrane):
         return None  # beside the support only the load's attitude may have rates
-    bodies = _support(scene, crane.support)
-    turn = rotation(2, q[0]) if isinstance(crane.support, TowerCrane) else np.eye(3)
+    bodies = _support(scene, crane.support.structure)
+    turn = rotation(2, q[0]) if isinstance(crane.support.structure, TowerCrane) else np.eye(3)
     heavy, masses = HEAVY * float(chain.masses.sum()), [*chain.masses[:-1].tolist(), 0.0]
     rope = rotation(0, q[3]) @ rotation(1, -q[4])
     bodies += _turned_line(rope, len(bodies), (0.0, 0.0, 0.0))
     bodies.append(Body(Joint(True, 2, -q[2], mass=masses[0]), len(bodies) - 1, 0.0, heavy, heavy / lag))
-    drives = [*_drives(crane.support, inputs), Drive(len(bodies) - 1, -heavy / lag, inputs[2])]
+    drives = [*_drives(crane.support.structure, inputs), Drive(len(bodies) - 1, -heavy / lag, inputs[2])]
     turn, offset = turn @ rope, (0.0, 0.0, 0.0)
     for k in range(1, n):
         link = _rotation_to(turn.T @ np.array(q[2 + 3 * k : 5 + 3 * k]))

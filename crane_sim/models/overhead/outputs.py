@@ -1,0 +1,142 @@
+"""Functions of `crane_sim.system` that several models of overhead cranes share."""
+
+from typing import Any
+
+import numpy as np
+
+from crane_sim import system
+from crane_sim.models.energy_meter import Meter, meter_entry
+from crane_sim.models.overhead import count_axes, layout_of, rigid_links
+from crane_sim.models.overhead.double import DoubleCrane
+from crane_sim.models.overhead.elastic import ElasticCrane
+from crane_sim.models.overhead.events import switching_of
+from crane_sim.models.overhead.modes import describe_switch, initial_modes
+from crane_sim.models.overhead.planar import PlanarCrane
+from crane_sim.models.overhead.rod import RodCrane
+from crane_sim.models.overhead.spatial import SpatialCrane
+from crane_sim.models.overhead.spring import SpringCrane
+from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
+from crane_sim.models.supports.hoist import PrescribedHoist, limit_hoist
+from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis
+from crane_sim.models.wind_kink import kink_guard, pressed_point
+
+OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
+OF_RIGID_LINKS = PlanarCrane, SpatialCrane
+OF_ARRAYS = *OF_RIGID_LINKS, ElasticCrane
+ALL = *OF_TUPLES, *OF_ARRAYS
+
+system.state.register(*OF_RIGID_LINKS)(rigid_links.initial_state)
+system.kinetic.register(*OF_RIGID_LINKS)(rigid_links.kinetic_energy)
+system.power.register(*OF_RIGID_LINKS)(rigid_links.external_power)
+system.tensions.register(*OF_RIGID_LINKS)(rigid_links.write_tensions)
+system.guard.register(*OF_RIGID_LINKS)(rigid_links.smallest_guard)
+system.apply_reset_map.register(*OF_RIGID_LINKS)(rigid_links.switch)
+system.kink_guard.register(*OF_ARRAYS)(kink_guard)
+system.describe_event.register(RodCrane, *OF_RIGID_LINKS)(describe_switch)
+for crane in OF_ARRAYS:
+    pressed_point.register(crane)(crane.payload_position)
+
+
+@system.state.register(*OF_TUPLES)
+def state_tuple(p, t, q, v):
+    """Return the state, a tuple, with the modes that follow from velocities."""
+    n = range(layout_of(p)[0])
+    rates = (*[v[i] for i in n], *meter_entry(p.energy_meter, 0.0), *initial_modes(p, 1, t, v))
+    return (*[q[i] for i in n], *rates)
+
+
+@system.joints.register(*OF_TUPLES)
+def entries_of_joints(p, x):
+    """Return positions and velocities of a state that is a tuple."""
+    nq, _, _ = layout_of(p)
+    return x[:nq], x[nq : 2 * nq]
+
+
+@system.acceleration.register(*OF_TUPLES)
+def entries_of_acceleration(p, t, x, u):
+    """Return the accelerations of a model whose state is a tuple."""
+    nq, _, _ = layout_of(p)
+    return system.rhs(p, t, x, u)[nq : 2 * nq]
+
+
+@system.joints.register(*OF_ARRAYS)
+def copies_of_joints(p, x):
+    """Return positions and velocities of a state that is an array."""
+    nq, _, _ = layout_of(p)
+    return x[:nq].copy(), x[nq : 2 * nq].copy()
+
+
+@system.acceleration.register(*OF_ARRAYS)
+def copies_of_acceleration(p, t, x, u):
+    """Return the accelerations of a model whose state is an array."""
+    nq, _, _ = layout_of(p)
+    return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
+
+
+@system.position_count.register(*OF_ARRAYS)
+def count_positions(p):
+    """Return the number of positions."""
+    return layout_of(p)[0]
+
+
+@system.link_count.register(*OF_ARRAYS)
+def count_links(p):
+    """Return the number of links."""
+    return len(p.cable.masses)
+
+
+@system.point_count.register(*ALL)
+def count_points(p):
+    """Return the number of points of trolley and nodes."""
+    return 1 + system.link_count(p)
+
+
+@system.energy_supplied.register(*ALL)
+def energy_supplied(p, x):
+    """Return the meter's reading [J]."""
+    return 0.0 if p.energy_meter is None else x[2 * layout_of(p)[0]]
+
+
+@system.actuated_joints.register(*ALL)
+def actuated_joints(p, x):
+    """Return positions and velocities of what takes an effort."""
+    (nq, _, _), axes = layout_of(p), count_axes(p)
+    q = actuated_entries(p.trolley, p.bridge, p.hoist, x, 0, axes)
+    return q, actuated_entries(p.trolley, p.bridge, p.hoist, x, nq, axes)
+
+
+@system.efforts_from_row.register(*ALL)
+def efforts_from_row(p, row):
+    """Return the efforts on axes and hoist."""
+    return effort_tuple(p.trolley, p.bridge, p.hoist, row)
+
+
+@system.saturate.register(RodCrane, *OF_ARRAYS)
+def limit_efforts(p, u):
+    """Return what the hoist can apply."""
+    return limit_hoist(p.hoist, u)
+
+
+@system.switching.register(RodCrane, *OF_RIGID_LINKS)
+def switching(p):
+    """Return how the equations switch: by friction, limits and the kink of a wind."""
+    return switching_of(p, False)
+
+
+@system.with_meter.register(*ALL)
+def with_meter(p, held):
+    """Return the crane with a meter where work is done that samples of efforts do not show."""
+    return p._replace(energy_meter=Meter()) if works_between_samples(p) or not held else p
+
+
+def works_between_samples(p: Any) -> bool:
+    """Return whether work is done besides that of held efforts at samples.
+
+    That is by motions, friction, forces, base, wind and dampers.
+    """
+    parts = p.trolley, p.bridge, p.hoist
+    imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
+    rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
+    others = ("joints", "forces", "event_limits", "base", "wind")
+    damped = np.any(getattr(p.cable, "damping", 0.0))
+    return bool(damped) or imposed or rubs or any(getattr(p, name, None) is not None for name in others)

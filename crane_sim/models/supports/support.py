@@ -1,0 +1,517 @@
+"""A support, which carries the upper end of a rope: a structure, declared as a tree of joints and bodies, and drives.
+
+A structure (`knuckle_boom`, `telescopic_boom`, `tower_crane`, `bridge`, `flexible`, `swaying_tower`, `driven_point`) is
+a NamedTuple of parameters whose method `mechanism` declares its joints and bodies; all equations follow from that.
+Coordinates are those of the drives, the structure's first ones, then what bends; drives with play have theirs behind.
+
+Friction and motors act on coordinates. The reflected inertia of a motor, ratio² times that of its rotor, stands on the
+diagonal of the mass matrix: a motor turns relative to the support, a base's motion does not accelerate what it
+reflects. A coordinate that dry friction holds does not accelerate and leaves the equations of the others.
+
+Vectors are in the tree's axes (`multibody.tree`): the base's, turned by the slew.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim.models.moving_base import BaseKinematics, BaseState, added_energy, airspeed, imposed_acceleration
+from crane_sim.models.supports.backlash import Drive, DriveState, drives_of, replace_by_pushes
+from crane_sim.models.supports.friction import Friction, friction_effort, joint_sticks
+from crane_sim.models.supports.lugre import LuGre
+from crane_sim.models.wind_load import BoomWindage, JibWindage, RodWindage, rod_drag
+from crane_sim.multibody import linear
+from crane_sim.multibody.tree import (
+    Inertia,
+    Kinematics,
+    Point,
+    Tree,
+    Wrench,
+    body_motions,
+    compute_inertia,
+    compute_kinematics,
+    efforts_of,
+    point_acceleration,
+    point_position,
+    point_velocity,
+    to_base_axes,
+    to_tree_axes,
+    tree_reaction,
+    velocity_at_rates,
+    wrench_at,
+)
+from crane_sim.multibody.vectors import Vector, add, cross, dot, multiply, scale, subtract
+from crane_sim.numerics.elementary import sincos
+
+
+class Spring(NamedTuple):
+    """A spring and a damper on a combination of coordinates."""
+
+    lever: tuple[Any, ...]  # (n,) of its deflection, by the coordinates
+    stiffness: Any  # N/m or N m/rad
+    rest: Any = 0  # m or rad, where it is relaxed
+    damping: Any = 0  # N s/m or N m s/rad
+
+
+class Pressed(NamedTuple):
+    """A slender part along the x axis of a joint's link, on which the wind presses."""
+
+    joint: int
+    windage: RodWindage | JibWindage | BoomWindage
+    reach: Any = 0  # m, of the centre of pressure from the link's origin; a `BoomWindage` has it halfway up
+    length: int = 0  # of a `BoomWindage`: the coordinate that is its length
+
+
+class Mechanism(NamedTuple):
+    """What a structure is made of; n coordinates."""
+
+    tree: Tree
+    limits: tuple[Any, ...]  # (n,) each (low, high) [m or rad] or None; a run ends where one is reached
+    actuated: tuple[int, ...]  # coordinates that take a command each
+    springs: tuple[Spring, ...] = ()
+    yaw: tuple[int, ...] = (0,)  # coordinates whose sum is the angle about the vertical of what hangs at the tip
+    outline: tuple[Point, ...] = ()  # points of its polyline before the tip
+    pressed: tuple[Pressed, ...] = ()
+    prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries; empty: none does
+    bending: int = 0  # number of the coordinates that bend: the last ones
+
+
+class Support(NamedTuple):
+    """A structure with friction, motors and play of its drives; what is None is not modelled."""
+
+    structure: Any
+    motors: tuple[float, ...] | None = None  # (n,) kg or kg m², reflected to the coordinates
+    frictions: tuple[Friction | LuGre | None, ...] | None = None  # (n,)
+    drives: tuple[tuple[Drive, ...], ...] | None = None  # (n,) with play
+
+    def coordinate(self, i: int) -> tuple[str, str]:
+        """Return (name of coordinate i, the key of its limits)."""
+        return self.structure.coordinate(i)
+
+
+def structure_of(support: Any) -> Any:
+    """Return the structure of a support; one below which `single_rope` hangs a rope is a structure itself."""
+    return support.structure if isinstance(support, Support) else support
+
+
+class SupportState(NamedTuple):
+    """State of a support with n coordinates."""
+
+    q: tuple[Any, ...]  # (n,) m or rad
+    v: tuple[Any, ...]  # (n,)
+    drives: tuple[DriveState, ...]  # of drives with play
+    friction: tuple[Any, ...]  # modes, or deflections of bristles, of the coordinates that have friction
+
+
+class Posture(NamedTuple):
+    """A support in a state: its kinematics."""
+
+    state: SupportState
+    mechanism: Mechanism
+    kinematics: Kinematics
+    tip: Vector  # m, from the base's origin
+    tip_velocity: Vector  # m/s, relative to the base
+    heading: tuple[Any, Any]  # sine and cosine of the yaw
+    yaw_rate: Any  # rad/s
+
+
+class Dynamics(NamedTuple):
+    """The inertia of a support in a posture."""
+
+    inertia: Inertia
+    matrix: linear.Matrix  # (n, n), with the motors
+    prescribed: tuple[bool, ...]  # (n,) or empty, as of the mechanism
+    free: tuple[Any, ...]  # (n,) which coordinates move: neither held by friction nor prescribed
+    factors: linear.Factors  # of the matrix of the free ones
+
+
+# state
+
+
+def own_count(support: Support) -> int:
+    """Return the number n of coordinates of the structure."""
+    return len(support.structure.mechanism().limits)
+
+
+def coordinate_count(support: Support) -> int:
+    """Return the number of coordinates, those of drives with play included."""
+    return own_count(support) + drive_count(support)
+
+
+def drive_count(support: Support) -> int:
+    """Return the number of drives with play."""
+    return len(drives_of(support.drives))
+
+
+def trailing_count(support: Support) -> int:
+    """Return the number of coordinates that the order of joints puts behind all: bending and drives with play."""
+    return support.structure.mechanism().bending + drive_count(support)
+
+
+def frictions_of(support: Support) -> tuple[tuple[int, Friction | LuGre], ...]:
+    """Return (coordinate, friction) of all coordinates that have friction."""
+    if support.frictions is None:
+        return ()
+    return tuple((i, part) for i, part in enumerate(support.frictions) if part is not None)
+
+
+def friction_state_count(support: Support) -> int:
+    """Return the number of the friction states, which end the crane's state."""
+    return len(frictions_of(support))
+
+
+def first_friction_state(support: Support, x: Any) -> Any:
+    """Return the index of the first friction state in a crane's state x."""
+    return len(x) - friction_state_count(support)
+
+
+def read_state(support: Support, x: Any, nq: Any) -> SupportState:
+    """Return the support's state from a crane's state x with nq coordinates."""
+    n, drives, last = own_count(support), drive_count(support), first_friction_state(support, x)
+    states = tuple(DriveState(x[n + i], x[nq + n + i], x[last - drives + i]) for i in range(drives))
+    frictions = tuple(x[last + i] for i in range(friction_state_count(support)))
+    return SupportState(tuple(x[i] for i in range(n)), tuple(x[nq + i] for i in range(n)), states, frictions)
+
+
+def to_joint_order(support: Support, row: Any) -> Any:
+    """Return a row of the crane's coordinates or their rates, permuted to the order of joints: trailing ones last."""
+    n, count, out = trailing_count(support), len(row), row.copy()
+    own = coordinate_count(support) - n
+    for i in range(own, count - n):
+        out[i] = row[i + n]
+    for i in range(n):
+        out[count - n + i] = row[own + i]
+    return out
+
+
+def to_coordinate_order(support: Support, row: Any) -> Any:
+    """Return a row of joints or their rates, permuted to the order of coordinates: the inverse of `to_joint_order`."""
+    n, count, out = trailing_count(support), len(row), np.empty(len(row))
+    own = coordinate_count(support) - n
+    for i in range(own):
+        out[i] = row[i]
+    for i in range(own, count - n):
+        out[i + n] = row[i]
+    for i in range(n):
+        out[own + i] = row[count - n + i]
+    return out
+
+
+def takes_energy(support: Support) -> bool:
+    """Return whether drives with play, a structure that bends or friction take energy."""
+    bends = support.structure.mechanism().bending > 0
+    return bends or support.drives is not None or support.frictions is not None
+
+
+# posture
+
+
+def compute_posture(support: Support, state: SupportState) -> Posture:
+    """Return the posture of a support in a state."""
+    mechanism = support.structure.mechanism()
+    tree = mechanism.tree
+    kinematics = compute_kinematics(tree, state.q, state.v)
+    return Posture(
+        state,
+        mechanism,
+        kinematics,
+        point_position(kinematics, tree.tip),
+        point_velocity(kinematics, tree.tip),
+        _heading(mechanism, kinematics, state.q),
+        sum(state.v[i] for i in mechanism.yaw),
+    )
+
+
+def compute_dynamics(support: Support, posture: Posture) -> Dynamics:
+    """Return the inertia of a support in a posture, with motors, and without what friction holds."""
+    mechanism = posture.mechanism
+    inertia = compute_inertia(mechanism.tree, posture.kinematics, len(posture.state.q))
+    matrix = _add_to_diagonal(inertia.matrix, support.motors)
+    free = _free_coordinates(support, mechanism, posture.state)
+    return Dynamics(inertia, matrix, mechanism.prescribed, free, linear.factor(_of_free(matrix, free)))
+
+
+def yaw(support: Support, q: tuple[Any, ...]) -> Any:
+    """Return the angle [rad] about the vertical of what hangs at the tip, at coordinates q."""
+    return sum(q[i] for i in support.structure.mechanism().yaw)
+
+
+def _heading(mechanism: Mechanism, kinematics: Kinematics, q: tuple[Any, ...]) -> tuple[Any, Any]:
+    if len(mechanism.yaw) == 1 and not isinstance(kinematics.turn[0], int):
+        return kinematics.turn
+    return sincos(sum(q[i] for i in mechanism.yaw)) if mechanism.yaw else (0, 1)
+
+
+def _add_to_diagonal(matrix: linear.Matrix, motors: tuple[float, ...] | None) -> linear.Matrix:
+    if motors is None:
+        return matrix
+    return tuple((*row[:-1], row[-1] + motor) for row, motor in zip(matrix, motors, strict=True))
+
+
+def _free_coordinates(support: Support, mechanism: Mechanism, state: SupportState) -> tuple[Any, ...]:
+    free = tuple(not each for each in mechanism.prescribed) or (True,) * len(state.q)
+    for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
+        if isinstance(friction, Friction):
+            free = (*free[:i], not joint_sticks(friction, friction_state), *free[i + 1 :])
+    return free
+
+
+def _of_free(matrix: linear.Matrix, free: tuple[Any, ...]) -> linear.Matrix:
+    """Return the matrix with rows and columns of coordinates that are not free replaced by those of the identity."""
+    rows = ()
+    for i, row in enumerate(matrix):
+        others = tuple(_entry_if(free[i], _entry_if(free[k], row[k])) for k in range(i))
+        rows = (*rows, (*others, row[i] if free[i] else 1.0))
+    return rows
+
+
+def _entry_if(condition: Any, entry: Any) -> Any:
+    """Return an entry where a condition holds, else 0; an entry that is 0 by structure stays one."""
+    if isinstance(entry, int):
+        return entry
+    return entry if condition else 0.0
+
+
+# forces and accelerations
+
+
+def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the efforts (n,) of drives, springs and friction at commands; a prescribed motion has none."""
+    state, mechanism = posture.state, posture.mechanism
+    prescribed = mechanism.prescribed or (False,) * len(state.q)
+    commanded = zip(prescribed, _by_coordinate(mechanism, command), strict=True)
+    efforts = replace_by_pushes(support.drives, tuple(0 if p else u for p, u in commanded), state)
+    for spring in mechanism.springs:
+        efforts = linear.add(efforts, _spring_efforts(spring, state.q, state.v))
+    for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
+        effort = efforts[i] + friction_effort(friction, state.v[i], friction_state)
+        efforts = (*efforts[:i], effort, *efforts[i + 1 :])
+    return efforts
+
+
+def prescribed_accelerations(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the accelerations (n,) that drives prescribe at commands, an empty tuple where none does."""
+    state, mechanism = posture.state, posture.mechanism
+    if not mechanism.prescribed:
+        return ()
+    return support.structure.prescribe(_by_coordinate(mechanism, command), state.q, state.v)
+
+
+def _by_coordinate(mechanism: Mechanism, command: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the commands by coordinate (n,), 0 of one that takes none."""
+    actuated = mechanism.actuated
+    return tuple(command[actuated.index(i)] if i in actuated else 0 for i in range(len(mechanism.limits)))
+
+
+def _deflection(spring: Spring, q: tuple[Any, ...]) -> Any:
+    return linear.inner(spring.lever, q) - spring.rest
+
+
+def _spring_efforts(spring: Spring, q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
+    pull = spring.stiffness * _deflection(spring, q) + spring.damping * linear.inner(spring.lever, v)
+    return linear.scale(-pull, spring.lever)
+
+
+def base_efforts(posture: Posture, base: Any) -> tuple[Any, ...]:
+    """Return the efforts (n,) of the inertial forces that a moving base imposes on the support's bodies.
+
+    `base` is that of `moving_base.base_kinematics_at`, None at rest.
+    """
+    tree, kinematics = posture.mechanism.tree, posture.kinematics
+    total: tuple[Any, ...] = (0,) * len(posture.state.q)
+    for joint, wrench in _imposed_wrenches(posture, base):
+        total = linear.add(total, efforts_of(tree, kinematics, len(total), joint, wrench))
+    return total
+
+
+def _imposed_wrenches(posture: Posture, base: Any) -> tuple[tuple[int, Wrench], ...]:
+    """Return (joint, wrench) of what a moving base imposes on each body; none of a base at rest."""
+    if base is None:
+        return ()
+    turned, wrenches = turn_base(base, posture.kinematics.turn), ()
+    for joint, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):
+        force = scale(body.mass, imposed_acceleration(turned, place, velocity))
+        moment = scale(-1.0, _imposed_spin(turned, inertia, omega))
+        wrenches = (*wrenches, (joint, Wrench(force, add(moment, cross(place, force)))))
+    return wrenches
+
+
+def base_reaction(posture: Posture, dynamics: Dynamics, gravity: Any, base: Any, qdd: tuple[Any, ...]) -> Wrench:
+    """Return force [N] and moment [N m] of the base on the structure without what hangs at its tip, in the tree's axes.
+
+    It balances what moves the bodies at accelerations qdd (n,) of the coordinates (d'Alembert); motors have no part.
+    """
+    total = tree_reaction(posture.mechanism.tree, dynamics.inertia, qdd, gravity)
+    for _, wrench in _imposed_wrenches(posture, base):
+        total = Wrench(subtract(total.force, wrench.force), subtract(total.moment, wrench.moment))
+    return total
+
+
+def _imposed_spin(base: BaseKinematics, inertia: Any, omega: Vector) -> Vector:
+    """Return the moment [N m] that a turning base adds to what turns a body: I (w' + w × ω) + Ω × I Ω - ω × I ω."""
+    w = base.angular_velocity
+    whole = add(w, omega)
+    accelerated = multiply(inertia, add(base.angular_acceleration, cross(w, omega)))
+    gyroscopic = subtract(cross(whole, multiply(inertia, whole)), cross(omega, multiply(inertia, omega)))
+    return add(accelerated, gyroscopic)
+
+
+def turn_base(base: BaseKinematics, turn: tuple[Any, Any]) -> BaseKinematics:
+    """Return a base's kinematics in the tree's axes."""
+    return BaseKinematics(*(to_tree_axes(turn, vector) for vector in base))
+
+
+def wind_efforts(posture: Posture, flow: Any, base: Any) -> tuple[Any, ...]:
+    """Return the efforts (n,) of the wind on the structure; flow: of `airflow_at`, base: as of `base_efforts`."""
+    tree, kinematics, state = posture.mechanism.tree, posture.kinematics, posture.state
+    total: tuple[Any, ...] = (0,) * len(state.q)
+    if flow is None:
+        return total
+    for part in posture.mechanism.pressed:
+        point, windage = _pressure_point(part, state.q)
+        place, velocity = point_position(kinematics, point), point_velocity(kinematics, point)
+        turn, along = kinematics.turn, kinematics.links[part.joint].axes[0]
+        at, moves = to_base_axes(turn, place), to_base_axes(turn, velocity)
+        force = rod_drag(windage, flow, to_base_axes(turn, along), at, airspeed(base, at, moves))
+        wrench = wrench_at(place, to_tree_axes(turn, force))
+        total = linear.add(total, efforts_of(tree, kinematics, len(total), part.joint, wrench))
+    return total
+
+
+def _pressure_point(part: Pressed, q: tuple[Any, ...]) -> tuple[Point, Any]:
+    if not isinstance(part.windage, BoomWindage):
+        return Point(part.joint, (part.reach, 0, 0)), part.windage
+    length = q[part.length]
+    whole = RodWindage(part.windage.width * length, part.windage.drag_coefficient, 0.5)
+    return Point(part.joint, (0.5 * length, 0, 0)), whole
+
+
+def yaw_efforts(posture: Posture, couple: Any) -> tuple[Any, ...]:
+    """Return the efforts (n,) of a couple [N m] about the vertical on what carries the tip."""
+    return tuple(couple if i in posture.mechanism.yaw else 0 for i in range(len(posture.state.q)))
+
+
+def tip_efforts(posture: Posture, force: Vector) -> tuple[Any, ...]:
+    """Return the efforts Jᵀ f (n,) of a force [N] on the tip."""
+    tree, n = posture.mechanism.tree, len(posture.state.q)
+    return efforts_of(tree, posture.kinematics, n, tree.tip.joint, wrench_at(posture.tip, force))
+
+
+def net_efforts(dynamics: Dynamics, gravity: Any, efforts: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return what accelerates the coordinates (n,): efforts less bias and weight."""
+    inertia = dynamics.inertia
+    return linear.subtract(linear.subtract(efforts, inertia.bias_efforts), linear.scale(gravity, inertia.weights))
+
+
+def accelerations(dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the accelerations (n,) of the coordinates under `net_efforts`, 0 of those that friction holds.
+
+    `given` are those of prescribed coordinates (n,), empty where there is none.
+    """
+    if not given:
+        return responses(dynamics, net)
+    prescribed = dynamics.prescribed
+    own = tuple(a if p else 0 for p, a in zip(prescribed, given, strict=True))
+    rest = linear.subtract(net, linear.product(dynamics.matrix, own))
+    return linear.add(own, responses(dynamics, rest))
+
+
+def responses(dynamics: Dynamics, levers: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return how efforts (n,) accelerate the coordinates (n,): those that are not free do not answer."""
+    return linear.solve(dynamics.factors, tuple(_entry_if(f, b) for f, b in zip(dynamics.free, levers, strict=True)))
+
+
+def mobility(dynamics: Dynamics, levers: tuple[Any, ...], answer: tuple[Any, ...]) -> Any:
+    """Return the acceleration along levers (n,) for a unit effort along them, whose `responses` are the answer."""
+    total = 0.0
+    for free, lever, rate in zip(dynamics.free, levers, answer, strict=True):
+        total += lever * _entry_if(free, rate)
+    return total
+
+
+def tip_acceleration(posture: Posture, qdd: tuple[Any, ...]) -> Vector:
+    """Return the tip's acceleration [m/s²] relative to the base, in its axes, at accelerations qdd (n,)."""
+    tree = posture.mechanism.tree
+    return to_base_axes(posture.kinematics.turn, point_acceleration(tree, posture.kinematics, tree.tip, qdd))
+
+
+def tip_rate(posture: Posture, rates: tuple[Any, ...]) -> Vector:
+    """Return the tip's velocity [m/s] relative to the base, in its axes, at rates (n,); also a jump of it."""
+    tree = posture.mechanism.tree
+    return to_base_axes(posture.kinematics.turn, velocity_at_rates(tree, posture.kinematics, tree.tip, rates))
+
+
+def constraint_effort(dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...], i: int) -> Any:
+    """Return what friction bears [N or N m] where it holds coordinate i: what would accelerate it."""
+    others = tuple(0 if k == i else qdd[k] for k in range(len(qdd)))
+    return net[i] - linear.product(dynamics.matrix, others)[i]
+
+
+# power and energy
+
+
+def drive_power(posture: Posture, efforts: tuple[Any, ...], force: Vector) -> Any:
+    """Return the power [W] of efforts (n,), less that which springs store; force (3,) [N] on the tip.
+
+    A coordinate that is prescribed takes what the tip pulls it with.
+    """
+    state, mechanism = posture.state, posture.mechanism
+    for spring in mechanism.springs:
+        efforts = linear.add(efforts, linear.scale(spring.stiffness * _deflection(spring, state.q), spring.lever))
+    if mechanism.prescribed:
+        pulls = linear.scale(-1.0, tip_efforts(posture, force))
+        efforts = tuple(b if p else a for p, a, b in zip(mechanism.prescribed, efforts, pulls, strict=True))
+    return linear.inner(efforts, state.v)
+
+
+def kinetic_energy(posture: Posture, dynamics: Dynamics) -> Any:
+    """Return the kinetic energy [J] of structure and motors relative to the base."""
+    return 0.5 * linear.inner(posture.state.v, linear.product(dynamics.matrix, posture.state.v))
+
+
+def potential_energy(posture: Posture, dynamics: Dynamics, gravity: Any) -> Any:
+    """Return the potential energy [J] of gravity and springs."""
+    total = gravity * dynamics.inertia.first_moment[2]
+    for spring in posture.mechanism.springs:
+        total = total + 0.5 * spring.stiffness * _deflection(spring, posture.state.q) ** 2
+    return total
+
+
+def energy_by_base(posture: Posture, base: BaseState, gravity: Any) -> tuple[Any, Any]:
+    """Return (kinetic, potential) energy [J] of the bodies in the world less those relative to the base."""
+    turn, kinetic, potential = posture.kinematics.turn, 0.0, 0.0
+    turned = base._replace(
+        velocity=to_tree_axes(turn, base.velocity),
+        angular_velocity=to_tree_axes(turn, base.angular_velocity),
+        up=to_tree_axes(turn, base.up),
+    )
+    w = turned.angular_velocity
+    for _, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):
+        more = added_energy(turned, gravity, body.mass, place, velocity)
+        spin = multiply(inertia, w)
+        kinetic, potential = kinetic + more[0] + dot(omega, spin) + 0.5 * dot(w, spin), potential + more[1]
+    return kinetic, potential
+
+
+def polyline(support: Support, state: SupportState) -> tuple[Vector, ...]:
+    """Return the structure's polyline [m], base to tip, in the base's axes."""
+    mechanism = support.structure.mechanism()
+    kinematics = compute_kinematics(mechanism.tree, state.q, state.v)
+    points = (*mechanism.outline, mechanism.tree.tip)
+    return tuple(to_base_axes(kinematics.turn, point_position(kinematics, point)) for point in points)
+
+
+def polyline_size(support: Support) -> int:
+    """Return the number of points of the structure's polyline."""
+    return len(support.structure.mechanism().outline) + 1
+
+
+def bare_tip(posture: Posture) -> tuple[Vector, Vector]:
+    """Return (position [m], velocity [m/s]) of the tip relative to the base, in its axes."""
+    turn = posture.kinematics.turn
+    return to_base_axes(turn, posture.tip), to_base_axes(turn, posture.tip_velocity)
+
+
+def arm_of(posture: Posture, arm: Vector) -> Vector:
+    """Return a vector (3,) that turns with the yaw, in the base's axes."""
+    return to_base_axes(posture.heading, arm)

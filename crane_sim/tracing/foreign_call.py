@@ -1,0 +1,171 @@
+"""Calls of machine code from Python: memory for arguments and results, which keeps what did not change since the last.
+
+A call's memory has the address of what the code allocates, then the leaves of the arguments, then those of the result,
+eight bytes each.
+"""
+
+import ctypes
+import struct
+from itertools import compress
+from operator import is_not
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crane_sim.tracing.arguments import describe, kinds_of, struct_of
+from crane_sim.tracing.graph import Kind
+from crane_sim.tracing.machine_code import LoadedCode
+from crane_sim.tracing.results import make_builder
+
+FIRST = 8
+"""Bytes before the arguments."""
+
+_UNKNOWN = object()
+_NOTHING = bytes(8)  # the address of no memory
+_ADDRESS = struct.Struct("=Q")
+_NUMBER_TYPES = {Kind.REAL: float, Kind.INTEGER: int}
+_REALS = {float}
+
+
+class Code(NamedTuple):
+    """Machine code of an entry point for one structure of arguments."""
+
+    object_file: bytes
+    results: tuple[Kind, ...]  # of the numbers and addresses that it returns
+    structure: Any  # of what it returns
+    allocates: bool  # memory, which is released after the call
+
+
+class LoadedEntry:
+    """Code in memory, and how arguments and results are passed.
+
+    Attributes:
+        keys: structure of each argument.
+    """
+
+    def __init__(self, code: Code, keys: tuple[Any, ...]) -> None:
+        """Load it."""
+        self.keys, self.allocates = keys, code.allocates
+        kinds = [kinds_of(key) for key in keys]
+        self.pack = [struct_of(tuple(each)).pack_into for each in kinds]
+        self.number_types = [_NUMBER_TYPES.get(key) if isinstance(key, Kind) else None for key in keys]
+        self.vector_sizes = [len(key) - 1 if _is_vector(key) else -1 for key in keys]
+        self.places = [FIRST]
+        for each in kinds:
+            self.places.append(self.places[-1] + 8 * len(each))
+        results = struct_of(code.results)
+        self.unpack, self.size = results.unpack_from, self.places[-1] + results.size
+        self.build, parts = make_builder(code.structure, code.results)
+        begin, count = self.places[-1], len(code.structure) if isinstance(code.structure, tuple) else 0
+        self.no_result = (_UNKNOWN,) * count
+        self.carried = [[(i, begin + a, begin + b) for i, k, a, b in parts if k == key] for key in keys]
+        self._library = LoadedCode(code.object_file)
+        prototype = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
+        self.run: Any = prototype(self._library.address("run"))
+        self.release: Any = prototype(self._library.address("release"))
+
+
+class Call:
+    """Memory of one call at a time, with the arguments of the call before and its results."""
+
+    def __init__(self, entry: LoadedEntry, limit: float) -> None:
+        """Begin without arguments; those with more than `limit` bytes of arrays are not kept for the next call."""
+        count = len(entry.keys)
+        self.entry, self._limit, self._indices = entry, limit, range(count)
+        self._memory = bytearray(entry.size)
+        self._address = ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
+        self._arguments: list[Any] = [_UNKNOWN] * count
+        self._shapes = {i: None for i, key in enumerate(entry.keys) if _is_array(key)}  # of arrays, which may be set
+        self._arrays: dict[int, dict[int, Any]] = {}  # of each argument, by address
+        self._result: Any = entry.no_result  # of the call before
+        self._result_arrays: dict[int, Any] = {}
+        self._large: list[int] = []  # arguments whose arrays would take much memory until the next call
+
+    def take(self, arguments: tuple[Any, ...]) -> bool:
+        """Take the arguments of a call; return whether they have the structure that the code is for.
+
+        An object that is the one before has its structure and its numbers: tuples do not change, and arrays stay where
+        they are.
+        """
+        for i in compress(self._indices, map(is_not, arguments, self._arguments)):
+            if not self._take(i, arguments[i]):
+                return False
+        for i, shape in self._shapes.items():
+            if arguments[i].shape != shape and not self._describe(i, arguments[i]):
+                return False
+        return True
+
+    def _take(self, i: int, argument: Any) -> bool:
+        entry, place, kind = self.entry, self.entry.places[i], type(argument)
+        if kind is entry.number_types[i]:
+            entry.pack[i](self._memory, place, argument)
+        elif kind is tuple and len(argument) == entry.vector_sizes[i] and {*map(type, argument)} == _REALS:
+            entry.pack[i](self._memory, place, *argument)
+        else:
+            for index, begin, end in entry.carried[i]:
+                if self._result[index] is argument:
+                    self._memory[place : entry.places[i + 1]] = self._memory[begin:end]
+                    self._remember(i, argument, self._result_arrays)
+                    return True
+            return self._describe(i, argument)
+        self._arguments[i] = argument
+        return True
+
+    def _describe(self, i: int, argument: Any) -> bool:
+        leaves, arrays = list[Any](), dict[int, Any]()
+        entry = self.entry
+        if describe(argument, leaves, arrays) != entry.keys[i]:
+            return False
+        entry.pack[i](self._memory, entry.places[i], *leaves)
+        if i in self._shapes:
+            self._shapes[i] = argument.shape
+        self._remember(i, argument, arrays)
+        return True
+
+    def _remember(self, i: int, argument: Any, arrays: dict[int, Any]) -> None:
+        self._arguments[i] = argument
+        if arrays or i in self._arrays:
+            self._arrays[i] = arrays
+            if self._is_large(arrays):
+                self._large.append(i)
+
+    def run(self) -> Any:
+        """Return the result."""
+        entry, memory = self.entry, self._memory
+        entry.run(self._address)
+        taken: list[Any] = []
+        result = entry.build(entry.unpack(memory, entry.places[-1]), self._arrays, taken)
+        if entry.allocates and memory[:FIRST] != _NOTHING:
+            entry.release(self._address)
+        self._result, self._result_arrays = result, {}
+        if taken:
+            self._keep_arrays(taken)
+        if self._large:
+            self._forget_large_arrays()
+        return result
+
+    def _keep_arrays(self, taken: list[Any]) -> None:
+        arrays = {address: array for _, address, array, _ in taken}
+        if self._is_large(arrays) or not all([dense for *_, dense in taken]):
+            self._result = self.entry.no_result
+            return
+        begin = self.entry.places[-1]
+        for index, address, *_ in taken:
+            _ADDRESS.pack_into(self._memory, begin + 8 * index, address)
+        self._result_arrays = arrays
+
+    def _forget_large_arrays(self) -> None:
+        for i in self._large:
+            self._arguments[i], self._arrays[i] = _UNKNOWN, {}
+        self._large.clear()
+
+    def _is_large(self, arrays: dict[int, Any]) -> bool:
+        return sum([array.nbytes for array in arrays.values()]) > self._limit
+
+
+def _is_array(key: Any) -> bool:
+    return isinstance(key, tuple) and key[0] is np.ndarray
+
+
+def _is_vector(key: Any) -> bool:
+    return isinstance(key, tuple) and key[0] is tuple and all(part is Kind.REAL for part in key[1:])
