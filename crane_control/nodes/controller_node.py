@@ -66,7 +66,7 @@ class ControllerNode(LawNode):
 
     def refused(self) -> Counter[str]:
         """See `LawNode`."""
-        return super().refused() + (self._setpoints.refused() if self._setpoints else Counter[str]())
+        return super().refused() + self._setpoints.refused() if self._setpoints else super().refused()
 
     def on_spin(self) -> None:
         """See `LawNode`."""

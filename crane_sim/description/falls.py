@@ -56,10 +56,10 @@ def add_crane_on_falls(robot: ElementTree.Element, scene: Scene) -> None:
 
 def add_gantry(robot: ElementTree.Element, scene: Scene) -> str:
     """Add portal and trolley; return the link of the trolley."""
-    crane: FallsCrane = scene.model._replace(support=scene.model.support.structure)
+    crane: FallsCrane = scene.model
     add_link(robot, "base_link", [])
-    add_link(robot, "bridge_link", portal_visual(portal_of(scene)), point_mass(crane.support.bridge.mass))
-    add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.trolley.mass))
+    add_link(robot, "bridge_link", portal_visual(portal_of(scene)), point_mass(crane.support.structure.bridge.mass))
+    add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.structure.trolley.mass))
     add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
     add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
     return "trolley_link"

@@ -100,7 +100,7 @@ def ground_height(scene: Scene) -> float:
 
 def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    crane: SuspendedCrane = scene.model._replace(support=rigid_support(scene.model.support.structure))
+    crane: SuspendedCrane = scene.model
     tip = add_support(robot, scene)
     for name in ("swing_link", "rope_link"):
         ElementTree.SubElement(robot, "link", name=name)

@@ -14,7 +14,7 @@ import numpy as np
 
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.integrators.runge_kutta import evaluate_first_stage, to_dense_tableau
-from crane_sim.numerics.jit import routine
+from crane_sim.numerics.jit import routine, simd_range
 from crane_sim.numerics.states import squared_error_norm
 from crane_sim.system import compute_jacobian, factor_shifted, rhs_into, solve_shifted, workspace
 
@@ -85,12 +85,12 @@ def rosenbrock_step(p, t, x, u, h, k1):
             rhs_into(p, t + _NODES[s] * h, y, u, ks[s], work)
         for j in range(s):
             weight = _DENSE_C[s, j] / h
-            for i in range(len(x)):
+            for i in simd_range(len(x)):
                 ks[s, i] += weight * ks[j, i]
-        for i in range(len(x)):
+        for i in simd_range(len(x)):
             ks[s, i] += h * _GAMMA_SUMS[s] * change[i]
         solve_shifted(p, factors, ks[s])
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         y[i] += ks[STAGES - 1, i]
     return y, ks[STAGES - 1]
 
@@ -99,9 +99,9 @@ def reach_stage(s, x, ks, y):
     """Write the state of stage s into y."""
     y[:] = 0.0
     for j in range(s):
-        for i in range(len(x)):
+        for i in simd_range(len(x)):
             y[i] += _DENSE_A[s, j] * ks[j, i]
-    for i in range(len(x)):
+    for i in simd_range(len(x)):
         y[i] += x[i]
 
 

@@ -87,8 +87,9 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
 def stiffened(model: Any, q: Array) -> tuple[Any, Array]:
     """Return (model, positions) without play of drives and bending, which would hide joints' inertia; else both."""
     support = getattr(model, "support", None)
-    further = trailing_count(support) if isinstance(support, Support) else 0
-    return (model._replace(support=without_bending(support)), q[:-further]) if further else (model, q)
+    if not isinstance(support, Support) or not trailing_count(support):
+        return model, q
+    return model._replace(support=without_bending(support)), q[: -trailing_count(support)]
 
 
 def joint_mechanics(scene: Scene) -> JointMechanics:

@@ -101,6 +101,7 @@ def test_invalid_or_contradictory_changes_are_rejected(call: Callable[[], Any], 
         (lambda: crane_sim.energy(SWING, None, V), "q = None: must be 2 finite numbers"),
         (lambda: Plant("overhead_swing"), "scene = 'overhead_swing': must be a Scene, as `crane_sim.load_scene`"),
         (lambda: Plant(SWING).advance(1.0), "u = 1.0: must be a number for each actuated joint: (x,), a tuple"),
+        (lambda: Plant(SWING).advance(np.array(1.0)), "u = array(1.): must be a number for each actuated joint"),
         (lambda: Plant(SWING).advance((1.0, 2.0)), "u = (1.0, 2.0): has 2 values; joints that take efforts: trolley"),
         (
             lambda: Plant(SWING.with_external_commands()).advance(),

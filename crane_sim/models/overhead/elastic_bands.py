@@ -14,7 +14,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.models.overhead.elastic import ElasticCrane, elastic_layout
 from crane_sim.numerics.derivatives import DIRECTIONS, directional_derivatives
-from crane_sim.numerics.jit import routine
+from crane_sim.numerics.jit import routine, simd_range
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
 
 
@@ -121,7 +121,7 @@ def solve(p, factors, b):
     shift, width, lower = factors.shift, 2 * d - 1, b[nq : 2 * nq]
     add_band_product(factors.bands.positions, b, 1.0 / shift, lower, width, factors.work)
     solve_band(factors.lu, lower, width, factors.work)
-    for i in range(nq):
+    for i in simd_range(nq):
         b[i] = (b[i] + b[nq + i]) / shift
     if modes > 2 * nq:
         for i in range(2 * nq):

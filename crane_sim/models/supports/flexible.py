@@ -102,5 +102,5 @@ def rigid_support(structure: Any) -> Any:
 def without_bending(support: Support) -> Support:
     """Return a support without bending and without play of its drives; friction and motors are kept."""
     n = len(support.structure.mechanism().limits) - support.structure.mechanism().bending
-    motors, frictions = (part and part[:n] for part in (support.motors, support.frictions))
+    motors, frictions = support.motors and support.motors[:n], support.frictions and support.frictions[:n]
     return Support(rigid_support(support.structure), motors, frictions)

@@ -49,17 +49,19 @@ class TowerCrane(NamedTuple):
 
     def mechanism(self) -> Mechanism:
         """Return the joints and bodies: the slew, and the trolley along the jib."""
-        slew, locked = self.slew, isinstance(self.slew, LockedSlew)
-        turning = () if locked else (Body(0, inertia=diagonal(0, 0, slew.inertia)),)
+        slew, limits = self.slew, self.trolley.limits
         trolley = Joint(X, ((1, 1),), slides=True, parent=0, bodies=(Body(self.trolley.mass),))
-        windages = () if locked else (slew.jib_windage, slew.counter_jib_windage)
+        if isinstance(slew, LockedSlew):
+            locked = Tree((Joint(Z, ((0, 1),)), trolley), Point(1))
+            outline = (Point(-1),)
+            return Mechanism(locked, (None, limits), actuated=(0, 1), outline=outline, prescribed=(True, False))
+        turning, windages = Body(0, inertia=diagonal(0, 0, slew.inertia)), (slew.jib_windage, slew.counter_jib_windage)
         return Mechanism(
-            Tree((Joint(Z, ((0, 1),), bodies=turning), trolley), Point(1)),
-            limits=(None if locked else slew.limits, self.trolley.limits),
+            Tree((Joint(Z, ((0, 1),), bodies=(turning,)), trolley), Point(1)),
+            limits=(slew.limits, limits),
             actuated=(0, 1),
             outline=(Point(-1),),
             pressed=tuple(Pressed(0, windage, windage.centre) for windage in windages if windage is not None),
-            prescribed=(True, False) if locked else (),
         )
 
     def prescribe(self, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -9,7 +9,6 @@ of other nodes never own the crane: one that answers once and then no more would
 
 import re
 import time
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -198,11 +197,11 @@ class CommandArbiter:
 
     def _on_messages(self, topic: str, taken: Sequence[MessageWithSender]) -> None:
         """Pass the owner's messages on, and refuse the rest, all of a sender at once: there may be thousands."""
-        refused = Counter[bytes]()
+        refused: dict[bytes, int] = {}  # a Counter takes 1.5 us to make, at every command
         for data, sender, _ in taken:
             self._look_up(sender)
             if not self._may_command(sender):
-                refused[sender] += 1
+                refused[sender] = refused.get(sender, 0) + 1
             elif self._topics[topic].on_message(data):
                 self._lease.acquire(sender, time.monotonic())
         for sender, number in refused.items():
