@@ -182,7 +182,8 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
         free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
-        step = np.linalg.lstsq(np.hstack([a[n:, :n][:, free], b[n:]]), -basis.T @ qdd)[0]
+        pulls = a[n:, :n] * (np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a)))  # else a load turns by rounding
+        step = np.linalg.lstsq(np.hstack([pulls[:, free], b[n:]]), -basis.T @ qdd)[0]
         dq, du = basis[:, free] @ step[: free.sum()], step[free.sum() :]
         scale = _step_scale(scene, dq)
         q, u = _normalise(scene, q + scale * dq), u + scale * du
