@@ -6,6 +6,7 @@ or gust.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,21 +75,32 @@ def fill_accelerations(models, points, directions, out, slopes):
         out: to fill with accelerations.
         slopes: to fill with derivatives.
     """
-    nq, size = out.shape[1], points.shape[1]
+    nq, size, count = out.shape[1], points.shape[1], directions.shape[1]
     z, seeds = np.empty(size), np.zeros((size, DIRECTIONS))
     for i in range(len(points)):
         p = take_entry(models, i)
-        for k in range(directions.shape[1]):
-            for side in range(3):  # of the point: before, at, and after it
+        for side in range(3):  # before the point, behind it, and at it
+            move_aside(points[i], directions[i], REACH * (2.0 * side - 1.0) if side < 2 else 0.0, z)
+            for first in range(0, count if side < 2 else 1, DIRECTIONS):
+                last = min(first + DIRECTIONS, count)
                 for j in range(size):
-                    seeds[j, 0] = directions[i, k, j]
-                    z[j] = points[i, j] + REACH * (side - 1) * seeds[j, 0]
+                    for k in range(first, last):
+                        seeds[j, k - first] = directions[i, k, j]
                 qdd, rows = directional_derivatives(acceleration_at, (p, z, nq), (None, seeds, None))
                 for j in range(len(qdd)):
-                    if side == 1:
-                        out[i, j] = qdd[j]
-                    else:
-                        slopes[i, k, j] = 0.5 * rows[j][0] + (slopes[i, k, j] if side == 2 else 0.0)
+                    out[i, j] = qdd[j]
+                    for k in range(first, last if side < 2 else first):
+                        slopes[i, k, j] = 0.5 * rows[j][k - first] + (slopes[i, k, j] if side == 1 else 0.0)
+
+
+def move_aside(point, directions, distance, z):
+    """Write into z what is at a distance from a point, along a mixture of directions that is parallel to no kink."""
+    for j in range(len(z)):
+        z[j] = point[j]
+    for k in range(len(directions)):
+        weight = distance * (1.0 + sin(k + 1.0) ** 2)
+        for j in range(len(z)):
+            z[j] += weight * directions[k, j]
 
 
 class Accelerations(NamedTuple):
@@ -171,7 +183,8 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
         free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
-        step = np.linalg.lstsq(np.hstack([a[n:, :n][:, free], b[n:]]), -basis.T @ qdd)[0]
+        pulls = a[n:, :n] * (np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a)))  # else a load turns by rounding
+        step = np.linalg.lstsq(np.hstack([pulls[:, free], b[n:]]), -basis.T @ qdd)[0]
         dq, du = basis[:, free] @ step[: free.sum()], step[free.sum() :]
         scale = _step_scale(scene, dq)
         q, u = _normalise(scene, q + scale * dq), u + scale * du
@@ -297,4 +310,5 @@ def linearise_columns(scene: Scene, covered: npt.NDArray[np.bool_]) -> RestingCo
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
     """Return which of the n deviations of A (2 n, 2 n), B (2 n, nu) nothing accelerates: those of imposed joints."""
     slopes = np.abs(np.hstack([a, b])[len(a) // 2 :])
-    return ~np.any(slopes > ROUNDING * slopes.max(axis=0), axis=1)
+    sizes = np.maximum(slopes.max(axis=0), REACH * slopes.max())  # a direction may have nothing but rounding
+    return ~np.any(slopes > ROUNDING * sizes, axis=1)

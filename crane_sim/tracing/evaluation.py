@@ -116,6 +116,7 @@ def evaluate(function: Function, arguments: list[Any], numbers: Numbers, memory:
 class _Evaluation:
     def __init__(self, numbers: Numbers, memory: Memory) -> None:
         self._numbers, self._memory = numbers, memory
+        self._of_reals = _OF_TANGENTS | _CONVERSIONS | numbers.operations
         self._kinds: list[Kind] = []  # of the values of the function that is called
 
     def call(self, function: Function, arguments: list[Any]) -> tuple[Any, ...]:
@@ -137,21 +138,20 @@ class _Evaluation:
 
     def _compute(self, instruction: Instruction, operands: list[Any], values: dict[int, Any]) -> tuple[Any, ...]:
         operation, numbers, results, literal = instruction
+        if operation in _READ_OR_WRITE:
+            return self._access(operation, operands, literal)
         if operation == "branch":
             return self._run(literal[0] if operands[0] else literal[1], values)
         if operation == "loop":
             return self._repeat(operands, literal, values)
         if operation == "call":
             return self.call(literal, operands)
-        if operation in ("slot", "allocate", "table", "move", "read", "write"):
-            return self._access(operation, operands, literal)
         if operation == "constant":
             return (self._constant(literal, self._kinds[results[0]]),)
         if operation == "select":
             return (operands[1] if operands[0] else operands[2],)
-        kind = self._kinds[numbers[0]]
-        table = self._numbers.operations if kind is Kind.REAL else _OF_INTEGERS | _OF_TANGENTS
-        compute = table.get(operation) or _OF_TANGENTS.get(operation) or _CONVERSIONS.get(operation)
+        table = self._of_reals if self._kinds[numbers[0]] is Kind.REAL else _OF_OTHERS
+        compute = table.get(operation)
         if compute is None:
             raise TraceError(f"{operation} is not evaluated")
         result = compute(*operands)
@@ -230,6 +230,8 @@ _CONVERSIONS: dict[str, Callable[..., Any]] = {
     "to_word": lambda i: i,
     "word_to_integer": lambda w: w - _WORDS if w >= _WORDS // 2 else w,
 }
+_OF_OTHERS = _OF_INTEGERS | _OF_TANGENTS | _CONVERSIONS
+_READ_OR_WRITE = {"slot", "allocate", "table", "move", "read", "write"}
 FLOATS = Numbers(
     float,
     {
