@@ -14,11 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.numerics.derivatives import state_and_time_jacobian
 from crane_sim.numerics.jit import entry_point, generic
 from crane_sim.numerics.linear_systems import factor_dense, solve_dense
-
-_STEP = 6e-6  # of differences that stand for derivatives: the cube root of the rounding error
-
 
 EVENT_LOG_CAPACITY = 1000
 """Number of events that the log of a run keeps."""
@@ -75,22 +73,12 @@ def rhs_into(p, t, x, u, out, work):
 
 @generic
 def compute_jacobian(p, t, x, u):
-    """Return the Jacobian J of the state's derivative with respect to the state at (t, x), for `factor_shifted`.
+    """Return (the Jacobian J of the state's derivative with respect to the state at (t, x), its derivative in time).
 
-    By default the matrix (n, n) by central differences, of a model whose state is an array.
+    J is what `factor_shifted` takes, by default the matrix (n, n). The derivative in time (n,) is that of a kink's
+    later side.
     """
-    out, y, ahead, behind = np.empty((len(x), len(x))), x.copy(), np.empty_like(x), np.empty_like(x)
-    work = workspace(p)
-    for j in range(len(x)):
-        size = _STEP * max(1.0, abs(x[j]))  # a mode is moved too: its column is nonsense, and meets zeros only
-        y[j] = x[j] + size
-        rhs_into(p, t, y, u, ahead, work)
-        y[j] = x[j] - size
-        rhs_into(p, t, y, u, behind, work)
-        y[j] = x[j]
-        for i in range(len(x)):
-            out[i, j] = (ahead[i] - behind[i]) / (2.0 * size)
-    return out
+    return state_and_time_jacobian(rhs, p, t, x, u)
 
 
 @generic

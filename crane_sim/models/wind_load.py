@@ -12,7 +12,7 @@ from crane_sim.files.types import Fraction, NonNegative, Real
 from crane_sim.models.moving_base import pose_at, to_base, to_turned_axes, to_world
 from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract
 from crane_sim.numerics.elementary import sincos
-from crane_sim.trajectories.wind import LogarithmicLaw, PowerLaw, gust_at, ratio_gradient, speed_ratio
+from crane_sim.trajectories.wind import LogarithmicLaw, PowerLaw, gust_at, speed_ratio
 
 
 class Windage(NamedTuple):
@@ -90,20 +90,6 @@ def relative_flow(flow, r, velocity):
 def pressure_drag(flow, windage, v):
     """Return the force (3,) [N] on a body in a relative flow v (3,) [m/s]."""
     return scale(0.5 * flow.density * windage.drag_coefficient * windage.area * sqrt(dot(v, v)), v)
-
-
-def drag_gradient(flow, windage, v, change):
-    """Return the change (3,) of `pressure_drag` for a change (3,) of the relative flow v."""
-    speed = sqrt(dot(v, v))
-    along = dot(v, change) / speed if speed > 0.0 else 0.0
-    c = 0.5 * flow.density * windage.drag_coefficient * windage.area
-    return scale(c, add(scale(speed, change), scale(along, v)))
-
-
-def flow_gradient(flow, r, change):
-    """Return the change (3,) [m/s] of the wind for a change (3,) [m] of the point r."""
-    rise = dot(flow.up, change) * ratio_gradient(flow.profile, flow.height + dot(flow.up, r), flow.reference)
-    return scale(rise, flow.mean)
 
 
 def add_wind(flow, windage, force, r, velocity):

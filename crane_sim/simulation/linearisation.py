@@ -6,6 +6,7 @@ or gust.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.linalg import block_diag, null_space
 from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.numerics.column import NotVectorisable, arrays_of, as_float
+from crane_sim.numerics.derivatives import DIRECTIONS, directional_derivatives
 from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.averaging import average_scene
@@ -23,11 +25,12 @@ from crane_sim.simulation.columns import group_indices, kind_of, stack_columns
 from crane_sim.simulation.dynamics import joint_acceleration
 
 Array = npt.NDArray[np.float64]
-STEP = 1e-5  # of central differences: their error is about STEP squared, rounding 1e-16 / STEP, both 1e-10
 ZERO_ACCELERATION = 1e-9  # m/s² or rad/s²: accelerations that count as none
 ITERATIONS = 50  # of Newton's method
 DISSIPATIVE = {"friction", "lugre", "rope", "hoist"}
 """Groups that may have dry friction."""
+REACH = 1e-8  # to both sides of a point: far enough for a mode to change, and 1e-16 of what bends
+ROUNDING = 1e-12  # of the largest acceleration along a direction: what counts as none
 MAX_TURN = 0.5  # rad, in one of them: full steps from below may end a turn further, or above the suspension
 
 
@@ -53,37 +56,71 @@ def without_dry_friction(scene: Scene) -> Scene:
     return replace(load_scene(document), period=scene.period, sampled=scene.sampled)
 
 
+def acceleration_at(p, z, nq):
+    """Return the joint accelerations (nq,) at t = 0 at z: joint positions, velocities and efforts (2 nq + nu,)."""
+    return joint_acceleration(p, 0.0, z[:nq], z[nq : 2 * nq], system.efforts_from_row(p, z[2 * nq :]))
+
+
 @entry_point
 @optimisation(LIGHT)
-def fill_accelerations(models, points, out):
-    """Fill out (n, m, nq) with the accelerations of n cranes at m points each.
+def fill_accelerations(models, points, directions, out, slopes):
+    """Fill `out` (n, nq) with accelerations of n cranes, `slopes` (n, k, nq) with derivatives along k directions.
+
+    At a kink a derivative is the mean of those of both sides.
 
     Args:
         models: columns of the cranes' models.
-        points: joint positions, velocities and efforts (n, m, 2 nq + nu).
-        out: to fill.
+        points: joint positions, velocities and efforts (n, m), m = 2 nq + nu.
+        directions: of each crane's point (n, k, m).
+        out: to fill with accelerations.
+        slopes: to fill with derivatives.
     """
-    nq = out.shape[2]
+    nq, size, count = out.shape[1], points.shape[1], directions.shape[1]
+    z, seeds = np.empty(size), np.zeros((size, DIRECTIONS))
     for i in range(len(points)):
         p = take_entry(models, i)
-        for k in range(points.shape[1]):
-            z = points[i, k]
-            u = system.efforts_from_row(p, z[2 * nq :])
-            qdd = joint_acceleration(p, 0.0, z[:nq], z[nq : 2 * nq], u)
-            for j in range(nq):
-                out[i, k, j] = qdd[j]
+        for side in range(3):  # before the point, behind it, and at it
+            move_aside(points[i], directions[i], REACH * (2.0 * side - 1.0) if side < 2 else 0.0, z)
+            for first in range(0, count if side < 2 else 1, DIRECTIONS):
+                last = min(first + DIRECTIONS, count)
+                for j in range(size):
+                    for k in range(first, last):
+                        seeds[j, k - first] = directions[i, k, j]
+                qdd, rows = directional_derivatives(acceleration_at, (p, z, nq), (None, seeds, None))
+                for j in range(len(qdd)):
+                    out[i, j] = qdd[j]
+                    for k in range(first, last if side < 2 else first):
+                        slopes[i, k, j] = 0.5 * rows[j][k - first] + (slopes[i, k, j] if side == 1 else 0.0)
 
 
-def accelerations(scenes: Sequence[Scene], points: Array) -> Array:
-    """Return the joint accelerations (n, m, nq) of scenes of one kind at points (n, m, 2 nq + nu) at t = 0."""
-    return accelerations_of(stack_columns([scene.model for scene in scenes]), points, len(scenes[0].joint_names))
+def move_aside(point, directions, distance, z):
+    """Write into z what is at a distance from a point, along a mixture of directions that is parallel to no kink."""
+    for j in range(len(z)):
+        z[j] = point[j]
+    for k in range(len(directions)):
+        weight = distance * (1.0 + sin(k + 1.0) ** 2)
+        for j in range(len(z)):
+            z[j] += weight * directions[k, j]
 
 
-def accelerations_of(models: Any, points: Array, nq: int) -> Array:
-    """Return the joint accelerations (n, m, nq) of columns of models at points (n, m, 2 nq + nu) at t = 0."""
-    out = np.empty((*points.shape[:2], nq))
-    fill_accelerations(models, points, out)
-    return out
+class Accelerations(NamedTuple):
+    """Joint accelerations of c cranes, each at a point z: joint positions, velocities and efforts, at t = 0."""
+
+    values: Array  # (c, nq)
+    slopes: Array  # (c, k, nq), derivatives along directions of z
+
+
+def accelerations(scenes: Sequence[Scene], points: Array, directions: Array) -> Accelerations:
+    """Return the accelerations of scenes of one kind at points (c, 2 nq + nu), along directions (c, k, 2 nq + nu)."""
+    models = stack_columns([scene.model for scene in scenes])
+    return accelerations_of(models, points, directions, len(scenes[0].joint_names))
+
+
+def accelerations_of(models: Any, points: Array, directions: Array, nq: int) -> Accelerations:
+    """Return the accelerations of columns of models, as `accelerations` does."""
+    found = Accelerations(np.empty((len(points), nq)), np.empty((*directions.shape[:2], nq)))
+    fill_accelerations(models, points, directions, *found)
+    return found
 
 
 def equilibria(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | SceneError]:
@@ -110,7 +147,7 @@ def _hang_at_rest(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | None]:
         own = [average_scene(scenes[i]) for i in group]
         q = np.array([hanging_positions(scene, scene.reference) for scene in own if scene.reference is not None])
         points = np.concatenate([q, np.zeros((len(q), q.shape[1] + len(first.actuated)))], axis=1)
-        qdd = accelerations(own, points[:, None])[:, 0]
+        qdd = accelerations(own, points, np.zeros((len(q), 1, points.shape[1]))).values
         for i, at, rates in zip(group, q, np.abs(qdd).max(axis=1), strict=True):
             if rates < ZERO_ACCELERATION:
                 found[i] = at, np.zeros(len(first.actuated))
@@ -134,18 +171,20 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     q, u = hanging_positions(scene, target), np.zeros(len(scene.actuated))
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     for _ in range(ITERATIONS):
-        qdd = accelerations([scene], np.concatenate([q, np.zeros(len(q)), u])[None, None])[0, 0]
+        basis = tangent_basis(scene, q)
+        found = accelerations([scene], _points([q], [u]), _directions([basis], len(u)))
+        qdd, (a,), (b,) = found.values[0], *_to_state_matrices(found.slopes, [basis])
         if not np.all(np.isfinite(qdd)):
             break
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION:
             return q, u
-        (a, b), basis = state_matrices(scene, q, u), tangent_basis(scene, q)
         n = basis.shape[1]
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
         free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
-        step = np.linalg.lstsq(np.hstack([a[n:, :n][:, free], b[n:]]), -basis.T @ qdd)[0]
+        pulls = a[n:, :n] * (np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a)))  # else a load turns by rounding
+        step = np.linalg.lstsq(np.hstack([pulls[:, free], b[n:]]), -basis.T @ qdd)[0]
         dq, du = basis[:, free] @ step[: free.sum()], step[free.sum() :]
         scale = _step_scale(scene, dq)
         q, u = _normalise(scene, q + scale * dq), u + scale * du
@@ -214,25 +253,28 @@ def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
 
 def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[Array]) -> tuple[Array, Array]:
     """Return A and B, as `state_matrices` does, of c scenes of one kind: (c, 2 n, 2 n) and (c, 2 n, nu)."""
-    bent, nu = bool(_unit_vectors(scenes[0])), len(u[0])
-    bases = [tangent_basis(scene, at) for scene, at in zip(scenes if bent else scenes[:1], q, strict=False)]
-    nq, n = bases[0].shape
-    directions = [np.asarray(block_diag(basis, basis, np.eye(nu)), np.float64).T for basis in bases]
-    at = np.array([np.concatenate([x, np.zeros(nq), efforts]) for x, efforts in zip(q, u, strict=True)])[:, None]
-    steps, averaged = STEP * np.array(directions), [average_scene(scene) for scene in scenes]
-    quotients = (accelerations(averaged, at + steps) - accelerations(averaged, at - steps)) / (2.0 * STEP)
-    rows = (
-        [[basis.T @ row for row in each] for basis, each in zip(bases, quotients, strict=True)] if bent else quotients
-    )
-    return _to_state_matrices(np.array(rows), nu)
+    bases = [tangent_basis(scene, x) for scene, x in zip(scenes, q, strict=True)]
+    averaged = [average_scene(scene) for scene in scenes]
+    found = accelerations(averaged, _points(q, u), _directions(bases, len(u[0])))
+    return _to_state_matrices(found.slopes, bases)
 
 
-def _to_state_matrices(rows: Array, nu: int) -> tuple[Array, Array]:
-    """Return A and B from the derivatives (c, 2 n + nu, n) of n accelerations."""
-    derivatives = np.swapaxes(rows + 0.0, 1, 2)
-    count, n, _ = derivatives.shape
-    a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, nu))
-    a[:, :n, n:], a[:, n:], b[:, n:] = np.eye(n), derivatives[:, :, : 2 * n], derivatives[:, :, 2 * n :]
+def _points(q: Sequence[Array], u: Sequence[Array]) -> Array:
+    """Return the points (c, 2 nq + nu) of rest at joint positions (nq,) under efforts (nu,)."""
+    return np.array([np.concatenate([x, np.zeros(len(x)), efforts]) for x, efforts in zip(q, u, strict=True)])
+
+
+def _directions(bases: Sequence[Array], nu: int) -> Array:
+    """Return the directions (c, 2 n + nu, 2 nq + nu) of deviations in tangent bases, of their rates and of efforts."""
+    return np.array([block_diag(basis, basis, np.eye(nu)).T for basis in bases], np.float64)
+
+
+def _to_state_matrices(slopes: Array, bases: Sequence[Array]) -> tuple[Array, Array]:
+    """Return A and B from the derivatives (c, 2 n + nu, nq) of accelerations along `_directions`."""
+    rows = np.swapaxes([each @ basis + 0.0 for each, basis in zip(slopes, bases, strict=True)], 1, 2)
+    count, n, size = rows.shape
+    a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, size - 2 * n))
+    a[:, :n, n:], a[:, n:], b[:, n:] = np.eye(n), rows[:, :, : 2 * n], rows[:, :, 2 * n :]
     return a, b
 
 
@@ -258,13 +300,15 @@ def linearise_columns(scene: Scene, covered: npt.NDArray[np.bool_]) -> RestingCo
         raise NotVectorisable("scenes that are linearised one by one")
     n, nq, nu = len(covered), len(scene.joint_names), len(scene.actuated)
     models, q = arrays_of((average_scene(scene).model, hanging_positions(scene, scene.reference)), n)
-    at = np.concatenate([q, np.zeros((n, nq + nu))], axis=1)[:, None]
-    covered &= np.abs(accelerations_of(models, at, nq)[:, 0]).max(axis=1) < ZERO_ACCELERATION
-    steps = STEP * np.eye(2 * nq + nu)
-    quotients = (accelerations_of(models, at + steps, nq) - accelerations_of(models, at - steps, nq)) / (2.0 * STEP)
-    return RestingColumns(q, *_to_state_matrices(quotients, nu))
+    bases = [np.eye(nq)] * n
+    points = np.concatenate([q, np.zeros((n, nq + nu))], axis=1)
+    found = accelerations_of(models, points, _directions(bases, nu), nq)
+    covered &= np.abs(found.values).max(axis=1) < ZERO_ACCELERATION
+    return RestingColumns(q, *_to_state_matrices(found.slopes, bases))
 
 
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
     """Return which of the n deviations of A (2 n, 2 n), B (2 n, nu) nothing accelerates: those of imposed joints."""
-    return ~np.any(np.hstack([a, b])[len(a) // 2 :] != 0.0, axis=1)
+    slopes = np.abs(np.hstack([a, b])[len(a) // 2 :])
+    sizes = np.maximum(slopes.max(axis=0), REACH * slopes.max())  # a direction may have nothing but rounding
+    return ~np.any(slopes > ROUNDING * sizes, axis=1)

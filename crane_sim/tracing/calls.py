@@ -15,9 +15,10 @@ from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.builtin_functions import HANDLERS, type_of
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT
+from crane_sim.tracing.forward_mode import ForwardMode
 from crane_sim.tracing.frame import Frame, ResultChange, Returned
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.graph import Graph, Value
+from crane_sim.tracing.graph import Graph, Value, numbers_of
 from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.interpreter import run
 from crane_sim.tracing.merging import Rebuild, base_address, sizes_of, split, with_address
@@ -59,6 +60,7 @@ class Calls:
         self._own: dict[Any, Traced] = {}
         self._under_way: set[Any] = set()
         self._depth = 0  # of functions that are run in place
+        self.forward_mode = ForwardMode()
         self.functions: set[types.FunctionType] = set()  # that are traced
 
     def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
@@ -72,6 +74,9 @@ class Calls:
         handler = _handler_of(function)
         if handler is not None:
             return handler(graph, *arguments, **keywords)
+        note: Any = getattr(function, "traced_by", None)
+        if note is not None:
+            return note(self, graph, *arguments)
         implementation, inlined = resolve(function, arguments)
         if not _is_traced(implementation):
             return _call_untraced(implementation, arguments, keywords)
@@ -80,7 +85,7 @@ class Calls:
     def call_traced(
         self, graph: Graph, function: types.FunctionType, arguments: list[Any], keywords: dict[str, Any], inlined: bool
     ) -> Any:
-        """Return the result of a call of a function that is traced on its own.
+        """Return the result of a call of a function that is traced on its own, or run in place.
 
         Raises:
             TraceError: it does what is not traced, or calls itself.
@@ -89,9 +94,32 @@ class Calls:
         variables = source.bind(arguments, keywords)
         if inlined and source.is_straight and self._depth < _DEPTH:
             return self._run_in_place(graph, source, variables)
-        tree = tuple([self._as_argument(graph, x) for x in variables.values()])
+        leaves, traced = self._find_traced(graph, source, variables, inlined)
+        graph.has_allocations |= traced.function.graph.has_allocations
+        graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
+        results = graph.append("call", numbers_of(leaves), traced.function.result_kinds, traced.function)
+        inner = zip(results, traced.function.block.results, strict=True)
+        least = traced.function.graph.least
+        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
+        return traced.result(iter(results))
+
+    def function_of(
+        self, graph: Graph, function: types.FunctionType, arguments: list[Any]
+    ) -> tuple[tuple[Value, ...], Traced]:
+        """Return (the leaves of arguments of a call, the function as it is traced for such arguments).
+
+        Raises:
+            TraceError: it does what is not traced, or calls itself.
+        """
+        source = source_of(function)
+        return self._find_traced(graph, source, source.bind(arguments, {}), False)
+
+    def _find_traced(
+        self, graph: Graph, source: Source, variables: dict[str, Any], inlined: bool
+    ) -> tuple[tuple[Value, ...], Traced]:
+        tree = tuple([self.as_argument(graph, x) for x in variables.values()])
         leaves, key, rebuild = take_apart(tree, graph, not inlined)
-        whole = function, key
+        whole = source.function, inlined, key
         traced = self._own.get(whole) or _TRACED.get(whole)
         if traced is None:
             if whole in self._under_way:
@@ -100,19 +128,12 @@ class Calls:
             traced = self._trace(source, tuple(variables), rebuild, tuple(leaf.kind for leaf in leaves), inlined)
             self._keep(whole, traced)
         self.functions |= traced.functions
-        graph.has_allocations |= traced.function.graph.has_allocations
-        graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
-        numbers = tuple(leaf.number for leaf in leaves)
-        results = graph.append("call", numbers, traced.function.result_kinds, traced.function)
-        inner = zip(results, traced.function.block.results, strict=True)
-        least = traced.function.graph.least
-        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
-        return traced.result(iter(results))
+        return tuple(leaves), traced
 
     def _run_in_place(self, graph: Graph, source: Source, variables: dict[str, Any]) -> Any:
         """Return the result of a short function without branches, whose instructions become the caller's own."""
         self.functions.add(source.function)
-        arrays = {name: self._as_argument(graph, x) for name, x in variables.items() if isinstance(x, _ARRAYS)}
+        arrays = {name: self.as_argument(graph, x) for name, x in variables.items() if isinstance(x, _ARRAYS)}
         self._depth += 1
         try:
             outcome = run(Frame(graph, self, source, variables | arrays, {}), source.body)
@@ -157,11 +178,12 @@ class Calls:
 
         return graph, graph.trace_block(values, kinds), results[0]
 
-    def _as_argument(self, graph: Graph, x: Any) -> Any:
+    def as_argument(self, graph: Graph, x: Any) -> Any:
+        """Return an argument of tuples, with constant arrays in memory."""
         if isinstance(x, tuple):
-            return rebuilt(x, [self._as_argument(graph, part) for part in x])
+            return rebuilt(x, [self.as_argument(graph, part) for part in x])
         if isinstance(x, list):
-            return tuple([self._as_argument(graph, part) for part in x])
+            return tuple([self.as_argument(graph, part) for part in x])
         return self.array_of(graph, x) if isinstance(x, np.ndarray) else x
 
     def array_of(self, graph: Graph, array: np.ndarray) -> ArraySymbol:

@@ -1,143 +1,122 @@
-"""Derivatives of traced functions by forward mode: every number carries its derivatives along several directions.
+"""Derivatives of functions along directions, by forward mode, in compiled code and in Python.
 
-They are traced, too: a literal zero, along a direction that does not move a number, costs nothing. Integers and
-conditions have none.
+    value, derivative = directional_derivatives(f, (x, y), (x_directions, None))
+
+computes f(x, y) and, at the same time, its derivatives along `DIRECTIONS` directions of x. A direction is a tree like
+its argument: in place of a float an array (DIRECTIONS,), in place of an array one with a last axis (…, DIRECTIONS),
+contiguous, None for what does not move. So is a derivative like the value; what is no real, or an array that nothing
+moves, is itself there.
 """
 
-import operator
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
-from crane_sim.tracing import operations
-from crane_sim.tracing.elementary import SINCOS, sincos
-from crane_sim.tracing.evaluation import Location, Rules, evaluate
-from crane_sim.tracing.function import Function, trace
-from crane_sim.tracing.graph import Array, Value, kind_of
-from crane_sim.tracing.instructions import Kind
+import numpy as np
+
+from crane_sim.tracing.arguments import describe
+from crane_sim.tracing.arithmetic import combine
+from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, allocate
+from crane_sim.tracing.calls import Calls, resolve
+from crane_sim.tracing.evaluation import FLOATS, Memory, evaluate, trace_tree
+from crane_sim.tracing.forward_mode import ArgumentsNeeded
+from crane_sim.tracing.function import Function
+from crane_sim.tracing.graph import Graph, Value, numbers_of
+from crane_sim.tracing.instructions import DIRECTIONS, Kind
+from crane_sim.tracing.merging import base_address, sizes_of
+from crane_sim.tracing.results import make_builder
 from crane_sim.tracing.trace_error import TraceError
+from crane_sim.tracing.trees import rebuilt
+
+_REALS = np.dtype(float)
 
 
-class Dual(NamedTuple):
-    """A real and its derivatives."""
-
-    value: Any
-    tangents: tuple[Any, ...]
-
-
-def differentiate(function: Function, parameter: int, size: int, output: int, rows: int) -> Function:
-    """Return the function that also computes a Jacobian by forward mode.
-
-    It takes one more argument, the array (rows, size), row by row, of the derivatives of the first `rows` elements
-    written into parameter number `output` by the first `size` elements of parameter number `parameter`, both arrays.
+def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
+    """Return (f(*arguments), its derivatives along directions of the arguments).
 
     Raises:
-        TraceError: it raises a number to a power that depends on these elements, or as `evaluate`.
+        TraceError: f has an operation whose derivative is not known, or stores what moves where nothing does.
     """
-    kinds = (*function.parameter_kinds, Kind.ARRAY)
-
-    def compute(*arguments: Any) -> tuple[Any, ...]:
-        *given, jacobian = arguments
-        memories = {i: _Memory(x, size, i == parameter) for i, x in enumerate(given) if isinstance(x, Array)}
-        operands = [Location(memories[i]) if i in memories else _constant(x, size) for i, x in enumerate(given)]
-        results = evaluate(function, tuple(operands), _rules(size))
-        for i in range(rows):
-            for j, tangent in enumerate(memories[output][i].tangents):
-                jacobian[i * size + j] = tangent
-        return tuple(result.value if isinstance(result, Dual) else result for result in results)
-
-    return trace(compute, kinds, f"{function.name}_jacobian")
+    leaves: list[Any] = []
+    arrays: dict[int, Any] = {}
+    key = describe((arguments, directions), leaves, arrays)
+    whole = f, key
+    if whole not in _IN_PYTHON:
+        traced = trace_tree(key, lambda calls, graph, tree: trace_derivatives(calls, graph, f, *tree))
+        _IN_PYTHON[whole] = traced.function, make_builder(traced.structure, traced.function.result_kinds)[0]
+    function, build = _IN_PYTHON[whole]
+    memory = Memory(FLOATS)  # which results are copied from
+    return build(evaluate(function, leaves, FLOATS, memory), {0: arrays}, [])
 
 
-def _constant(number: Any, size: int) -> Any:
-    return Dual(number, (0.0,) * size) if kind_of(number) is Kind.REAL else number
+_IN_PYTHON: dict[Any, tuple[Function, Any]] = {}
 
 
-class _Memory:
-    """Elements of an array, with the derivatives of those that have been written."""
-
-    def __init__(self, array: Array, size: int, seeded: bool) -> None:
-        self._array, self._size, self._seeded = array, size, seeded
-        self._written: dict[int, Dual] = {}
-
-    def __getitem__(self, index: int) -> Dual:
-        if index in self._written:
-            return self._written[index]
-        seeds = tuple(1.0 if self._seeded and j == index else 0.0 for j in range(self._size))
-        return Dual(self._array[index], seeds)
-
-    def __setitem__(self, index: int, dual: Dual) -> None:
-        self._array[index] = dual.value
-        self._written[index] = dual
-
-
-def _linear(slopes: Callable[..., tuple[Any, ...]], value: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the rule of an operation: its value, and its partial derivatives by each operand."""
-
-    def rule(*operands: Any) -> Any:
-        if not isinstance(operands[0], Dual):
-            return value(*operands)
-        result = value(*(x.value for x in operands))
-        partials = slopes(result, *(x.value for x in operands))
-        columns = zip(*(x.tangents for x in operands), strict=True)
-        return Dual(result, tuple(_weighted_sum(partials, column) for column in columns))
-
-    return rule
+def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, directions: Any) -> tuple[Any, Any]:
+    """Note a call of `directional_derivatives`; return its result."""
+    given, seeds = (calls.as_argument(graph, tuple(x)) for x in (arguments, directions))
+    leaves, traced = calls.function_of(graph, resolve(f, given)[0], list(given))
+    tangents = list(_tangents_of(graph, given, seeds))
+    moved = tuple(tangent is not None for tangent in tangents)
+    addresses = frozenset(i for i, kind in enumerate(traced.function.result_kinds) if kind is Kind.ARRAY)
+    try:
+        transformed = calls.forward_mode.transform(traced.function, moved, addresses)
+    except ArgumentsNeeded as error:
+        raise TraceError("a number that moves is stored in an argument without directions") from error
+    function, count = transformed.function, len(transformed.moved)
+    graph.has_allocations |= function.graph.has_allocations
+    numbers = numbers_of((*leaves, *(tangent for tangent in tangents if tangent is not None)))
+    results = graph.append("call", numbers, function.result_kinds, function)
+    rest = iter(results[count:])
+    value = traced.result(iter(results[:count]))
+    return value, _Derivative(graph, iter([next(rest) if moves else None for moves in transformed.moved])).of(value)
 
 
-def _weighted_sum(weights: tuple[Any, ...], numbers: tuple[Any, ...]) -> Any:
-    total = weights[0] * numbers[0]
-    for weight, number in zip(weights[1:], numbers[1:], strict=True):
-        total = total + weight * number
-    return total
+directional_derivatives.traced_by = trace_derivatives  # type: ignore[attr-defined]
 
 
-def _on_values(operation: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda *operands: operation(*(x.value if isinstance(x, Dual) else x for x in operands))
+def _tangents_of(graph: Graph, tree: Any, direction: Any) -> Iterator[Value | None]:
+    """Yield the tangents of the leaves of an argument, those of `take_apart`."""
+    if isinstance(tree, tuple):
+        for i, part in enumerate(tree):
+            yield from _tangents_of(graph, part, None if direction is None else direction[i])
+    elif isinstance(tree, ArraySymbol | RecordSymbol):
+        yield None if direction is None else base_address(graph, direction)
+        yield from [None] * len(sizes_of(tree))
+    elif isinstance(tree, Value | float) or type(tree) is int:
+        yield None if direction is None else _read(direction)
 
 
-def _select(condition: Any, a: Any, b: Any) -> Any:
-    if not isinstance(a, Dual):
-        return operations.select(condition, a, b)
-    value = operations.select(condition, a.value, b.value)
-    return Dual(value, operations.select(condition, a.tangents, b.tangents))
+def _read(direction: ArraySymbol) -> Value:
+    literal = direction.offset, "t8"
+    return direction.graph.append("read", (direction.address.number,), (Kind.TANGENT,), literal)[0]
 
 
-def _power(x: Dual, exponent: Dual) -> Dual:
-    if any((t.literal if isinstance(t, Value) else t) != 0.0 for t in exponent.tangents):
-        raise TraceError("the derivative of a power by its exponent: no operation has it")
-    slope = exponent.value * operations.power(x.value, exponent.value - 1.0)
-    return Dual(operations.power(x.value, exponent.value), tuple(slope * t for t in x.tangents))
+class _Derivative:
+    """Makes the derivative of a value of the tangents of its leaves."""
+
+    def __init__(self, graph: Graph, tangents: Iterator[Value | None]) -> None:
+        self._graph, self._tangents = graph, tangents
+
+    def of(self, value: Any) -> Any:
+        """Return the tree of arrays of derivatives."""
+        if isinstance(value, tuple):
+            return rebuilt(value, [self.of(part) for part in value])
+        if not isinstance(value, Value | ArraySymbol | RecordSymbol):
+            return self._store(None) if isinstance(value, float) else value
+        tangent = next(self._tangents)
+        for _ in sizes_of(value):
+            next(self._tangents)
+        if isinstance(value, Value):
+            return self._store(tangent) if value.kind is Kind.REAL else value
+        return value if tangent is None or value.dtype != _REALS else _array_of_tangents(value, tangent)
+
+    def _store(self, tangent: Value | None) -> ArraySymbol:
+        graph, array = self._graph, allocate(self._graph, (DIRECTIONS,), _REALS)
+        value = graph.constant(0.0, Kind.TANGENT) if tangent is None else tangent
+        graph.append("write", (value.number, array.address.number), (), (0, "t8"))
+        return array
 
 
-def _differentiate_sincos(angle: Dual) -> tuple[Dual, Dual]:
-    s, c = sincos(angle.value)
-    return Dual(s, tuple(c * x for x in angle.tangents)), Dual(c, tuple(-s * x for x in angle.tangents))
-
-
-_OPERATIONS: dict[str, Callable[..., Any]] = {
-    "add": _linear(lambda r, a, b: (1.0, 1.0), operator.add),
-    "subtract": _linear(lambda r, a, b: (1.0, -1.0), operator.sub),
-    "multiply": _linear(lambda r, a, b: (b, a), operator.mul),
-    "divide": _linear(lambda r, a, b: (1.0 / b, -r / b), operator.truediv),
-    "negate": _linear(lambda r, a: (-1.0,), operator.neg),
-    "absolute": _linear(lambda r, a: (operations.select(a < 0.0, -1.0, 1.0),), abs),
-    "sqrt": _linear(lambda r, a: (0.5 / r,), operations.sqrt),
-    "exp": _linear(lambda r, a: (r,), operations.exp),
-    "power": _power,
-    "fma": _linear(lambda r, a, b, c: (b, a, 1.0), operations.fma),
-    "select": _select,
-    "less": _on_values(operator.lt),
-    "less_equal": _on_values(operator.le),
-    "equal": _on_values(operator.eq),
-    "unequal": _on_values(operator.ne),
-    "both": _on_values(operator.and_),
-    "to_integer": _on_values(operations.to_integer),
-}
-
-
-def _rules(size: int) -> Rules:
-    def lift(number: Any) -> Any:
-        return _constant(number, size)
-
-    rules = _OPERATIONS | {"to_real": lambda i: lift(operations.to_real(i))}
-    return Rules(lift, rules, {SINCOS.name: _differentiate_sincos}, lambda x: x.value if isinstance(x, Dual) else x)
+def _array_of_tangents(array: Any, address: Value) -> ArraySymbol:
+    strides = [combine("multiply", stride, DIRECTIONS) for stride in array.strides]
+    return ArraySymbol(address, 0, _REALS, (*array.shape, DIRECTIONS), (*strides, _REALS.itemsize))

@@ -35,6 +35,7 @@ _PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {
     Kind.INTEGER: int,
     Kind.BOOLEAN: bool,
     Kind.WORD: int,
+    Kind.TANGENT: float,
 }
 
 

@@ -6,6 +6,8 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 Number = float | int
+DIRECTIONS = 8
+"""Directions along which derivatives are computed at once."""
 
 
 class Kind(Enum):
@@ -17,6 +19,7 @@ class Kind(Enum):
     WORD = "word"  # 64 bits, without a sign
     ARRAY = "array"  # the address of reals
     FUNCTION = "function"  # its address
+    TANGENT = "tangent"  # derivatives of a real along `DIRECTIONS` directions
 
     __hash__ = object.__hash__  # as each is one object; that of an Enum takes longer
 

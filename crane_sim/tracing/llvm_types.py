@@ -4,7 +4,7 @@ import struct
 from collections.abc import Iterator
 
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.instructions import Kind
+from crane_sim.tracing.instructions import DIRECTIONS, Kind
 from crane_sim.tracing.memory import MEMORY
 
 TYPES = {
@@ -14,6 +14,7 @@ TYPES = {
     Kind.WORD: "i64",
     Kind.ARRAY: "ptr",
     Kind.FUNCTION: "ptr",
+    Kind.TANGENT: f"<{DIRECTIONS} x double>",
 }
 ARITHMETIC = {"add": "add", "subtract": "sub", "multiply": "mul", "divide": "div"}
 COMPARISON = {
@@ -39,13 +40,18 @@ LIBRARY = {
 }
 """Operations on reals: instructions of processors, and functions of the C library, with their numbers of arguments."""
 
-MEMORY_TYPES = {"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p8": "ptr"}
+MEMORY_TYPES = {
+    **{"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p8": "ptr"},
+    "t8": TYPES[Kind.TANGENT],
+}
 """Types of what arrays hold, by the codes of NumPy."""
 
 
 def declarations(width: int) -> Iterator[str]:
     """Yield what every module declares: memory, intrinsics and functions of the C library."""
-    yield MEMORY if width == 1 else ""
+    tangent = TYPES[Kind.TANGENT]
+    fma = f"declare {tangent} @llvm.fma.v{DIRECTIONS}f64({tangent}, {tangent}, {tangent})"
+    yield f"{MEMORY}\n{fma}" if width == 1 else ""
     real = type_of(Kind.REAL, width)
     for name, count in INTRINSIC.values():
         yield f"declare {real} @llvm.{name}.{suffix_of(width)}({', '.join([real] * count)})"
@@ -73,7 +79,9 @@ def result_type(kinds: tuple[Kind, ...], width: int) -> str:
 
 
 def literal_text(number: float | int, kind: Kind, width: int) -> str:
-    """Return a constant."""
+    """Return a constant; of tangents, zeros."""
+    if kind is Kind.TANGENT:
+        return "zeroinitializer"
     text = f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}" if kind is Kind.REAL else str(int(number))
     return text if width == 1 else "<" + ", ".join([f"{TYPES[kind]} {text}"] * width) + ">"
 

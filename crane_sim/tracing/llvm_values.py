@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterator
 
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.instructions import Block, Instruction, Kind
+from crane_sim.tracing.instructions import DIRECTIONS, Block, Instruction, Kind
 from crane_sim.tracing.llvm_types import (
     ARITHMETIC,
     BITS,
     COMPARISON,
     INTRINSIC,
     LIBRARY,
+    TYPES,
     literal_text,
     suffix_of,
     type_of,
@@ -109,6 +110,23 @@ class ValueText:
     def _write_constant(self, instruction: Instruction) -> None:
         (number,) = instruction.results
         self._names[number] = literal_text(instruction.literal, self._kind(number), self._width)
+
+    def _write_scale(self, instruction: Instruction) -> None:
+        factor, tangent = instruction.arguments
+        self._define(instruction.results[0], f"fmul {self._spread(factor, instruction)}, {self._name(tangent)}")
+
+    def _write_add_scaled(self, instruction: Instruction) -> None:
+        summand, factor, tangent = instruction.arguments
+        operands = f"{self._spread(factor, instruction)}, {self._typed(tangent)}, {self._typed(summand)}"
+        self._define(instruction.results[0], f"call {TYPES[Kind.TANGENT]} @llvm.fma.v{DIRECTIONS}f64({operands})")
+
+    def _spread(self, factor: int, instruction: Instruction) -> str:
+        """Write a tangent of which every element is a real; return it with its type."""
+        kind, name = TYPES[Kind.TANGENT], f"%t{instruction.results[0]}"
+        self._write(f"{name}.first = insertelement {kind} poison, {self._typed(factor)}, i32 0")
+        zeros = f"<{DIRECTIONS} x i32> zeroinitializer"
+        self._write(f"{name} = shufflevector {kind} {name}.first, {kind} poison, {zeros}")
+        return f"{kind} {name}"
 
     def _write_library_call(self, instruction: Instruction) -> None:
         """Write a call of the C library, lane by lane."""

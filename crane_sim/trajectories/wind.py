@@ -68,15 +68,6 @@ def speed_ratio(profile, z, reference):
     return log(max(z, profile.lowest) / profile.roughness) / log(reference / profile.roughness)
 
 
-def ratio_gradient(profile, z, reference):
-    """Return the derivative of `speed_ratio` by z [1/m]; arguments of `speed_ratio`."""
-    if profile is None:
-        return 0.0
-    if isinstance(profile, PowerLaw):
-        return profile.exponent / z * speed_ratio(profile, z, reference) if z > profile.lowest else 0.0
-    return 1.0 / (z * log(reference / profile.roughness)) if z > profile.lowest else 0.0
-
-
 def gust_at(gust, t):
     """Return the gust's velocity [m/s] at time t [s]; none where it is absent."""
     if gust is None:

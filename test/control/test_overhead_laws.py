@@ -123,7 +123,7 @@ def test_the_default_gains_put_all_poles_on_one_spot() -> None:
     steps = 1e-5 * np.eye(4)
     gain = [(law(0, q + d[:2], d[2:])[0] - law(0, q - d[:2], -d[2:])[0]) / 2e-5 for d in steps]
     omega = sqrt(G / 2.0)
-    # coefficients, since a fourfold pole moves by the fourth root of an error; differences are good to 1e-9
+    # coefficients, since a fourfold pole moves by the fourth root of an error; the law's differences are good to 1e-9
     assert np.poly(a + b @ np.array([gain])) == pytest.approx(np.poly([-omega] * 4), rel=1e-7)
 
 

@@ -10,6 +10,7 @@ import crane_sim
 from crane_sim.files.errors import SceneError
 
 G = 9.81
+VISCOUS = 1.0  # N s/m, of overhead_friction
 
 pytestmark = pytest.mark.interpreted
 
@@ -23,12 +24,11 @@ def test_a_pendulum_below_a_trolley_is_its_closed_form() -> None:
     a[2, 1], a[3, 1] = load * G / mass, -(1.0 + load / mass) * G / length
     b[2, 0], b[3, 0] = 1.0 / mass, -1.0 / (mass * length)
     sign = np.diag([1.0, np.sign(model.a[2, 1]), 1.0, np.sign(model.a[2, 1])])  # of the swing, either convention
-    # 1e-8: central differences with steps of 1e-5
-    np.testing.assert_allclose(sign @ model.a @ sign, a, atol=1e-8)
-    np.testing.assert_allclose(sign @ model.b, b, atol=1e-8)
+    np.testing.assert_allclose(sign @ model.a @ sign, a, atol=1e-13)  # derivatives are exact to rounding
+    np.testing.assert_allclose(sign @ model.b, b, atol=1e-13)
     assert model.states[0] == "trolley" and model.state_units[2] == "m/s" and model.input_units == ("N",)
     frequency = sqrt((1.0 + load / mass) * G / length)
-    assert np.max(model.eigenvalues.imag) == pytest.approx(frequency, rel=1e-8)
+    assert np.max(model.eigenvalues.imag) == pytest.approx(frequency, rel=1e-12)
 
 
 def test_weights_are_held() -> None:
@@ -39,6 +39,20 @@ def test_weights_are_held() -> None:
         still = crane_sim.acceleration(scene, model.q, np.zeros(len(model.q)), model.u)
         assert np.max(np.abs(still)) < 1e-9  # rad/s², what the search for rest calls none
         assert at is None or model.q[0] == 0.2
+
+
+def test_a_locked_rope_keeps_its_length() -> None:
+    """At rest the load hangs straight down on the rope's own length, which no effort and no deviation changes."""
+    model = crane_sim.linearise("knuckle_tracking")
+    assert model.q[3] == 1.255 and np.max(np.abs(model.q[4:])) < 1e-9  # rad, of the last step of Newton's method
+    assert model.a[11, 5] < -G / 1.255  # hangs, and the boom that gives way makes it faster
+
+
+def test_a_joint_with_viscous_friction_alone_is_not_stuck() -> None:
+    """Without dry friction a trolley at rest gives way to the smallest force, by its viscous friction's equations."""
+    model = crane_sim.linearise("overhead_friction")
+    assert model.a[2, 1] != 0.0
+    assert model.a[2, 2] == pytest.approx(-model.b[2, 0] * VISCOUS, rel=1e-12)
 
 
 def test_directions_have_as_many_deviations_as_they_can_take() -> None:

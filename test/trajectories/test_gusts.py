@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 import crane_sim
 from crane_sim.trajectories.turbulence import BEYOND, SPECTRA, band_of, default_cut_off, draw_gust, line_energies
-from crane_sim.trajectories.wind import Gust, LogarithmicLaw, PowerLaw, gust_at, ratio_gradient, speed_ratio
+from crane_sim.trajectories.wind import Gust, LogarithmicLaw, PowerLaw, gust_at, speed_ratio
 
 pytestmark = pytest.mark.interpreted
 CASES = [(name, component) for name in SPECTRA for component in range(3)]
@@ -170,10 +170,8 @@ def test_the_summary_has_what_was_drawn() -> None:
 
 @pytest.mark.parametrize("law", [PowerLaw(0.2, 1.5), LogarithmicLaw(0.03, 1.5)], ids=["power", "logarithmic"])
 def test_the_mean_by_height(law: Any) -> None:
-    """The mean follows its law, is 1 at the reference height, holds below the lowest one; its gradient is its own."""
+    """The mean follows its law, is 1 at the reference height, and holds below the lowest one."""
     for z in (2.0, 10.0, 80.0):
         expected = (z / 10.0) ** 0.2 if isinstance(law, PowerLaw) else log(z / 0.03) / log(10.0 / 0.03)
         assert speed_ratio(law, z, 10.0) == pytest.approx(expected, rel=1e-14)
-        slope = (speed_ratio(law, z + 1e-4, 10.0) - speed_ratio(law, z - 1e-4, 10.0)) / 2e-4
-        assert ratio_gradient(law, z, 10.0) == pytest.approx(slope, rel=1e-7)
-    assert speed_ratio(law, -3.0, 10.0) == speed_ratio(law, 1.5, 10.0) and ratio_gradient(law, 1.0, 10.0) == 0.0
+    assert speed_ratio(law, -3.0, 10.0) == speed_ratio(law, 1.5, 10.0)

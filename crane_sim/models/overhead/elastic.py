@@ -5,7 +5,7 @@ positions r_k on the base: (x, z) each in the plane, (x, y, z) in space. Link k 
 beyond the rest length, l1 of the first link where there is a hoist. Modes: friction of the axes, 1 or 0 for each link
 that is taut or slack, changes of the payload.
 
-The nodes' accelerations, those of axes and hoist, and what a moving base adds to them, with its exact derivatives.
+The nodes' accelerations, those of axes and hoist, and what a moving base adds to them.
 """
 
 from math import sqrt
@@ -15,14 +15,13 @@ from crane_sim import system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration
 from crane_sim.models.overhead import count_axes, first_link, layout_of, trolley_motion
-from crane_sim.models.overhead.base_load import NO_LOAD, axes_load, imposed_gradient
+from crane_sim.models.overhead.base_load import NO_LOAD, axes_load
 from crane_sim.models.overhead.modes import EventLimits, get_mode, mass_of
 from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.payload_wind import payload_force
 from crane_sim.models.supports.hoist import Hoist, hoist_power, hoist_response
-from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response, input_count
+from crane_sim.models.supports.rails import Axis, axis_power, axis_response, input_count
 from crane_sim.models.wind_load import Windage
-from crane_sim.multibody.vectors import ZERO as ZERO_VECTOR
 from crane_sim.multibody.vectors import dot, scale, subtract
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
@@ -136,72 +135,6 @@ def add_elastic_wind(p, base, t, x, out):
     force = payload_force(p, base, t, node_vector(p, x, n, 0), v)
     add_vector(out, nq + first + d * (n - 1), d, scale(1.0 / mass_of(p, x, n), force))
     return dot(force, v)
-
-
-def unit_vector(d, b):
-    """Return the unit vector (3,) of coordinate b of d; in the plane the second one is z."""
-    return 1.0 if b == 0 else 0.0, 1.0 if b == 1 and d == 3 else 0.0, 1.0 if b == d - 1 else 0.0
-
-
-def entry_of(d, a, vector3):
-    """Return entry a of d of a vector (3,)."""
-    return vector3[0] if a == 0 else vector3[1] if a == 1 and d == 3 else vector3[2]
-
-
-def base_jacobian(base, p, inv_masses, bands):
-    """Add the derivatives of the imposed accelerations by positions and velocities to the bands.
-
-    Args:
-        base: see `moving_base.base_kinematics_at`.
-        p: the crane.
-        inv_masses: of the axes [1/kg], (d,) or longer.
-        bands: `elastic_jacobian.Bands`.
-    """
-    if base is None:
-        return
-    _, first, d, _ = elastic_layout(p)
-    middle = 2 * d - 1
-    for b in range(d):
-        axis = unit_vector(d, b)
-        by_place, by_speed = imposed_gradient(base, axis, ZERO_VECTOR), imposed_gradient(base, ZERO_VECTOR, axis)
-        for a in range(d):
-            position, velocity = entry_of(d, a, by_place), entry_of(d, a, by_speed)
-            for k in range(len(p.cable.masses)):
-                bands.positions[first + d * k + a, middle + b - a] += position
-                bands.velocities[first + d * k + a, middle + b - a] += velocity
-            if a < d - 1 and b < d - 1:
-                mass = axis_mass(p.trolley) if a == 0 else axis_mass(p.bridge)
-                weight = inv_masses[a] * mass * (p.share if b < a else 1.0)
-                bands.positions[a, middle + b - a] += weight * position
-                bands.velocities[a, middle + b - a] += weight * velocity
-
-
-def base_power_jacobian(base, p, x, power):
-    """Add the derivatives of the imposed power by positions and velocities to `power` (2 nq,)."""
-    if base is None:
-        return
-    nq, first, d, _ = elastic_layout(p)
-    for k in range(1, 1 + len(p.cable.masses)):
-        mass, v, i = mass_of(p, x, k), node_vector(p, x, k, 1), first + d * (k - 1)
-        still = imposed_acceleration(base, node_vector(p, x, k, 0), ZERO_VECTOR)
-        for b in range(d):
-            ax, ay, az = imposed_gradient(base, unit_vector(d, b), ZERO_VECTOR)
-            power[i + b] += mass * (ax * v[0] + ay * v[1] + az * v[2])
-            power[nq + i + b] += mass * entry_of(d, b, still)
-    axes_base_jacobian(base, p, x, power)
-
-
-def axes_base_jacobian(base, p, x, power):
-    """Add the terms of trolley and bridge to `base_power_jacobian`."""
-    nq, _, d, _ = elastic_layout(p)
-    (_, (vx, vy, _)), load = trolley_motion(p, x), axes_load(base, p, x)
-    trolley, bridge = axis_mass(p.trolley) * vx, axis_mass(p.bridge) * vy
-    for b in range(d - 1):
-        fraction = p.share if b == 0 else 1.0
-        axis = unit_vector(d, b)
-        position, velocity = imposed_gradient(base, axis, ZERO_VECTOR), imposed_gradient(base, ZERO_VECTOR, axis)
-        power[b] += trolley * position[0] + bridge * fraction * position[1]
-        power[nq + b] += trolley * velocity[0] + bridge * fraction * velocity[1] + (load.x if b == 0 else load.y)
 
 
 def add_node_forces(p, t, x, out):

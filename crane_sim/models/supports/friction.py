@@ -175,35 +175,6 @@ def _(first, second):
     return first
 
 
-SLOPE_STEP = 1e-5  # of differences, relative to the Stribeck velocity: their error and their rounding are both 1e-10
-
-
-@generic
-def linear_span(friction, v, otherwise):
-    """Return (low, high, high - low) of velocities about v between which friction is as good as a line.
-
-    These are `otherwise` where it is one.
-    """
-    return otherwise
-
-
-@linear_span.register(Friction)
-def _(friction, v, otherwise):
-    return stribeck_span(friction.stribeck, v, otherwise)
-
-
-@generic
-def stribeck_span(stribeck, v, otherwise):
-    """Return the result of `linear_span` for a Stribeck velocity, None without one."""
-    return otherwise
-
-
-@stribeck_span.register(float)
-def _(stribeck, v, otherwise):
-    step = SLOPE_STEP * stribeck
-    return v - step, v + step, 2.0 * step
-
-
 def steepest_slope(friction: Any) -> float:
     """Return the largest size of dF/dv [effort's unit s/joint's unit]; that of exp(-(v/vs)²) is sqrt(2/e) / vs."""
     falling = 0.0 if friction.stribeck is None else (friction.static - friction.coulomb) / friction.stribeck

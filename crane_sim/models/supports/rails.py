@@ -19,7 +19,6 @@ from crane_sim.models.supports.friction import (
     friction_state_rate,
     has_friction,
     initial_friction_state,
-    linear_span,
     step_control_of,
 )
 from crane_sim.models.supports.lugre import LuGre
@@ -185,14 +184,3 @@ def mode_after_stop(axis, mode, tau, i, pull):
 @mode_after_stop.register(ForceAxis)
 def _(axis, mode, tau, i, pull):
     return breakaway_mode(axis.friction, mode, tau[i] + pull)
-
-
-@generic
-def axis_linear_span(axis, v, otherwise):
-    """Return the result of `linear_span` for the friction of an axis."""
-    return otherwise
-
-
-@axis_linear_span.register(ForceAxis)
-def _(axis, v, otherwise):
-    return linear_span(axis.friction, v, otherwise)
