@@ -26,8 +26,8 @@ from crane_sim.models.overhead.elastic import (
 )
 from crane_sim.models.overhead.elastic_wind import elastic_wind_jacobian, elastic_wind_power_jacobian
 from crane_sim.models.overhead.modes import get_mode
-from crane_sim.models.supports.hoist import hoist_power, hoist_response
-from crane_sim.models.supports.rails import axis_linear_span, axis_power, axis_response, input_count
+from crane_sim.models.supports.hoist import hoist_response
+from crane_sim.models.supports.rails import axis_linear_span, input_count
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
 from crane_sim.trajectories.inputs import value_at
@@ -147,8 +147,8 @@ def add_upper_end_power(p, t, x, tau, info, slopes, factors, power):
         factors[1] = pull_power_jacobian(p, p.bridge, x, tau, 1, input_count(p.trolley), info.tension * unit[1], power)
     if first == d:
         rate, total = x[nq + first - 1], 0.0
-        factors[d] = hoist_power(p.hoist, tau, rate, 1.0) - hoist_power(p.hoist, tau, rate, 0.0)
-        power[nq + first - 1] += hoist_power(p.hoist, tau, 1.0, info.tension) + 2.0 * info.rate * info.damping
+        factors[d] = p.hoist.power(tau, rate, 1.0) - p.hoist.power(tau, rate, 0.0)
+        power[nq + first - 1] += p.hoist.power(tau, 1.0, info.tension) + 2.0 * info.rate * info.damping
         for f in range(d + 1):
             total += factors[f] * (unit[f] if f < d else 1.0)
         power[first - 1] -= total * info.spring
@@ -161,9 +161,9 @@ def pull_power_jacobian(p, axis, x, tau, i, own, pull, power):
     v = x[nq + i]
     step = 1e-3 * abs(v) + 1e-9  # the power is quadratic in v on both sides of v = 0
     low, high, width = axis_linear_span(axis, v, (v - step, v + step, 2.0 * step))
-    ahead, behind = axis_power(axis, tau, own, high, pull), axis_power(axis, tau, own, low, pull)
+    ahead, behind = axis.power(tau, own, high, pull), axis.power(tau, own, low, pull)
     power[nq + i] += (ahead - behind) / width
-    return axis_power(axis, tau, own, v, 1.0) - axis_power(axis, tau, own, v, 0.0)
+    return axis.power(tau, own, v, 1.0) - axis.power(tau, own, v, 0.0)
 
 
 def add_node_forces_power(forces, p, t, power):
@@ -266,8 +266,8 @@ def axis_jacobian(p, axis, t, x, tau, i, own, bands):
     nq, _, d, modes = elastic_layout(p)
     mode = get_mode(p.event_limits, x, modes, i)
     low, high, width = axis_linear_span(axis, x[nq + i], (0.0, 1.0, 1.0))
-    inv_mass, still = axis_response(axis, t, tau, own, low, mode)
-    bands.velocities[i, 2 * d - 1] += (axis_response(axis, t, tau, own, high, mode)[1] - still) / width
+    inv_mass, still = axis.response(t, tau, own, low, mode)
+    bands.velocities[i, 2 * d - 1] += (axis.response(t, tau, own, high, mode)[1] - still) / width
     return inv_mass
 
 

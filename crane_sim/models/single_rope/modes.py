@@ -15,7 +15,7 @@ from crane_sim.models.single_rope.joint_friction import (
 )
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports import forward_kinematics, support_guard, yaw
-from crane_sim.models.supports.friction import first_not_none, step_control_of
+from crane_sim.models.supports.friction import step_control_of
 from crane_sim.models.wind_kink import kink_guard, pressed_point, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
@@ -30,10 +30,7 @@ def switching(p):
     """Return how the equations switch: by friction of joints, stops and the kink of a wind."""
     if p.friction is None:
         return with_kink_switching(p.wind, make_switching(p.stops, POSITIONS))
-    step_control = None
-    for part in reversed(p.friction):
-        step_control = first_not_none(step_control_of(part), step_control)
-    return with_kink_switching(p.wind, Switching(EVENT_LOG_CAPACITY, 0, step_control))
+    return with_kink_switching(p.wind, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(*p.friction)))
 
 
 system.kink_guard.register(Crane)(kink_guard)
