@@ -10,7 +10,6 @@ from typing import NamedTuple
 from crane_sim.models.cables.rope import winch_pull, without_rate
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH
-from crane_sim.models.supports import joint_constraint_efforts
 from crane_sim.models.supports.friction import Friction, friction_effort
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.states import replace_entry, replace_field
@@ -48,9 +47,7 @@ def add_joint_friction(friction, tau, rope_state, x):
 def constraint_efforts(p, motion):
     """Return the constraint efforts (slew, boom, jib, winch) at a Motion of p: what friction bears where it holds."""
     gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
-    slew, boom, jib = joint_constraint_efforts(
-        p.support, motion.pose, gravity, efforts, tip, motion.support_acceleration
-    )
+    slew, boom, jib = p.support.constraint_efforts(motion.pose, gravity, efforts, tip, motion.support_acceleration)
     return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
 
 
