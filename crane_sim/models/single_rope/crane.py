@@ -54,7 +54,6 @@ from crane_sim.models.single_rope.joint_friction import (
 )
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.driven_point import DrivenPoint
-from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.multibody.vectors import add, dot, scale, subtract
 from crane_sim.numerics.elementary import sincos
@@ -66,7 +65,7 @@ from crane_sim.trajectories.wind import Wind
 class Crane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Knuckle | DrivenPoint
+    support: Any  # a Knuckle or a DrivenPoint
     cable: ForceRope | MotionRope | LockedRope
     load: PointLoad
     gravity: float = 9.81  # m/s²

@@ -78,9 +78,9 @@ class DrivenPoint(NamedTuple):
 
     def accelerations(self, pose, gravity, tau, force):
         """Return the accelerations (3,) [m/s²] at inputs tau, whatever pulls."""
-        count, parts = (2 if self.lift is None else 3), zip(tau, pose.tip, pose.tip_velocity, strict=False)
+        parts = zip(self.driven_components(tau), pose.tip, pose.tip_velocity, strict=False)
         driven = [servo_acceleration(self.servo, u, place, rate) for u, place, rate in parts]
-        return (*driven[:count], *(0.0,) * (3 - count))
+        return (*driven, 0.0)[:3]  # without a lift none along z
 
     def tip_acceleration(self, pose, qdd):
         """Return (the accelerations, 0 for the yaw)."""
