@@ -115,5 +115,7 @@ def add_backlash(support: Support, backlash: Backlash, joints: SupportJoints) ->
     for i, name in enumerate(names):
         own = backlash.get(name, ())
         total = sum(drive.share for drive in own)
-        rows[i] = tuple(drives_with_play.Drive(d.inertia, d.share / total, d.play, d.stiffness, d.damping) for d in own)
+        rows[i] = tuple(
+            drives_with_play.Drive(d.inertia, d.share / total, d.play, d.stiffness, d.damping) for d in own
+        )
     return support._replace(drives=tuple(rows))
