@@ -20,7 +20,6 @@ from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.models.cables.rope import MotionRope, add_rope_energy, rope_kinematics
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports import forward_kinematics, support_potential
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
 
@@ -111,7 +110,7 @@ def compute_lyapunov(law, t, q, v):
     """Return (V, dV/dt) of the shaped energy at time t [s]."""
     p, parameters, winch = law.nominal, law.parameters, law.parameters.rope
     x = system.state(p, t, q, v)
-    pose = forward_kinematics(p.support, x[0])
+    pose = p.support.forward_kinematics(x[0])
     rope_state = rope_kinematics(pose, x[1])
     value, value_rate = 0.0, 0.0
     if winch is not None:
@@ -121,7 +120,7 @@ def compute_lyapunov(law, t, q, v):
         + system.kinetic(p, x)
         + p.load.mass * p.gravity * (rope_state.length + rope_state.n[2] * rope_state.length)
     )
-    springs = support_potential(p.support, pose, 0.0)  # no gravity: its moments are compensated
+    springs = p.support.potential(pose, 0.0)  # no gravity: its moments are compensated
     value = add_rope_energy(p.cable, value + springs, rope_state.length)
     value = value + parameters.kp[0] * saturated_spring(parameters.error_saturation, parameters.target[0] - q[0])[1]
     for i in range(1, 3):

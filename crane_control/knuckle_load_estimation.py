@@ -44,7 +44,6 @@ from crane_sim.laws import read_settings
 from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.effects import add_spring
 from crane_sim.models.single_rope.crane import Crane
-from crane_sim.models.supports import forward_kinematics
 from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 
@@ -102,7 +101,7 @@ def update_estimate(law, t, q, v):
     """Filter acceleration and tension since the previous command, and return the estimated mass [kg]."""
     p, (filters, previous, winch_effort, mass) = law.nominal, law.estimator
     x = system.state(p, t, q, v)
-    rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
+    rope_state = rope_kinematics(p.support.forward_kinematics(x[0]), x[1])
     elapsed, velocity_z, up = t - previous[0], x[1][5], -rope_state.n[2]
     if elapsed > 0.0:
         gain = 1.0 - exp(-law.filter_rate * elapsed)

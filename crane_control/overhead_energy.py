@@ -38,7 +38,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.models.overhead.rod import RodCrane
-from crane_sim.models.supports.friction import Friction, dry_friction, friction_force
+from crane_sim.models.supports.friction import Friction, friction_force
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.rails import ForceAxis
 from crane_sim.numerics.jit import entry_point
@@ -159,7 +159,7 @@ def friction_at_rest(friction, force):
     """Return the friction [N] against a force on a joint at rest: as large where it sticks."""
     if friction is None:
         return 0.0
-    sliding = dry_friction(friction.stribeck, friction, 0.0)
+    sliding = friction.dry(0.0)
     return force if abs(force) <= friction.static else copysign(sliding, force)
 
 

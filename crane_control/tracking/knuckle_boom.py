@@ -24,7 +24,7 @@ from crane_sim.models.effects import add_spring
 from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.models.single_rope.crane import Crane, solve_motion
-from crane_sim.models.supports import forward_kinematics, state_from_joints, tip_acceleration
+from crane_sim.models.single_rope.joint_coordinates import state_from_joints
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 
@@ -59,8 +59,8 @@ class BoomServo(NamedTuple):
 
 def boom_cable_state(crane, q, v):
     """Return the CableState below the tip of a nominal crane."""
-    xs, xc = state_from_joints(crane.support, crane, q, v)
-    pose = forward_kinematics(crane.support, xs)
+    xs, xc = state_from_joints(crane, q, v)
+    pose = crane.support.forward_kinematics(xs)
     rope_state, (s, c), w = rope_kinematics(pose, xc), sincos(xs[0]), pose.yaw_rate
     tip, payload = to_turned_axes(pose.tip, -s, c), to_turned_axes(xc[:3], -s, c)
     dtip = to_turned_axes(inertial_velocity(pose.tip, pose.tip_velocity, w), -s, c)
@@ -79,7 +79,7 @@ def joint_accelerations(support, pose, a, damping_rate):
     |J q'' - a|² + damping |q'' + damping_rate q'|² is least, damping_rate in 1/s.
     """
     r, w = pose.tip[0], pose.yaw_rate
-    bias, _ = tip_acceleration(support, pose, (0.0, 0.0, 0.0))
+    bias, _ = support.tip_acceleration(pose, (0.0, 0.0, 0.0))
     dr, dz = a[0] + w * w * r - bias[0], a[2] - bias[2]
     damping = max(0.0, DAMPING_RADIUS * DAMPING_RADIUS - r * r)
     slew = ((a[1] - 2.0 * w * pose.tip_velocity[0]) * r - damping * damping_rate * w) / (r * r + damping)
@@ -131,7 +131,7 @@ def winch_efforts(rope, rope_state, acceleration, tension):
 def tip_efforts(servo, t, cable, a):
     """Return the efforts (nu,) that give the tip the horizontal acceleration a (2,) [m/s²] and hold height and rope."""
     crane, (xs, xc) = servo.crane, cable.crane_state
-    pose, (s, c) = forward_kinematics(crane.support, xs), sincos(xs[0])
+    pose, (s, c) = crane.support.forward_kinematics(xs), sincos(xs[0])
     rope_state = rope_kinematics(pose, xc)
     vertical_acceleration = -servo.kd * pose.tip_velocity[2] - servo.kp * (pose.tip[2] - servo.height)
     tip_acc = to_turned_axes((a[0], a[1], vertical_acceleration), s, c)

@@ -7,18 +7,15 @@ Importing any module of this package imports all models, so that every model is 
 from crane_sim.models.falls import outputs as falls_outputs
 from crane_sim.models.overhead import base_energies, elastic_bands, elastic_outputs
 from crane_sim.models.overhead import outputs as overhead_outputs
-from crane_sim.models.single_rope import crane, joint_coordinates, modes
-from crane_sim.models.supports import boom_wind
+from crane_sim.models.single_rope import crane, modes
 from crane_sim.models.suspended import joints, outputs
 
 __all__ = [
     "base_energies",
-    "boom_wind",
     "crane",
     "elastic_bands",
     "elastic_outputs",
     "falls_outputs",
-    "joint_coordinates",
     "joints",
     "modes",
     "outputs",

@@ -19,7 +19,6 @@ from crane_sim.models.supports.reeving import (
     Layers,
     Reeving,
     SheaveLoss,
-    drum_radius,
     follow_rope,
     reeved_acceleration,
     reeving_energy,
@@ -366,7 +365,7 @@ def test_a_torque_drives_the_drum_over_its_layers() -> None:
     for i, length in enumerate((3.0, 16.0)):
         x = system.state(p, 0.0, [0.0, 0.0, length, 0.0, 0.0], [0.0] * 5)
         system.fall_tensions(p, 0.0, x, (0.0, 0.0, -5000.0), rows, i)
-        radii.append(drum_radius(p.hoist.reeving.drum.layers, p.hoist.reeving.drum, 90.0 - 4 * length)[0])
+        radii.append(p.hoist.reeving.drum.winding_radius(90.0 - 4 * length)[0])
     assert rows[:, -1] == pytest.approx(-5000.0, rel=1e-9)
     full = np.cumsum(2 * pi * 10 * (0.25 + 0.02 * np.arange(8)))
     assert radii == pytest.approx([0.25 + 0.02 * np.searchsorted(full, w) for w in (78.0, 26.0)], rel=1e-12)

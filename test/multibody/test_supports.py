@@ -7,7 +7,6 @@ import pytest
 
 from crane_sim.models.effects import BoomSpring, JibSpring
 from crane_sim.models.moving_base import BaseKinematics, turned_about_z
-from crane_sim.models.supports import forward_kinematics, support_acceleration, tip_mobility, with_base
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.support import (
     Support,
@@ -65,6 +64,6 @@ def of_tree(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, alo
 
 def of_closed_form(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, along: Any) -> tuple[float, ...]:
     """Return the same by the closed form."""
-    pose = forward_kinematics(knuckle, (*q, *v))
-    tau = with_base(knuckle, u, turned_about_z(base, q[0]), pose)
-    return (*support_acceleration(knuckle, pose, G, tau, force), tip_mobility(knuckle, pose, along))
+    pose = knuckle.forward_kinematics((*q, *v))
+    tau = knuckle.add_base_efforts(u, turned_about_z(base, q[0]), pose)
+    return (*knuckle.accelerations(pose, G, tau, force), knuckle.tip_mobility(pose, along))

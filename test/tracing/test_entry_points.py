@@ -173,11 +173,11 @@ def test_functions_of_one_name_are_not_mixed_up(tmp_path: Path) -> None:
 
 
 OWN_POTENTIAL = """
-from crane_sim.models.supports import support_potential
-from crane_sim.models.supports.knuckle_boom import Knuckle
+from crane_sim import system
+from crane_sim.models.single_rope.crane import Crane
 
-@support_potential.register(Knuckle)
-def constant(support, pose, gravity):
+@system.potential.register(Crane)
+def constant(p, x):
     return 100.0
 """
 

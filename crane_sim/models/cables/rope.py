@@ -18,7 +18,6 @@ from crane_sim.files.types import Positive
 from crane_sim.models.effects import RopeSpring, add_spring, add_spring_energy
 from crane_sim.models.rotating_frame import inertial_acceleration
 from crane_sim.models.stops import WINCH
-from crane_sim.models.supports import support_acceleration, tip_acceleration, tip_mobility
 from crane_sim.models.supports.hoist import winch_acceleration
 from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract
 
@@ -110,14 +109,14 @@ def imposed_tension(p, pose, rope_state, tau, force, reaction, length_accelerati
         reaction: on the tip, the rope's left out (3,) [N].
         length_acceleration: m/s².
     """
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, reaction)
-    relative, yaw_acceleration = tip_acceleration(p.support, pose, qdd)
+    qdd = p.support.accelerations(pose, p.gravity, tau, reaction)
+    relative, yaw_acceleration = p.support.tip_acceleration(pose, qdd)
     tip = inertial_acceleration(relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration)
     nx, ny, nz = rope_state.n
     m = p.load.mass
     pull = nx * (force[0] / m - tip[0]) + ny * (force[1] / m - tip[1]) + nz * (force[2] / m - tip[2])
     return (pull + centripetal(pose, rope_state) - length_acceleration) / (
-        1.0 / m + tip_mobility(p.support, pose, rope_state.n)
+        1.0 / m + p.support.tip_mobility(pose, rope_state.n)
     )
 
 

@@ -37,13 +37,13 @@ from crane_sim.models.falls.winch import after_friction_guard, falls_winch_guard
 from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_state, pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
-from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import describe_drive
 from crane_sim.models.supports.driven_point import DrivenPoint
-from crane_sim.models.supports.friction import step_control_of
+from crane_sim.models.supports.friction import friction_of, step_control_of
 from crane_sim.models.supports.hoist import (
     MotionHoist,
     PrescribedHoist,
+    hoist_entry,
     hoist_modes,
     hoist_reflected_mass,
     limit_hoist,
@@ -248,7 +248,9 @@ def _(p, x):
 
 @system.switching.register(FallsCrane)
 def _(p):
-    switching = with_support_switching(p.support, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(p.hoist)))
+    switching = with_support_switching(
+        p.support, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(friction_of(p.hoist)))
+    )
     return with_kink_switching(p.wind, with_exchange_switching(p.exchange, switching))
 
 

@@ -19,7 +19,7 @@ from crane_sim.models.stops import WINCH
 from crane_sim.models.supports.hoist import hoist_modes
 from crane_sim.models.supports.joint_modes import friction_state_index, mode_after_guard
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, mode_of_stopped_winch, winch_guard, winch_mode
-from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
+from crane_sim.models.supports.reeving_outputs import hoist_falls, write_fall_tensions
 from crane_sim.models.supports.support import coordinate_count
 from crane_sim.numerics.jit import generic, routine
 
@@ -88,11 +88,7 @@ def _(p):
 
 @system.fall_tensions.register(FallsCrane)
 def _(p, t, x, u, rows, i):
-    write_hoist_falls(p.hoist, p, t, x, u, rows, i)
-
-
-@pull_on_winch.register(FallsCrane)
-def _(p, t, x, tau):
-    (nq, _, _), solved = falls_layout(p), solve_dynamics(p, t, x, tau)
+    (nq, _, _), tau = falls_layout(p), system.effort(u, p, t, x)
+    solved, mode = solve_dynamics(p, t, x, tau), winch_mode(p.hoist, x, winch_index(p))
     motion = (*common_length(p.hoist, p, x, nq), solved.length)
-    return solved.pull.paid, winch_mode(p.hoist, x, winch_index(p)), motion
+    write_fall_tensions(p.hoist, tau, mode, motion, solved.pull.paid, p.gravity, rows[i])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
-from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
+from crane_sim.models.supports.rails import Axis, axis_mass
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.elementary import sincos
 
@@ -42,7 +42,7 @@ def double_dynamics(p, t, x, tau):
     """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
     (s1, c1), (s2, c2) = sincos(x[1]), sincos(x[2])
     cable, g = p.cable, p.gravity
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
+    inv_mass, bias_acc = p.trolley.response(t, tau, 0, x[3], 0.0)
     i1, i2 = 1.0 / cable.mass1, 1.0 / cable.mass2
     cos_bend, sin_bend = s1 * s2 + c1 * c2, c1 * s2 - s1 * c2  # cosine and sine of α_2 - α_1
     a, b, c = i1 + s1 * s1 * inv_mass, -cos_bend * i1, i1 + i2
@@ -61,7 +61,7 @@ def state_derivative(p, t, x, u):
     """Return the derivative of the state."""
     tau = system.effort(u, p, t, x)
     acceleration, tension, s1 = double_dynamics(p, t, x, tau)
-    power = meter_entry(p.energy_meter, axis_power(p.trolley, tau, 0, x[3], tension[0] * s1))
+    power = meter_entry(p.energy_meter, p.trolley.power(tau, 0, x[3], tension[0] * s1))
     return (x[3], x[4], x[5], *acceleration, *power)
 
 
@@ -101,7 +101,7 @@ def external_power(p, t, x, u):
     """Return the power [W] of the trolley's drive."""
     tau = system.effort(u, p, t, x)
     _, tension, s1 = double_dynamics(p, t, x, tau)
-    return axis_power(p.trolley, tau, 0, x[3], tension[0] * s1)
+    return p.trolley.power(tau, 0, x[3], tension[0] * s1)
 
 
 @system.points.register(DoubleCrane)

@@ -19,8 +19,8 @@ from crane_sim.models.overhead.base_load import NO_LOAD, axes_load
 from crane_sim.models.overhead.modes import EventLimits, get_mode, mass_of
 from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.payload_wind import payload_force
-from crane_sim.models.supports.hoist import Hoist, hoist_power, hoist_response
-from crane_sim.models.supports.rails import Axis, axis_power, axis_response, input_count
+from crane_sim.models.supports.hoist import Hoist, hoist_response
+from crane_sim.models.supports.rails import Axis, input_count
 from crane_sim.models.wind_load import Windage
 from crane_sim.multibody.vectors import dot, scale, subtract
 from crane_sim.numerics.jit import routine
@@ -210,17 +210,17 @@ def drive_upper_end(p, t, x, tau, base, n, tension, out):
     """Write the accelerations of axes and hoist; return the power [W] that they supply."""
     nq, first, d, modes = elastic_layout(p)
     load = axes_load(base, p, x)
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
+    inv_mass, bias_acc = p.trolley.response(t, tau, 0, x[nq], get_mode(p.event_limits, x, modes, 0))
     out[nq] = bias_acc + inv_mass * tension * n[0] + inv_mass * load.x
-    supplied = axis_power(p.trolley, tau, 0, x[nq], tension * n[0]) + load.power
+    supplied = p.trolley.power(tau, 0, x[nq], tension * n[0]) + load.power
     if d == 3:
-        inv_mass, bias_acc = axis_response(
-            p.bridge, t, tau, input_count(p.trolley), x[nq + 1], get_mode(p.event_limits, x, modes, 1)
+        inv_mass, bias_acc = p.bridge.response(
+            t, tau, input_count(p.trolley), x[nq + 1], get_mode(p.event_limits, x, modes, 1)
         )
         out[nq + 1] = bias_acc + inv_mass * tension * n[1] + inv_mass * load.y
-        supplied += axis_power(p.bridge, tau, input_count(p.trolley), x[nq + 1], tension * n[1])
+        supplied += p.bridge.power(tau, input_count(p.trolley), x[nq + 1], tension * n[1])
     if first == d:
         inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + first - 1)
         out[nq + first - 1] = bias_acc + inv_mass * tension
-        supplied += hoist_power(p.hoist, tau, x[nq + first - 1], tension)
+        supplied += p.hoist.power(tau, x[nq + first - 1], tension)
     return supplied

@@ -22,8 +22,8 @@ import numpy as np
 
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
 from crane_sim.models.stops import describe_length_event
+from crane_sim.models.supports.friction import friction_of
 from crane_sim.models.supports.hoist import hoist_modes
-from crane_sim.models.supports.rails import initial_mode, mode_rate
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
@@ -57,6 +57,18 @@ def make_switching(limits, forces, nq, step_control):
 def get_mode(limits, x, first, i):
     """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without modes."""
     return 0.0 if limits is None else x[first + i]
+
+
+def mode_rate(axis, v, mode):
+    """Return the derivative of an axis' friction state: 0 unless it has bristles."""
+    friction = friction_of(axis)
+    return 0.0 if friction is None else friction.state_rate(v, mode)
+
+
+def initial_mode(axis, v):
+    """Return the friction state of an axis that begins at velocity v."""
+    friction = friction_of(axis)
+    return np.sign(v) if friction is None else friction.initial_state(v)
 
 
 def write_mode_rate(limits, axis, v, x, i, out):

@@ -15,9 +15,8 @@ from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
-from crane_sim.models.supports.actuation import actuated_entries, effort_tuple
-from crane_sim.models.supports.hoist import PrescribedHoist, limit_hoist
-from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis
+from crane_sim.models.supports.hoist import PrescribedHoist, hoist_entry, limit_hoist
+from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, input_count
 from crane_sim.models.wind_kink import kink_guard, pressed_point
 
 OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
@@ -101,14 +100,20 @@ def energy_supplied(p, x):
 def actuated_joints(p, x):
     """Return positions and velocities of what takes an effort."""
     (nq, _, _), axes = layout_of(p), count_axes(p)
-    q = actuated_entries(p.trolley, p.bridge, p.hoist, x, 0, axes)
-    return q, actuated_entries(p.trolley, p.bridge, p.hoist, x, nq, axes)
+    return actuated_entries(p, x, 0, 1, axes), actuated_entries(p, x, nq, nq + 1, nq + axes)
 
 
 @system.efforts_from_row.register(*ALL)
 def efforts_from_row(p, row):
     """Return the efforts on axes and hoist."""
-    return effort_tuple(p.trolley, p.bridge, p.hoist, row)
+    first = input_count(p.trolley)
+    return actuated_entries(p, row, 0, first, first + input_count(p.bridge))
+
+
+def actuated_entries(p, row, trolley, bridge, hoist):
+    """Return those of three entries of a row, by their indices, that are of joints which take an effort."""
+    axes = (p.trolley, trolley), (p.bridge, bridge)
+    return (*[row[i] for axis, i in axes if isinstance(axis, ForceAxis)], *hoist_entry(p.hoist, row, hoist))
 
 
 @system.saturate.register(RodCrane, *OF_ARRAYS)

@@ -42,7 +42,7 @@ from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.payload_wind import add_links_wind
 from crane_sim.models.overhead.rigid_links import Solution, write_others
 from crane_sim.models.supports.hoist import Hoist, hoist_response
-from crane_sim.models.supports.rails import Axis, axis_response
+from crane_sim.models.supports.rails import Axis
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine, simd_range, use_wide_vectors
@@ -80,7 +80,7 @@ class PlanarCrane(NamedTuple):
         use_wide_vectors()
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
-        inv_mass, bias_acc = axis_response(self.trolley, t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
+        inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
         hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x, nq + first - 1)
         assemble_rhs(w, bias_acc, self.gravity)
         rate = first_link(self, x)[1]

@@ -23,9 +23,9 @@ from crane_sim.models.overhead.events import (
     needs_forces,
     smallest_drive_guard,
 )
-from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_mode, get_payload_mass
+from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_mode, get_payload_mass, mode_rate
 from crane_sim.models.supports.hoist import HOIST, Hoist, MasslessHoist, hoist_reflected_mass, hoist_response
-from crane_sim.models.supports.rails import Axis, axis_mass, axis_response, mode_rate
+from crane_sim.models.supports.rails import Axis, axis_mass
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.states import replace_entry
 
@@ -123,7 +123,7 @@ def solve_swing(p, t, x, tau):
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = hoisted_rod(p, x)
     total, first, second, gram = mass_moments(p, x, length)
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, v, get_mode(p.event_limits, x, modes, 0))
+    inv_mass, bias_acc = p.trolley.response(t, tau, 0, v, get_mode(p.event_limits, x, modes, 0))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
     of_hoist = hoist_response(p.hoist, t, tau, x, nq + 1)

@@ -28,7 +28,7 @@ from crane_sim.models.overhead.node_forces import NodeForce, add_forces
 from crane_sim.models.overhead.payload_wind import add_nodes_wind
 from crane_sim.models.overhead.rigid_links import Solution, write_others
 from crane_sim.models.supports.hoist import Hoist, hoist_response
-from crane_sim.models.supports.rails import Axis, axis_response, input_count
+from crane_sim.models.supports.rails import Axis, input_count
 from crane_sim.models.wind_load import Windage
 from crane_sim.multibody.vectors import dot
 from crane_sim.numerics.jit import routine
@@ -76,9 +76,9 @@ class SpatialCrane(NamedTuple):
         for k in range(1, len(acc)):
             acc[k, 0], acc[k, 1], acc[k, 2] = 0.0, 0.0, -self.gravity
         add_forces(self.forces, t, links.inv_masses, acc)
-        inv_mass_x, bias_x = axis_response(self.trolley, t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
-        inv_mass_y, bias_y = axis_response(
-            self.bridge, t, tau, input_count(self.trolley), x[nq + 1], get_mode(self.event_limits, x, modes, 1)
+        inv_mass_x, bias_x = self.trolley.response(t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
+        inv_mass_y, bias_y = self.bridge.response(
+            t, tau, input_count(self.trolley), x[nq + 1], get_mode(self.event_limits, x, modes, 1)
         )
         base = base_kinematics_at(self.base, self.gravity, t)
         load = axes_load(base, self, x)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
-from crane_sim.models.supports.rails import Axis, axis_mass, axis_power, axis_response
+from crane_sim.models.supports.rails import Axis, axis_mass
 
 
 class Spring(NamedTuple):
@@ -50,7 +50,7 @@ def spring_pull(p, x):
 def accelerations(p, t, x, tau):
     """Return the accelerations of trolley and payload (3,) [m/s²]."""
     (nx, nz), tension, _, _ = spring_pull(p, x)
-    inv_mass, bias_acc = axis_response(p.trolley, t, tau, 0, x[3], 0.0)
+    inv_mass, bias_acc = p.trolley.response(t, tau, 0, x[3], 0.0)
     drawn = tension / p.cable.mass
     return bias_acc + inv_mass * tension * nx, -drawn * nx, -drawn * nz - p.gravity
 
@@ -58,7 +58,7 @@ def accelerations(p, t, x, tau):
 def net_power(p, x, tau):
     """Return the power [W] that drive and imposed motion supply, less what the damper takes."""
     (nx, _), tension, _, lost = spring_pull(p, x)
-    return axis_power(p.trolley, tau, 0, x[3], tension * nx) - lost
+    return p.trolley.power(tau, 0, x[3], tension * nx) - lost
 
 
 @system.rate_entries.register(SpringCrane)

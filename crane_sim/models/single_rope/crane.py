@@ -37,6 +37,13 @@ from crane_sim.models.moving_base import (
     turned_about_z,
 )
 from crane_sim.models.rotating_frame import frame_acceleration, inertial_velocity
+from crane_sim.models.single_rope.joint_coordinates import (
+    actuated_joints,
+    efforts_from_row,
+    joint_accelerations,
+    joint_coordinates,
+    state_from_joints,
+)
 from crane_sim.models.single_rope.joint_friction import (
     JointFriction,
     add_joint_friction,
@@ -46,26 +53,6 @@ from crane_sim.models.single_rope.joint_friction import (
     initial_friction_states,
 )
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports import (
-    actuated_joints,
-    add_yaw_moment,
-    drive_power,
-    efforts_from_row,
-    forward_kinematics,
-    joint_accelerations,
-    joint_coordinates,
-    state_from_joints,
-    support_acceleration,
-    support_base_energy,
-    support_kinetic,
-    support_polyline,
-    support_polyline_size,
-    support_potential,
-    tip_acceleration,
-    with_base,
-    with_wind,
-    yaw,
-)
 from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.multibody.vectors import add, dot, scale, subtract
@@ -78,7 +65,7 @@ from crane_sim.trajectories.wind import Wind
 class Crane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
-    support: Any  # a Knuckle or a DrivenPoint, see `crane_sim.models.supports`
+    support: Any  # a Knuckle or a DrivenPoint
     cable: ForceRope | MotionRope | LockedRope
     load: PointLoad
     gravity: float = 9.81  # m/s²
@@ -120,7 +107,7 @@ def add_swing_friction(friction, rope_state, force, reaction, tau, support):
     nx, inverse = rope_state.n[0], -1.0 / rope_state.length
     pull = (inverse * a2 * c2, inverse * (a1 * c1 - a2 * s1 * nx), inverse * (a1 * s1 + a2 * c1 * nx))
     couple = rope_state.length * (rope_state.n[1] * pull[0] - nx * pull[1])
-    return add(force, pull), subtract(reaction, pull), add_yaw_moment(support, tau, couple)
+    return add(force, pull), subtract(reaction, pull), support.add_yaw_moment(tau, couple)
 
 
 def friction_power(friction, rope_state):
@@ -136,35 +123,35 @@ def add_payload_force(p, force, t, xs):
     """Return the force (3,) [N] plus that on the payload at time t, in the axes of the support's frame."""
     if p.force is None:
         return force
-    s, c = sincos(yaw(p.support, xs))
+    s, c = sincos(p.support.yaw(xs))
     world = value_at(p.force.x, t), value_at(p.force.y, t), value_at(p.force.z, t)
     return add(force, to_turned_axes(to_base(pose_at(p.base, t), world), s, c))
 
 
 def base_of(p, t, xs):
     """Return the base at time t in the axes of the support's frame, None where it rests."""
-    return turned_about_z(base_kinematics_at(p.base, p.gravity, t), yaw(p.support, xs))
+    return turned_about_z(base_kinematics_at(p.base, p.gravity, t), p.support.yaw(xs))
 
 
 def solve_motion(p, t, x, tau):
     """Return the CraneMotion of crane p at time t in state x under joint efforts tau."""
     xs, xc = x[0], x[1]
-    pose = hold_joints(p.friction, forward_kinematics(p.support, xs), x)
+    pose = hold_joints(p.friction, p.support.forward_kinematics(xs), x)
     rope_state = rope_kinematics(pose, xc)
     position, velocity, w = xc[:3], xc[3:], pose.yaw_rate
     base, moving = base_of(p, t, xs), inertial_velocity(position, velocity, w)
     force = add_imposed(base, p.load.mass, (0.0, 0.0, -p.load.mass * p.gravity), position, moving)
-    flow, air = airflow_at(p.wind, p.base, t, yaw(p.support, xs)), airspeed(base, position, moving)
+    flow, air = airflow_at(p.wind, p.base, t, p.support.yaw(xs)), airspeed(base, position, moving)
     force = add_payload_force(p, add_drag(p.drag, force, air), t, xs)
     force = add_wind(flow, p.load.windage, force, position, air)
-    driven = with_wind(p.support, with_base(p.support, tau, base, pose), flow, base, pose)
+    driven = p.support.add_wind_efforts(p.support.add_base_efforts(tau, base, pose), flow, base, pose)
     tau = add_joint_friction(p.friction, driven, rope_state, x)
     force, reaction, tau = add_swing_friction(p.swing_friction, rope_state, force, (0.0, 0.0, 0.0), tau, p.support)
     tension = p.cable.tension(p, pose, rope_state, tau, force, reaction)
     pull = scale(tension, rope_state.n)
     tip = add(reaction, pull)
-    qdd = support_acceleration(p.support, pose, p.gravity, tau, tip)
-    _, w_dot = tip_acceleration(p.support, pose, qdd)
+    qdd = p.support.accelerations(pose, p.gravity, tau, tip)
+    _, w_dot = p.support.tip_acceleration(pose, qdd)
     inertial = scale(1.0 / p.load.mass, subtract(force, pull))
     payload_acceleration = frame_acceleration(inertial, position, velocity, w, w_dot)
     return CraneMotion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau, base, flow, driven)
@@ -202,8 +189,8 @@ def supplied_power(p, t, x, tau, motion):
     force = add_imposed(base, p.load.mass, add_wind(flow, p.load.windage, force, position, air), position, moving)
     tau, driven = add_joint_friction(p.friction, tau, rope_state, x), motion.driven
     if p.friction is not None:
-        driven = with_wind(p.support, with_base(p.support, tau, base, pose), flow, base, pose)
-    joints = drive_power(p.support, driven, pose, motion.tip_force) + p.cable.power(tau, rope_state, motion.tension)
+        driven = p.support.add_wind_efforts(p.support.add_base_efforts(tau, base, pose), flow, base, pose)
+    joints = p.support.power(driven, pose, motion.tip_force) + p.cable.power(tau, rope_state, motion.tension)
     (fx, fy, fz), (vx, vy, vz) = force, moving
     return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, rope_state)
 
@@ -211,7 +198,7 @@ def supplied_power(p, t, x, tau, motion):
 @system.project.register(Crane)
 def project(p, x):
     """Return the state with what drives and friction hold exactly."""
-    pose = forward_kinematics(p.support, x[0])
+    pose = p.support.forward_kinematics(x[0])
     xc = hold_rope(p.friction, x, project_to_rope(p.cable, pose, x[1]), rope_kinematics(pose, x[1]))
     return (x[0], xc, *x[2:])
 
@@ -228,81 +215,81 @@ system.saturate.register(Crane)(limit_winch)
 @system.joints.register(Crane)
 def joints_of_crane(p, x):
     """Return the joints of support, rope and swing."""
-    return joint_coordinates(p.support, p, x)
+    return joint_coordinates(p, x)
 
 
 @system.actuated_joints.register(Crane)
 def actuated_joints_of_crane(p, x):
     """Return the joints of support and winch."""
-    return actuated_joints(p.support, p, x)
+    return actuated_joints(p, x)
 
 
 @system.efforts_from_row.register(Crane)
 def efforts_of_crane(p, row):
     """Return the efforts on support and winch."""
-    return efforts_from_row(p.support, p, row)
+    return efforts_from_row(p, row)
 
 
 @system.state.register(Crane)
 def initial_state(p, t, q, v):
     """Return the state, with no energy supplied yet."""
-    parts = state_from_joints(p.support, p, q, v)
+    parts = state_from_joints(p, q, v)
     return (*parts, *meter_entry(p.energy_meter, 0.0), *initial_friction_states(p.friction, v))
 
 
 @system.acceleration.register(Crane)
 def accelerations_of_crane(p, t, x, u):
     """Return the accelerations of the joints of support, rope and swing."""
-    return joint_accelerations(p.support, p, solve_motion(p, t, x, system.effort(u, p, t, x)))
+    return joint_accelerations(p, solve_motion(p, t, x, system.effort(u, p, t, x)))
 
 
 @system.kinetic.register(Crane)
 def kinetic_energy(p, x):
     """Return the kinetic energy [J] of support and payload."""
-    pose = forward_kinematics(p.support, x[0])
+    pose = p.support.forward_kinematics(x[0])
     moving = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
-    return support_kinetic(p.support, pose) + 0.5 * p.load.mass * dot(moving, moving)
+    return p.support.kinetic(pose) + 0.5 * p.load.mass * dot(moving, moving)
 
 
 @system.potential.register(Crane)
 def potential_energy(p, x):
     """Return the potential energy [J] of support, payload and the rope's spring."""
-    pose = forward_kinematics(p.support, x[0])
-    energy = support_potential(p.support, pose, p.gravity) + p.gravity * p.load.mass * x[1][2]
+    pose = p.support.forward_kinematics(x[0])
+    energy = p.support.potential(pose, p.gravity) + p.gravity * p.load.mass * x[1][2]
     return add_rope_energy(p.cable, energy, rope_kinematics(pose, x[1]).length)
 
 
 @system.base_energy.register(Crane)
 def base_energy(p, t, x):
     """Return what a moving base adds to the energies of support and payload."""
-    base = base_state(p.base, t, yaw(p.support, x[0]))
+    base = base_state(p.base, t, p.support.yaw(x[0]))
     if base is None:
         return 0.0, 0.0
-    pose = forward_kinematics(p.support, x[0])
+    pose = p.support.forward_kinematics(x[0])
     moving = inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
     kinetic, potential = added_energy(base, p.gravity, p.load.mass, x[1][:3], moving)
-    others = support_base_energy(p.support, base, pose, p.gravity)
+    others = p.support.base_energy(base, pose, p.gravity)
     return kinetic + others[0], potential + others[1]
 
 
 @system.point_count.register(Crane)
 def point_count(p):
     """Return the number of points of support and payload."""
-    return 1 + support_polyline_size(p.support)
+    return 1 + p.support.polyline_size()
 
 
 @system.tip_index.register(Crane)
 def tip_index(p):
     """Return the index of the support's last point."""
-    return support_polyline_size(p.support) - 1
+    return p.support.polyline_size() - 1
 
 
 @system.points.register(Crane)
 def write_points(p, t, x, out):
     """Write the points of support and payload."""
-    angle, pose = yaw(p.support, x[0]), pose_at(p.base, t)
+    angle, pose = p.support.yaw(x[0]), pose_at(p.base, t)
     c, s = cos(angle), sin(angle)
-    for i, (a, b, z) in enumerate((*support_polyline(p.support, x[0]), x[1][:3])):
+    for i, (a, b, z) in enumerate((*p.support.polyline(x[0]), x[1][:3])):
         out[i, 0], out[i, 1], out[i, 2] = to_world(pose, (c * a - s * b, s * a + c * b, z))
 
 

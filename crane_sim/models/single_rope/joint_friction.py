@@ -10,16 +10,7 @@ from typing import NamedTuple
 from crane_sim.models.cables.rope import winch_pull, without_rate
 from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH
-from crane_sim.models.supports import joint_constraint_efforts
-from crane_sim.models.supports.friction import (
-    Friction,
-    breakaway_mode,
-    friction_effort,
-    friction_guard,
-    friction_state_rate,
-    initial_friction_state,
-    joint_sticks,
-)
+from crane_sim.models.supports.friction import Friction, friction_effort
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.states import replace_entry, replace_field
 
@@ -39,8 +30,7 @@ def hold_joints(friction, pose, x):
     """Return the posture of state x with the joints that friction holds."""
     if friction is None:
         return pose
-    free = [not joint_sticks(part, state) for part, state in zip(friction, x[-1], strict=True)]
-    return replace_field(pose, "free", tuple(free))
+    return replace_field(pose, "free", tuple([not sticks for sticks in sticking_joints(friction, x)]))
 
 
 def add_joint_friction(friction, tau, rope_state, x):
@@ -57,17 +47,18 @@ def add_joint_friction(friction, tau, rope_state, x):
 def constraint_efforts(p, motion):
     """Return the constraint efforts (slew, boom, jib, winch) at a Motion of p: what friction bears where it holds."""
     gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
-    slew, boom, jib = joint_constraint_efforts(
-        p.support, motion.pose, gravity, efforts, tip, motion.support_acceleration
-    )
+    slew, boom, jib = p.support.constraint_efforts(motion.pose, gravity, efforts, tip, motion.support_acceleration)
     return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
 
 
 def any_joint_sticks(friction, x):
     """Return whether friction holds a joint in state x."""
-    return friction is not None and any(
-        [joint_sticks(part, state) for part, state in zip(friction, x[-1], strict=True)]
-    )
+    return friction is not None and any(sticking_joints(friction, x))
+
+
+def sticking_joints(friction, x):
+    """Return which joints friction holds in state x."""
+    return [part is not None and part.sticks(state) for part, state in zip(friction, x[-1], strict=True)]
 
 
 def friction_guards(friction, best, x, rate, efforts):
@@ -84,7 +75,8 @@ def friction_guards(friction, best, x, rate, efforts):
         return best
     rates = (*x[0][3:], rate + x[-1][WINCH] * STANDSTILL)
     for joint, (part, v, state, effort) in enumerate(zip(friction, rates, x[-1], efforts, strict=True)):
-        best = smaller_guard(best, friction_guard(part, v, state, effort), encode(Guard.FRICTION, joint))
+        value = 1.0 if part is None else part.guard(v, state, effort)
+        best = smaller_guard(best, value, encode(Guard.FRICTION, joint))
     return best
 
 
@@ -102,8 +94,8 @@ def after_guard(friction, joint, friction_state, efforts):
     """Return the new mode of a joint whose guard has failed in mode `friction_state`, at rest under `efforts`."""
     mode = friction_state
     for k, part in enumerate(friction):
-        if joint == k:
-            mode = breakaway_mode(part, friction_state, efforts[k])
+        if isinstance(part, Friction) and joint == k:
+            mode = part.breakaway_mode(friction_state, efforts[k])
     return mode
 
 
@@ -117,7 +109,8 @@ def initial_friction_states(friction, v):
     if friction is None:
         return ()
     rates = v[0], v[1], v[2], 0.0 if abs(v[WINCH]) <= STANDSTILL else v[WINCH]
-    return (tuple([initial_friction_state(part, rate) for part, rate in zip(friction, rates, strict=True)]),)
+    parts = zip(friction, rates, strict=True)
+    return (tuple([1.0 if part is None else part.initial_state(rate) for part, rate in parts]),)
 
 
 def friction_rates(friction, x, rate):
@@ -125,11 +118,11 @@ def friction_rates(friction, x, rate):
     if friction is None:
         return ()
     parts = zip(friction, (*x[0][3:], rate), x[-1], strict=True)
-    return (tuple([friction_state_rate(part, v, state) for part, v, state in parts]),)
+    return (tuple([0.0 if part is None else part.state_rate(v, state) for part, v, state in parts]),)
 
 
 def hold_rope(friction, x, xc, rope_state):
     """Return the payload's part xc of state x, the rope at rest where friction holds its winch."""
-    if friction is None:
+    if friction is None or friction.rope is None:
         return xc
-    return without_rate(rope_state, xc) if joint_sticks(friction.rope, x[-1][WINCH]) else xc
+    return without_rate(rope_state, xc) if friction.rope.sticks(x[-1][WINCH]) else xc

@@ -14,8 +14,7 @@ from crane_sim.models.single_rope.joint_friction import (
     with_friction_state,
 )
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
-from crane_sim.models.supports import forward_kinematics, support_guard, yaw
-from crane_sim.models.supports.friction import first_not_none, step_control_of
+from crane_sim.models.supports.friction import step_control_of
 from crane_sim.models.wind_kink import kink_guard, pressed_point, with_kink_switching
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
@@ -30,10 +29,7 @@ def switching(p):
     """Return how the equations switch: by friction of joints, stops and the kink of a wind."""
     if p.friction is None:
         return with_kink_switching(p.wind, make_switching(p.stops, POSITIONS))
-    step_control = None
-    for part in reversed(p.friction):
-        step_control = first_not_none(step_control_of(part), step_control)
-    return with_kink_switching(p.wind, Switching(EVENT_LOG_CAPACITY, 0, step_control))
+    return with_kink_switching(p.wind, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(*p.friction)))
 
 
 system.kink_guard.register(Crane)(kink_guard)
@@ -42,7 +38,7 @@ system.kink_guard.register(Crane)(kink_guard)
 @pressed_point.register(Crane)
 def payload_position(p, x):
     """Return the payload's position (3,) [m] in the axes of the base."""
-    s, c = sincos(yaw(p.support, x[0]))
+    s, c = sincos(p.support.yaw(x[0]))
     return to_turned_axes((x[1][0], x[1][1], x[1][2]), -s, c)
 
 
@@ -52,8 +48,8 @@ def smallest_guard(p, t, x, u, work):
     """Return (the smallest guard, its number, evaluations)."""
     stops, taut = p.stops, p.stops.taut > 0.0
     forces = taut or any_joint_sticks(p.friction, x)
-    rope_state = rope_kinematics(forward_kinematics(p.support, x[0]), x[1])
-    best = support_guard(p.support, length_guard(stops, rope_state.length, rope_state.rate), x[0])
+    rope_state = rope_kinematics(p.support.forward_kinematics(x[0]), x[1])
+    best = p.support.guard(length_guard(stops, rope_state.length, rope_state.rate), x[0])
     tension, efforts = tension_and_constraint_efforts(p, t, x, u) if forces else (0.0, NO_EFFORTS)
     if taut:
         best = smaller_guard(best, tension, encode(Guard.LINK, 0))
@@ -73,7 +69,7 @@ def switch_joint(p, t, x, u, number):
     kind, joint, _ = decode(number)
     if p.friction is None or kind != Guard.FRICTION:
         return x, number, False
-    still = stop_joint(x, joint, rope_kinematics(forward_kinematics(p.support, x[0]), x[1]))
+    still = stop_joint(x, joint, rope_kinematics(p.support.forward_kinematics(x[0]), x[1]))
     efforts = constraint_efforts(p, solve_motion(p, t, still, system.effort(u, p, t, still)))
     return (*with_friction_state(still, joint, after_guard(p.friction, joint, x[-1][joint], efforts)), True)
 

@@ -10,24 +10,9 @@ from typing import Any, NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive, Range
 from crane_sim.models.guards import Guard, encode, travel_guard
-from crane_sim.models.supports import (
-    actuated_joints,
-    drive_power,
-    efforts_from_row,
-    forward_kinematics,
-    support_acceleration,
-    support_guard,
-    support_kinetic,
-    support_polyline,
-    support_polyline_size,
-    support_potential,
-    tip_acceleration,
-    tip_mobility,
-    yaw,
-)
 from crane_sim.models.supports.support import Mechanism
 from crane_sim.multibody.tree import Joint, Point, Tree, X, Y, Z
-from crane_sim.numerics.jit import generic
+from crane_sim.multibody.vectors import dot
 
 Vector = tuple[float, float, float]
 
@@ -49,6 +34,14 @@ class Box(NamedTuple):
     x: Range | None = None  # m, of `tip_x`
     y: Range | None = None  # m, of `tip_y`
     z: Range | None = None  # m, of `tip_z`, of a point with a vertical drive
+
+
+class PointPosture(NamedTuple):
+    """Kinematics of a state."""
+
+    tip: Vector  # m
+    tip_velocity: Vector  # m/s
+    yaw_rate: float
 
 
 class DrivenPoint(NamedTuple):
@@ -79,124 +72,76 @@ class DrivenPoint(NamedTuple):
         x, y, z = (servo_acceleration(self.servo, u, place, rate) for u, place, rate in zip(efforts, q, v, strict=True))
         return x, y, z if self.lift is not None else 0
 
+    def forward_kinematics(self, xs):
+        """Return the PointPosture of state xs."""
+        return PointPosture(xs[:3], xs[3:], 0.0)
 
-class PointPosture(NamedTuple):
-    """Kinematics of a state."""
+    def accelerations(self, pose, gravity, tau, force):
+        """Return the accelerations (3,) [m/s²] at inputs tau, whatever pulls."""
+        parts = zip(self.driven_components(tau), pose.tip, pose.tip_velocity, strict=False)
+        driven = [servo_acceleration(self.servo, u, place, rate) for u, place, rate in parts]
+        return (*driven, 0.0)[:3]  # without a lift none along z
 
-    tip: Vector  # m
-    tip_velocity: Vector  # m/s
-    yaw_rate: float
+    def tip_acceleration(self, pose, qdd):
+        """Return (the accelerations, 0 for the yaw)."""
+        return qdd, 0.0
+
+    def tip_mobility(self, pose, n):
+        """Return that no force moves the point."""
+        return 0.0
+
+    def add_base_efforts(self, tau, base, pose):
+        """Return tau: the point has no mass."""
+        return tau
+
+    def add_wind_efforts(self, tau, flow, base, pose):
+        """Return tau: the point has no area."""
+        return tau
+
+    def add_yaw_moment(self, tau, couple):
+        """Return tau: the point does not turn."""
+        return tau
+
+    def power(self, tau, pose, force):
+        """Return the power [W] of the drive against a force (3,) [N] on the point."""
+        return -dot(force, pose.tip_velocity)
+
+    def guard(self, best, xs):
+        """Return the smallest one of `best`, see `crane_sim.models.guards`, and of the travel limits."""
+        box = self.limits or Box()
+        for i, limits in enumerate((box.x, box.y, box.z)):
+            best = travel_guard(limits, best, xs[i], encode(Guard.TRAVEL, i))
+        return best
+
+    def yaw(self, xs):
+        """Return that the frame does not turn."""
+        return 0.0
+
+    def polyline(self, xs):
+        """Return the point alone, as a tuple of points."""
+        return (xs[:3],)
+
+    def polyline_size(self):
+        """Return the number of points of the polyline."""
+        return 1
+
+    def kinetic(self, pose):
+        """Return no energy."""
+        return 0.0
+
+    def potential(self, pose, gravity):
+        """Return no energy."""
+        return 0.0
+
+    def base_energy(self, base, pose, gravity):
+        """Return no (kinetic, potential) energy."""
+        return 0.0, 0.0
+
+    def driven_components(self, vector):
+        """Return the components of a vector (3,) that are driven as a tuple: (x, y) without a lift."""
+        return (vector[0], vector[1]) if self.lift is None else (vector[0], vector[1], vector[2])
 
 
-@generic
 def servo_acceleration(servo, u, q, v):
     """Return the acceleration [m/s²] of an axis at position q and velocity v: the input u itself without a servo."""
-    return u
-
-
-@servo_acceleration.register(Servo)
-def _(servo, u, q, v):
-    return -servo.kd * v - servo.kp * (q - u)
-
-
-@generic
-def vertical_acceleration(lift, servo, tau, pose):
-    """Return the vertical acceleration [m/s²]: none without a lift."""
-    return 0.0
-
-
-@vertical_acceleration.register(Lift)
-def _(lift, servo, tau, pose):
-    return servo_acceleration(servo, tau[2], pose.tip[2], pose.tip_velocity[2])
-
-
-@forward_kinematics.register(DrivenPoint)
-def _(support, xs):
-    return PointPosture(xs[:3], xs[3:], 0.0)
-
-
-@support_acceleration.register(DrivenPoint)
-def _(support, pose, gravity, tau, force):
-    x = servo_acceleration(support.servo, tau[0], pose.tip[0], pose.tip_velocity[0])
-    y = servo_acceleration(support.servo, tau[1], pose.tip[1], pose.tip_velocity[1])
-    return x, y, vertical_acceleration(support.lift, support.servo, tau, pose)
-
-
-@tip_acceleration.register(DrivenPoint)
-def _(support, pose, qdd):
-    return qdd, 0.0
-
-
-@tip_mobility.register(DrivenPoint)
-def _(support, pose, n):
-    return 0.0
-
-
-@drive_power.register(DrivenPoint)
-def _(support, tau, pose, force):
-    vx, vy, vz = pose.tip_velocity
-    return -force[0] * vx - force[1] * vy - force[2] * vz
-
-
-@support_guard.register(DrivenPoint)
-def _(support, best, xs):
-    return box_guard(support.limits, best, xs)
-
-
-@generic
-def box_guard(limits, best, xs):
-    """Return the result of `support_guard` for a point with these limits."""
-    return best
-
-
-@box_guard.register(Box)
-def _(limits, best, xs):
-    best = travel_guard(limits.x, best, xs[0], encode(Guard.TRAVEL, 0))
-    best = travel_guard(limits.y, best, xs[1], encode(Guard.TRAVEL, 1))
-    return travel_guard(limits.z, best, xs[2], encode(Guard.TRAVEL, 2))
-
-
-@yaw.register(DrivenPoint)
-def _(support, xs):
-    return 0.0
-
-
-@support_polyline.register(DrivenPoint)
-def _(support, xs):
-    return (xs[:3],)
-
-
-@support_polyline_size.register(DrivenPoint)
-def _(support):
-    return 1
-
-
-@support_kinetic.register(DrivenPoint)
-def _(support, pose):
-    return 0.0
-
-
-@support_potential.register(DrivenPoint)
-def _(support, pose, gravity):
-    return 0.0
-
-
-@actuated_joints.register(DrivenPoint)
-def _(support, p, x):
-    return driven_components(support.lift, x[0][:3]), driven_components(support.lift, x[0][3:])
-
-
-@efforts_from_row.register(DrivenPoint)
-def _(support, p, row):
-    return driven_components(support.lift, row)
-
-
-@generic
-def driven_components(lift, vector):
-    """Return the components of a vector (3,) that are driven as a tuple: (x, y) without a lift."""
-    return vector[0], vector[1]
-
-
-@driven_components.register(Lift)
-def _(lift, vector):
-    return vector[0], vector[1], vector[2]
+    return u if servo is None else -servo.kd * v - servo.kp * (q - u)

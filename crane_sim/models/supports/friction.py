@@ -14,8 +14,9 @@ it jumps.
 from math import e, exp, sqrt
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.numerics.jit import generic
 from crane_sim.system import EventStepControl
 
 
@@ -28,151 +29,78 @@ class Friction(NamedTuple):
     stribeck: Positive | None = None  # joint's unit/s, vs: velocity scale at which the friction falls from static to
     # Coulomb, as exp(-(v/vs)²); left out: it falls at once
 
+    def dry(self, v):
+        """Return the friction [N or N m] at velocity v without its viscous part."""
+        if self.stribeck is None:
+            return self.coulomb
+        return self.coulomb + (self.static - self.coulomb) * exp(-(v / self.stribeck) * (v / self.stribeck))
 
-@generic
-def dry_friction(stribeck, friction, v):
-    """Return the friction [N or N m] at velocity v without its viscous part; `stribeck` is the one of `friction`."""
-    return friction.coulomb
+    def sticks(self, mode):
+        """Return whether friction holds the joint, whose velocity is then 0."""
+        return mode == 0.0
 
+    def effort(self, v, mode):
+        """Return the effort [N or N m] by which friction adds to the others' on a joint at velocity v."""
+        return -mode * self.dry(v) - abs(mode) * self.viscous * v
 
-@dry_friction.register(float)
-def _(stribeck, friction, v):
-    return friction.coulomb + (friction.static - friction.coulomb) * exp(-(v / stribeck) * (v / stribeck))
+    def response(self, mass, force, v, mode):
+        """Return (inverse mass, bias acceleration) of a mass on its rail under a force."""
+        if mode == 0.0:
+            return 0.0, 0.0
+        return 1.0 / mass, (force - mode * self.dry(v) - self.viscous * v) / mass
 
-
-@generic
-def friction_response(friction, mass, force, v, mode):
-    """Return (inverse mass, bias acceleration) of a mass on its rail under a force."""
-    return 1.0 / mass, force / mass
-
-
-@friction_response.register(Friction)
-def _(friction, mass, force, v, mode):
-    if mode == 0.0:
-        return 0.0, 0.0
-    return 1.0 / mass, (force - mode * dry_friction(friction.stribeck, friction, v) - friction.viscous * v) / mass
-
-
-@generic
-def has_friction(part):
-    """Return whether a joint, or what rubs there, sticks and slips."""
-    return False
-
-
-@has_friction.register(Friction)
-def _(part):
-    return True
-
-
-@generic
-def joint_sticks(friction, friction_state):
-    """Return whether friction holds the joint, whose velocity is then 0; `friction_state`: its mode or bristles."""
-    return False
-
-
-@joint_sticks.register(Friction)
-def _(friction, friction_state):
-    return friction_state == 0.0
-
-
-@generic
-def friction_effort(friction, v, friction_state):
-    """Return the effort [N or N m] by which friction adds to the others' on a joint at velocity v."""
-    return 0.0
-
-
-@friction_effort.register(Friction)
-def _(friction, v, friction_state):
-    return -friction_state * dry_friction(friction.stribeck, friction, v) - abs(friction_state) * friction.viscous * v
-
-
-@generic
-def friction_state_rate(friction, v, friction_state):
-    """Return the derivative of the joint's friction state: modes change by events alone."""
-    return 0.0
-
-
-@generic
-def initial_friction_state(friction, v):
-    """Return the friction state of a joint that begins at velocity v."""
-    return 1.0
-
-
-@initial_friction_state.register(Friction)
-def _(friction, v):
-    return 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
-
-
-@generic
-def friction_force(friction, v):
-    """Return the friction force [N] against a velocity v other than 0."""
-    return 0.0
-
-
-@friction_force.register(Friction)
-def _(friction, v):
-    direction = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
-    return direction * dry_friction(friction.stribeck, friction, v) + friction.viscous * v
-
-
-@generic
-def friction_guard(friction, v, mode, force):
-    """Return the guard of a joint's friction: negative when slipping has ended or sticking cannot hold.
-
-    `force` [N or N m] is what would accelerate the joint if it did not stick, its own friction left out.
-    """
-    return 1.0
-
-
-@friction_guard.register(Friction)
-def _(friction, v, mode, force):
-    return friction.static - abs(force) if mode == 0.0 else mode * v
-
-
-@generic
-def breakaway_mode(friction, mode, force):
-    """Return the mode of a joint at rest after its guard has failed in `mode`: 0 when friction holds it, else the way.
-
-    A joint that stuck is free now: asking again whether friction holds it could, in the last digit, say yes.
-    """
-    return 0.0
-
-
-@breakaway_mode.register(Friction)
-def _(friction, mode, force):
-    if mode != 0.0 and abs(force) <= friction.static:
+    def state_rate(self, v, mode):
+        """Return the derivative of the joint's friction state: modes change by events alone."""
         return 0.0
-    return 1.0 if force > 0.0 else -1.0
+
+    def initial_state(self, v):
+        """Return the friction state of a joint that begins at velocity v."""
+        return np.sign(v)
+
+    def guard(self, v, mode, effort):
+        """Return the guard of a joint's friction: negative when slipping has ended or sticking cannot hold.
+
+        `effort` [N or N m] is what would accelerate the joint if it did not stick, its own friction left out.
+        """
+        return self.static - abs(effort) if mode == 0.0 else mode * v
+
+    def breakaway_mode(self, mode, effort):
+        """Return the mode of a joint at rest after its guard has failed in `mode`: 0 if friction holds, else the way.
+
+        A joint that stuck is free now: asking again whether friction holds it could, in the last digit, say yes.
+        """
+        if mode != 0.0 and abs(effort) <= self.static:
+            return 0.0
+        return 1.0 if effort > 0.0 else -1.0
 
 
-@generic
-def step_control_of(part):
-    """Return `Switching.step_control` of a friction, or of a part that has one: None without a Stribeck velocity.
+def friction_of(part: Any) -> Any:
+    """Return the friction of an axis or a hoist, None for one without, or in place of one that a crane lacks."""
+    return getattr(part, "friction", None)
+
+
+def friction_effort(friction, v, friction_state):
+    """Return the effort [N or N m] of a joint's friction, 0 without; `friction_state`: its mode or bristles."""
+    return 0.0 if friction is None else friction.effort(v, friction_state)
+
+
+def friction_force(friction, v):
+    """Return the friction force [N] against a velocity v other than 0; 0 without modes, as bristles have none."""
+    return np.sign(v) * friction.dry(v) + friction.viscous * v if isinstance(friction, Friction) else 0.0
+
+
+def forced_response(friction, mass, force, v, mode):
+    """Return (inverse mass, bias acceleration) of a mass with this friction, None without, under a force."""
+    return (1.0 / mass, force / mass) if friction is None else friction.response(mass, force, v, mode)
+
+
+def step_control_of(*frictions: Any) -> EventStepControl | None:
+    """Return `Switching.step_control` of joints with these frictions: None without a Stribeck velocity.
 
     With one, the friction changes fast where a joint comes to rest.
     """
-    return None
-
-
-@step_control_of.register(Friction)
-def _(part):
-    return step_control_of(part.stribeck)
-
-
-@step_control_of.register(float)
-def _(part):
-    return EventStepControl()
-
-
-@generic
-def first_not_none(first, second):
-    """Return the first one of two results of `step_control_of` that is not None."""
-    return second
-
-
-@first_not_none.register(EventStepControl)
-def _(first, second):
-    return first
+    fast = [isinstance(friction, Friction) and friction.stribeck is not None for friction in frictions]
+    return EventStepControl() if any(fast) else None
 
 
 def steepest_slope(friction: Any) -> float:

@@ -7,15 +7,7 @@ from typing import Any
 
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard, travel_guard
 from crane_sim.models.supports.backlash import drive_guard, drives_of, mode_of, outcome_of, shaft_of
-from crane_sim.models.supports.friction import (
-    Friction,
-    breakaway_mode,
-    friction_guard,
-    friction_state_rate,
-    initial_friction_state,
-    joint_sticks,
-    step_control_of,
-)
+from crane_sim.models.supports.friction import Friction, step_control_of
 from crane_sim.models.supports.support import (
     Support,
     SupportState,
@@ -31,7 +23,7 @@ def write_friction_rates(support: Support, state: SupportState, out: Any) -> Non
     """Write the derivatives of the friction states into the end of `out`."""
     first = first_friction_state(support, out)
     for k, (i, friction) in enumerate(frictions_of(support)):
-        out[first + k] = friction_state_rate(friction, state.v[i], state.friction[k])
+        out[first + k] = friction.state_rate(state.v[i], state.friction[k])
 
 
 def initialize_modes(support: Support, x: Any, state: SupportState) -> None:
@@ -41,7 +33,7 @@ def initialize_modes(support: Support, x: Any, state: SupportState) -> None:
         shaft = shaft_of(drive, state.drives[k], state.q[i], state.v[i])
         x[first - drive_count(support) + k] = mode_of(shaft)
     for k, (i, friction) in enumerate(frictions_of(support)):
-        x[first + k] = initial_friction_state(friction, state.v[i])
+        x[first + k] = friction.initial_state(state.v[i])
 
 
 def reset_friction_modes(support: Support, x: Any, state: SupportState) -> None:
@@ -49,14 +41,14 @@ def reset_friction_modes(support: Support, x: Any, state: SupportState) -> None:
     first = first_friction_state(support, x)
     for k, (i, friction) in enumerate(frictions_of(support)):
         if isinstance(friction, Friction):
-            x[first + k] = initial_friction_state(friction, state.v[i])
+            x[first + k] = friction.initial_state(state.v[i])
 
 
 def any_joint_sticks(support: Support, state: SupportState) -> Any:
     """Return whether friction holds a joint."""
     result = False
     for (_, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
-        result = result or joint_sticks(friction, friction_state)
+        result = result or friction.sticks(friction_state)
     return result
 
 
@@ -65,8 +57,8 @@ def support_guard(support: Support, best: Any, state: SupportState) -> Any:
     for i, limits in enumerate(support.structure.mechanism().limits):
         best = travel_guard(limits, best, state.q[i], encode(Guard.TRAVEL, i))
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
-        if not joint_sticks(friction, friction_state):
-            value = friction_guard(friction, state.v[i], friction_state, state.v[i])
+        if not friction.sticks(friction_state):
+            value = friction.guard(state.v[i], friction_state, state.v[i])
             best = smaller_guard(best, value, encode(Guard.FRICTION, i))
     for k, (i, drive) in enumerate(drives_of(support.drives)):
         value = drive_guard(drive, state.drives[k], state.q[i], state.v[i])
@@ -82,9 +74,9 @@ def sticking_guard(support: Support, best: Any, state: SupportState, solved: Any
         solved: a solution of the crane's equations with `dynamics`, `net` and `support`, the accelerations (n,).
     """
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
-        if joint_sticks(friction, friction_state):
+        if friction.sticks(friction_state):
             held = constraint_effort(solved.dynamics, solved.net, solved.support, i)
-            value = friction_guard(friction, state.v[i], friction_state, held)
+            value = friction.guard(state.v[i], friction_state, held)
             best = smaller_guard(best, value, encode(Guard.FRICTION, i))
     return best
 
@@ -105,9 +97,9 @@ def mode_after_guard(support: Support, joint: Any, mode_before: Any, solved: Any
     """
     mode = mode_before
     for i, friction in frictions_of(support):
-        if i == joint:
+        if isinstance(friction, Friction) and i == joint:
             held = constraint_effort(solved.dynamics, solved.net, solved.support, i)
-            mode = breakaway_mode(friction, mode_before, held)
+            mode = friction.breakaway_mode(mode_before, held)
     return mode
 
 
@@ -118,9 +110,8 @@ def with_support_switching(support: Support, switching: Any) -> Any:
     if support.frictions is None:
         return switching
     control = switching.step_control if isinstance(switching, Switching) else None
-    for _, friction in frictions_of(support):
-        control = control if control is not None else step_control_of(friction)
-    return Switching(EVENT_LOG_CAPACITY, 0, control)
+    own = step_control_of(*support.frictions)
+    return Switching(EVENT_LOG_CAPACITY, 0, own if control is None else control)
 
 
 def switch_drive(support: Support, x: Any, state: SupportState, number: Any) -> Any:

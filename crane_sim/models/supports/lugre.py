@@ -11,8 +11,9 @@ The bristles are relaxed where a run begins at rest, and bent as in steady motio
 from math import exp
 from typing import NamedTuple
 
+import numpy as np
+
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.models.supports.friction import friction_effort, friction_state_rate, initial_friction_state
 
 
 class LuGre(NamedTuple):
@@ -25,25 +26,32 @@ class LuGre(NamedTuple):
     damping: NonNegative  # effort's unit s/joint's unit, σ1 of the bristles
     viscous: NonNegative = 0.0  # effort's unit s/joint's unit, σ2
 
+    def steady(self, v):
+        """Return g(v) [N or N m]."""
+        ratio = v / self.stribeck
+        return self.coulomb + (self.static - self.coulomb) * exp(-ratio * ratio)
 
-def steady_friction(friction, v):
-    """Return g(v) [N or N m]."""
-    ratio = v / friction.stribeck
-    return friction.coulomb + (friction.static - friction.coulomb) * exp(-ratio * ratio)
+    def sticks(self, deflection):
+        """Return that no constraint holds the joint: it creeps."""
+        return False
 
+    def effort(self, v, deflection):
+        """Return the effort [N or N m] -F by which friction adds to the others' on a joint at velocity v."""
+        rate = self.state_rate(v, deflection)
+        return -self.stiffness * deflection - self.damping * rate - self.viscous * v
 
-@friction_state_rate.register(LuGre)
-def _(friction, v, deflection):
-    return v - friction.stiffness * abs(v) * deflection / steady_friction(friction, v)
+    def response(self, mass, force, v, deflection):
+        """Return (inverse mass, bias acceleration) of a mass on its rail under a force."""
+        return 1.0 / mass, (force + self.effort(v, deflection)) / mass
 
+    def state_rate(self, v, deflection):
+        """Return the derivative of the deflection."""
+        return v - self.stiffness * abs(v) * deflection / self.steady(v)
 
-@friction_effort.register(LuGre)
-def _(friction, v, deflection):
-    rate = friction_state_rate(friction, v, deflection)
-    return -friction.stiffness * deflection - friction.damping * rate - friction.viscous * v
+    def initial_state(self, v):
+        """Return the deflection of a joint that begins at velocity v."""
+        return np.sign(v) * self.steady(v) / self.stiffness
 
-
-@initial_friction_state.register(LuGre)
-def _(friction, v):
-    sign = 1.0 if v > 0.0 else -1.0 if v < 0.0 else 0.0
-    return sign * steady_friction(friction, v) / friction.stiffness
+    def guard(self, v, deflection, effort):
+        """Return the guard of a joint without events: it never fails."""
+        return 1.0

@@ -19,8 +19,6 @@ Tensions are those with which the rope lies on a sheave: ρ v² of a rope with t
 from math import inf
 from typing import Any, NamedTuple
 
-from crane_sim.numerics.jit import generic
-
 
 class SheaveLoss(NamedTuple):
     """What a rope loses on a sheave."""
@@ -43,6 +41,17 @@ class Drum(NamedTuple):
     inertia: float  # kg m², of the drum with gear and motor, about its axis
     layers: Layers | None = None
 
+    def winding_radius(self, wound):
+        """Return (radius of the rope's centre line [m], its derivative by the length wound) at a length wound [m]."""
+        layers, radius, slope = self.layers, self.radius, 0.0
+        if layers is None:
+            return radius, slope
+        for i in range(len(layers.full)):
+            s = min(max((wound - layers.full[i]) / layers.turn[i] + 0.5, 0.0), 1.0)
+            radius += layers.height * s * s * s * (10.0 - s * (15.0 - 6.0 * s))
+            slope += layers.height * 30.0 * s * s * (1.0 - s) * (1.0 - s) / layers.turn[i]
+        return radius, slope
+
 
 class Reeving(NamedTuple):
     """A rope between drum and dead end; what is None is not modelled."""
@@ -56,34 +65,31 @@ class Reeving(NamedTuple):
     length: float = inf  # m, of the rope on the drum and in the falls
 
 
-@generic
+def reeving_of(hoist: Any) -> Any:
+    """Return the reeving of a hoist, None for one without, or in place of one that a crane lacks."""
+    return getattr(hoist, "reeving", None)
+
+
 def sheave_factor(loss, direction):
-    """Return f, the tension on the drum's side of a sheave over the other one, without inertia.
+    """Return f, the tension on the drum's side of a sheave over the other one, without inertia; 1 without loss.
 
     `direction` is 1 while the rope is paid out, -1 while it is hauled in, and between where only a part of the friction
     is used.
     """
-    return 1.0
-
-
-@sheave_factor.register(SheaveLoss)
-def _(loss, direction):
+    if loss is None:
+        return 1.0
     if direction == 0.0:
         return 1.0
     return loss.ratio if direction == -1.0 else loss.ratio**-direction
 
 
-@generic
 def fall_difference(mass, k, falls, motion, gravity):
     """Return the tension [N] at the upper end of fall k less that at its lower end; `mass` per length, None: 0.
 
     Its rope moves downwards with `down` l'. It hangs vertically here, wherever the load swings.
     """
-    return 0.0
-
-
-@fall_difference.register(float)
-def _(mass, k, falls, motion, gravity):
+    if mass is None:
+        return 0.0
     length, rate, acceleration = motion
     down = falls - k + 1 if k % 2 == 1 else k - falls
     return mass * (length * (gravity - down * acceleration) + (1 - 2 * down) * rate * rate)
@@ -150,44 +156,20 @@ def lead_at_rest(reeving, factor, pull, length, gravity):
     return follow_rope(reeving, factor, dead_end_of(reeving, factor, pull, motion, gravity), motion, gravity)[1]
 
 
-@generic
-def drum_radius(layers, drum, wound):
-    """Return (radius of the rope's centre line [m], its derivative by the length wound) at this length wound [m]."""
-    return drum.radius, 0.0
-
-
-@drum_radius.register(Layers)
-def _(layers, drum, wound):
-    radius, slope = drum.radius, 0.0
-    for i in range(len(layers.full)):
-        s = min(max((wound - layers.full[i]) / layers.turn[i] + 0.5, 0.0), 1.0)
-        radius += layers.height * s * s * s * (10.0 - s * (15.0 - 6.0 * s))
-        slope += layers.height * 30.0 * s * s * (1.0 - s) * (1.0 - s) / layers.turn[i]
-    return radius, slope
-
-
-@generic
 def drum_inertia(drum, reeving, length):
     """Return (mass m [kg] at the rope, q [kg/m]) of drum and the rope on it: m n l'' - q l'² moves them."""
-    return 0.0, 0.0
-
-
-@drum_inertia.register(Drum)
-def _(drum, reeving, length):
+    if drum is None:
+        return 0.0, 0.0
     n = reeving.falls
-    radius, slope = drum_radius(drum.layers, drum, reeving.length - n * length)
+    radius, slope = drum.winding_radius(reeving.length - n * length)
     mass = drum.inertia / (radius * radius)
     return mass, -mass * n * n * slope / radius
 
 
-@generic
 def wound_rope(mass, reeving, length):
     """Return (mass [kg], q [kg/m]) of the rope on the drum as `drum_inertia` does; `mass` per length, None: 0."""
-    return 0.0, 0.0
-
-
-@wound_rope.register(float)
-def _(mass, reeving, length):
+    if mass is None:
+        return 0.0, 0.0
     return mass * (reeving.length - reeving.falls * length), mass * reeving.falls * reeving.falls
 
 
@@ -224,12 +206,8 @@ def reeving_energy(reeving, length, rate, gravity):
     return 0.5 * (n * n * mass + reeving.sheave_mass * sheaves + moved) * rate * rate, potential
 
 
-@generic
 def falls_energy(mass, n, length, gravity):
     """Return (mass [kg] that the rope in the falls adds to l, its potential energy [J]); `mass` per length, None: 0."""
-    return 0.0, 0.0
-
-
-@falls_energy.register(float)
-def _(mass, n, length, gravity):
+    if mass is None:
+        return 0.0, 0.0
     return mass * length * (n * (n * n + 2) / 3), -0.5 * n * mass * gravity * length * length

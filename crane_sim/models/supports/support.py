@@ -17,7 +17,7 @@ import numpy as np
 
 from crane_sim.models.moving_base import BaseKinematics, BaseState, added_energy, airspeed, imposed_acceleration
 from crane_sim.models.supports.backlash import Drive, DriveState, drives_of, replace_by_pushes
-from crane_sim.models.supports.friction import Friction, friction_effort, joint_sticks
+from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import BoomWindage, JibWindage, RodWindage, rod_drag
 from crane_sim.multibody import linear
@@ -252,7 +252,7 @@ def _free_coordinates(support: Support, mechanism: Mechanism, state: SupportStat
     free = tuple(not each for each in mechanism.prescribed) or (True,) * len(state.q)
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
         if isinstance(friction, Friction):
-            free = (*free[:i], not joint_sticks(friction, friction_state), *free[i + 1 :])
+            free = (*free[:i], not friction.sticks(friction_state), *free[i + 1 :])
     return free
 
 
@@ -284,7 +284,7 @@ def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) 
     for spring in mechanism.springs:
         efforts = linear.add(efforts, _spring_efforts(spring, state.q, state.v))
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
-        effort = efforts[i] + friction_effort(friction, state.v[i], friction_state)
+        effort = efforts[i] + friction.effort(state.v[i], friction_state)
         efforts = (*efforts[:i], effort, *efforts[i + 1 :])
     return efforts
 

@@ -8,10 +8,9 @@ from crane_sim.models.guards import Guard, decode, encode, friction_event, small
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import added_energy, base_state, pose_at, to_world
 from crane_sim.models.stops import WINCH, Stops, describe_stop, length_guard
-from crane_sim.models.supports.actuation import hoist_entry
 from crane_sim.models.supports.backlash import describe_drive, drive_energies, mean_of_drives
 from crane_sim.models.supports.driven_point import DrivenPoint
-from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_reflected_mass, limit_hoist
+from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_entry, hoist_reflected_mass, limit_hoist
 from crane_sim.models.supports.joint_modes import (
     any_joint_sticks,
     friction_state_index,

@@ -13,7 +13,7 @@ from crane_sim.models.supports.reeved_hoist import (
     winch_mode,
 )
 from crane_sim.models.supports.reeving import Reeving, dead_end_of, follow_rope, sheave_factor
-from crane_sim.models.supports.reeving_outputs import hoist_falls, pull_on_winch, write_hoist_falls
+from crane_sim.models.supports.reeving_outputs import hoist_falls, write_fall_tensions
 from crane_sim.models.supports.support import coordinate_count
 from crane_sim.models.suspended.crane import SuspendedCrane, first_length, solve_dynamics, suspended_layout
 from crane_sim.numerics.jit import generic, routine
@@ -28,7 +28,7 @@ def winch_switching(hoist, stops):
 
 @winch_switching.register(ReevedHoist)
 def _(hoist, stops):
-    return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(hoist))
+    return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(hoist.friction))
 
 
 def winch_sticks(p, x):
@@ -97,11 +97,7 @@ def _(p):
 
 @system.fall_tensions.register(SuspendedCrane)
 def _(p, t, x, u, rows, i):
-    write_hoist_falls(p.hoist, p, t, x, u, rows, i)
-
-
-@pull_on_winch.register(SuspendedCrane)
-def _(p, t, x, tau):
-    (nq, _, end), work = suspended_layout(p), system.workspace(p)
+    (nq, _, end), work, tau = suspended_layout(p), system.workspace(p), system.effort(u, p, t, x)
     motion = (*first_length(p.hoist, p, x, nq), solve_dynamics(p, t, x, tau, work).length)
-    return work.tension[0], winch_mode(p.hoist, x, end), motion
+    mode = winch_mode(p.hoist, x, end)
+    write_fall_tensions(p.hoist, tau, mode, motion, work.tension[0], p.gravity, rows[i])
