@@ -4,6 +4,7 @@ Importing any module of this package imports all models, so that every model is 
 `crane_sim.system`.
 """
 
+from crane_sim.models import hanging
 from crane_sim.models.falls import outputs as falls_outputs
 from crane_sim.models.overhead import base_energies, elastic_bands, elastic_outputs
 from crane_sim.models.overhead import outputs as overhead_outputs
@@ -16,6 +17,7 @@ __all__ = [
     "elastic_bands",
     "elastic_outputs",
     "falls_outputs",
+    "hanging",
     "joints",
     "modes",
     "outputs",

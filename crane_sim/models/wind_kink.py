@@ -33,11 +33,6 @@ def kink_guard(p, value, t0, x0, t, x):
     return min(value, side * height_above_kink(p, t, x) + BAND)
 
 
-def wind_kink_guard(wind, p, value, t0, x0, t, x):
-    """Return the result of `kink_guard`; `wind` is that of the crane."""
-    return kink_guard(p, value, t0, x0, t, x)
-
-
 def with_kink_switching(wind, switching):
     """Return the result of `system.switching` for a crane in this wind, without which it is `switching`."""
     if not has_kink(wind):

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 from crane_sim.models.suspended.load_dynamics import from_centre
 from crane_sim.multibody.vectors import ZERO, Vector, add, cross, dot, multiply, scale, subtract
-from crane_sim.multibody.vectors import scale as multiple  # noqa: F401  `falls` has it from here
 from crane_sim.trajectories.base_motion import Base, axis_at
 
 

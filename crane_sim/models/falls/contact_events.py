@@ -21,31 +21,22 @@ from crane_sim.models.contact.rigid import (
     required_friction,
 )
 from crane_sim.models.contact.surface import (
-    ZERO,
-    CompliantContact,
     RigidContact,
     Wrench,
     contact_point,
     displacement_at,
-    multiple,
     slip_speed,
 )
-from crane_sim.models.falls.crane import (
-    body_of,
-    body_state,
-    contact_index,
-    falls_layout,
-    kinematics_of,
-    load_acceleration,
-    sum_falls,
-)
+from crane_sim.models.falls.crane import body_state, kinematics_of, load_acceleration, sum_falls
 from crane_sim.models.guards import BOUNCES, LEAVES, TOUCHES, Guard, decode, encode, smaller_guard
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.suspended.crane import load_force
-from crane_sim.models.suspended.load_dynamics import coordinate_velocity, multiply, subtract
+from crane_sim.models.suspended.exchange import load_of
+from crane_sim.models.suspended.layout import contact_index, layout_of
+from crane_sim.models.suspended.load_dynamics import coordinate_velocity
 from crane_sim.models.wind_load import airflow_at
-from crane_sim.numerics.jit import generic, routine
-from crane_sim.numerics.states import replace_field
+from crane_sim.multibody.vectors import ZERO, multiply, scale, subtract
+from crane_sim.numerics.jit import routine
 
 DEPTH, APPROACH = 1e-10, 1e-8  # m, m/s: beyond both of them a point touches
 AT_REST = 1e-6  # m/s: a load that is given no deeper than NEAR and no faster is closed there
@@ -55,57 +46,48 @@ GRIP = 0.99  # part of the friction that may hold a load which comes to stick, s
 @routine
 def load_alone(p, t, x):
     """Return the load's accelerations without contact, see `load_acceleration`."""
-    pose, tip, load, _ = kinematics_of(p, x)
-    pull = sum_falls(p, x, pose, tip, load)
-    body, base = body_of(p, x), base_kinematics_at(p.base, p.gravity, t)
+    kinematics = kinematics_of(p, x)
+    load, pull = kinematics[2], sum_falls(p, x, *kinematics)
+    body, base = load_of(p, x), base_kinematics_at(p.base, p.gravity, t)
     given = load_force(p, body, t, airflow_at(p.wind, p.base, t, 0.0), base, load)
     return load_acceleration(p, body, base, load, pull, given)
 
 
-@generic
-def fill_contact(contact, p, t, x):
+def fill_contact(p, t, x):
     """Set the modes of contact in state x to those of positions and velocities."""
-
-
-@fill_contact.register(CompliantContact)
-def _(contact, p, t, x):
-    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
-    for i in range(len(contact.points)):
-        point = contact_point(contact, i, moved, load)
-        x[first + i] = 1.0 if min(-point.gap, compliant_normal_force(contact, point)) > 0.0 else 0.0
-
-
-@fill_contact.register(RigidContact)
-def _(contact, p, t, x):
-    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
-    n = len(contact.points)
+    contact, first = p.contact, contact_index(p)
+    if contact is None:
+        return
+    load, moved, n = body_state(p, x), displacement_at(contact.surface.motion, t), len(contact.points)
     for i in range(n):
-        point = contact_point(contact, i, moved, load)
-        x[first + i] = 1.0 if point.gap <= NEAR and abs(point.velocity[2]) <= AT_REST else 0.0
-    x[first + n] = 1.0 if slip_guard(contact, p, t, x, (moved, load), load_alone(p, t, x)) < 0.0 else 0.0
+        x[first + i] = 1.0 if is_touching(contact, contact_point(contact, i, moved, load)) else 0.0
+    if isinstance(contact, RigidContact):
+        x[first + n] = 1.0 if slip_guard(p, t, x, (moved, load), load_alone(p, t, x)) < 0.0 else 0.0
 
 
-@generic
-def total_normal_force(contact, p, t, x):
+def is_touching(contact, point):
+    """Return whether a point of a load that is given touches: a rigid one where it rests on the surface."""
+    if isinstance(contact, RigidContact):
+        return point.gap <= NEAR and abs(point.velocity[2]) <= AT_REST
+    return min(-point.gap, compliant_normal_force(contact, point)) > 0.0
+
+
+def total_normal_force(p, t, x):
     """Return the normal force [N] on the load."""
+    if p.contact is None:
+        return 0.0
     load, free = body_state(p, x), load_alone(p, t, x)
-    return add_contact(contact, body_of(p, x), t, x, contact_index(p), load, free).normal_forces.wrench.force[2]
+    return add_contact(p.contact, load_of(p, x), t, x, contact_index(p), load, free).normal_forces.wrench.force[2]
 
 
-@total_normal_force.register(type(None))
-def _(contact, p, t, x):
-    return 0.0
-
-
-@generic
-def contact_guard(contact, p, t, x, best):
+def contact_guard(p, t, x, best):
     """Return (value, number, evaluations) of the smaller guard: `best` (value, number), or that of contact."""
-    return best[0], best[1], 0
-
-
-@contact_guard.register(CompliantContact)
-def _(contact, p, t, x, best):
-    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
+    contact, first = p.contact, contact_index(p)
+    if contact is None:
+        return best[0], best[1], 0
+    if isinstance(contact, RigidContact):
+        return rigid_guard(p, t, x, best)
+    load, moved = body_state(p, x), displacement_at(contact.surface.motion, t)
     for i in range(len(contact.points)):
         point = contact_point(contact, i, moved, load)
         normal_force = compliant_normal_force(contact, point)
@@ -114,16 +96,11 @@ def _(contact, p, t, x, best):
     return best[0], best[1], 0
 
 
-@contact_guard.register(RigidContact)
-def _(contact, p, t, x, best):
-    return rigid_guard(contact, p, t, x, best)
-
-
 @routine
-def rigid_guard(contact, p, t, x, best):
+def rigid_guard(p, t, x, best):
     """Return the result of `contact_guard` for a rigid contact."""
-    first, load, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
-    n, place, body = len(contact.points), 0, body_of(p, x)
+    contact, first, load, place, body = p.contact, contact_index(p), body_state(p, x), 0, load_of(p, x)
+    n, moved = len(contact.points), displacement_at(contact.surface.motion, t)
     for i in range(n):
         if not is_closed(x, first, i):
             point = contact_point(contact, i, moved, load)
@@ -137,7 +114,7 @@ def rigid_guard(contact, p, t, x, best):
         spare = 1.0 - required_friction(contact, x, first, scene, normal_forces) / contact.surface.friction
     else:
         normal_forces = slipping_forces(contact, body, x, first, scene, free)
-        spare = slip_guard(contact, p, t, x, scene, free)
+        spare = slip_guard(p, t, x, scene, free)
     best = smaller_guard(best, spare, encode(Guard.CONTACT, n))
     for i in range(n):
         if is_closed(x, first, i):
@@ -147,9 +124,9 @@ def rigid_guard(contact, p, t, x, best):
     return best[0], best[1], 1
 
 
-def slip_guard(contact, p, t, x, scene, free):
+def slip_guard(p, t, x, scene, free):
     """Return the guard of a load that slips: negative where it is slow and friction can hold it."""
-    first, fastest, surface = contact_index(p), 0.0, contact.surface
+    contact, first, fastest, surface = p.contact, contact_index(p), 0.0, p.contact.surface
     if closed_count(contact, x, first) < 3 or surface.friction == 0.0:
         return 1e300
     for i in range(len(contact.points)):
@@ -157,29 +134,24 @@ def slip_guard(contact, p, t, x, scene, free):
             fastest = max(fastest, slip_speed(contact_point(contact, i, scene[0], scene[1])))
     if fastest >= surface.slip_velocity:
         return fastest / surface.slip_velocity - 1.0
-    forces = holding_forces(contact, body_of(p, x), x, first, scene, free)
+    forces = holding_forces(contact, load_of(p, x), x, first, scene, free)
     needed = required_friction(contact, x, first, scene, forces) / surface.friction - GRIP
     needed = max(needed, -least_normal_force(contact, x, first, scene, forces))
     return max(needed, fastest / surface.slip_velocity - 1.0)
 
 
-@generic
-def switch_contact(contact, p, t, x, number):
+def switch_contact(p, t, x, number):
     """Return (state after an event of contact, the event, whether the model goes on)."""
-    return x, number, False
+    (_, i, _), y, first = decode(number), x.copy(), contact_index(p)
+    if isinstance(p.contact, RigidContact):
+        return y, encode(Guard.CONTACT, i, switch_rigid(p, t, x, y, i)), True
+    y[first + i] = 1.0 - x[first + i]
+    return y, encode(Guard.CONTACT, i, TOUCHES if y[first + i] > 0.5 else LEAVES), True
 
 
-@switch_contact.register(CompliantContact)
-def _(contact, p, t, x, number):
-    (_, i, _), y = decode(number), x.copy()
-    k = contact_index(p) + i
-    y[k] = 1.0 - x[k]
-    return y, encode(Guard.CONTACT, i, TOUCHES if y[k] > 0.5 else LEAVES), True
-
-
-@switch_contact.register(RigidContact)
-def _(contact, p, t, x, number):
-    (_, i, _), y, first, n = decode(number), x.copy(), contact_index(p), len(contact.points)
+def switch_rigid(p, t, x, y, i):
+    """Change y, a copy of state x, by the event of a rigid point i or of the slip, and return the outcome."""
+    first, n = contact_index(p), len(p.contact.points)
     if i == n:
         outcome = LEAVES if is_closed(x, first, n) else TOUCHES
         y[first + n] = 1.0 - x[first + n]
@@ -188,29 +160,29 @@ def _(contact, p, t, x, number):
     elif is_closed(x, first, i):
         outcome = LEAVES
         y[first + i] = 0.0
-        if closed_count(contact, y, first) < 3:
+        if closed_count(p.contact, y, first) < 3:
             y[first + n] = 0.0
     else:
-        strike(contact, p, t, x, y)
+        strike(p, t, x, y)
         outcome = TOUCHES if is_closed(y, first, i) else BOUNCES
-    return y, encode(Guard.CONTACT, i, outcome), True
+    return outcome
 
 
 @routine
 def stop_slip(p, t, x, y):
     """Give the load in y the velocity of the surface."""
-    before, body, moved = body_state(p, x), body_of(p, x), displacement_at(p.contact.surface.motion, t)
-    force = multiple(body.mass, subtract(moved.velocity, before.velocity))
-    moment = multiple(-1.0, multiply(before.rows, multiply(body.inertia, before.omega)))
-    after = replace_field(replace_field(before, "velocity", moved.velocity), "omega", ZERO)
+    before, body, moved = body_state(p, x), load_of(p, x), displacement_at(p.contact.surface.motion, t)
+    force = scale(body.mass, subtract(moved.velocity, before.velocity))
+    moment = scale(-1.0, multiply(before.rows, multiply(body.inertia, before.omega)))
+    after = before._replace(velocity=moved.velocity, omega=ZERO)
     write_jump(p, y, before, after, Wrench(force, moment))
 
 
 @routine
-def strike(contact, p, t, x, y):
+def strike(p, t, x, y):
     """Give the load in y its velocities after an impact, and its points their modes."""
-    first, before, moved = contact_index(p), body_state(p, x), displacement_at(contact.surface.motion, t)
-    n, body = len(contact.points), body_of(p, x)
+    contact, first, before, body = p.contact, contact_index(p), body_state(p, x), load_of(p, x)
+    n, moved = len(contact.points), displacement_at(contact.surface.motion, t)
     touching = np.zeros(n)
     for i in range(n):
         if is_closed(x, first, i) or contact_point(contact, i, moved, before).gap <= NEAR:
@@ -227,7 +199,7 @@ def strike(contact, p, t, x, y):
 @routine
 def write_jump(p, y, before, after, impulse):
     """Write the load's velocities after a jump into state y, and the work of its impulses into the meter."""
-    nq, first, modes = falls_layout(p)
+    nq, first, modes = layout_of(p)
     i = nq + first
     y[i], y[i + 1], y[i + 2] = coordinate_velocity(after)
     y[i + 3], y[i + 4], y[i + 5], y[i + 6] = quaternion_rate(before.quaternion, after.omega)

@@ -24,61 +24,43 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.models.attitude import align_quaternion, angular_velocity_of, quaternion_acceleration, rotation_of
 from crane_sim.models.contact.forces import add_contact
-from crane_sim.models.contact.rigid import NormalForces
 from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
 from crane_sim.models.effects import PayloadDrag, PayloadForce
-from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.moving_base import (
-    base_kinematics_at,
-    cross,
-    dot,
-    imposed_acceleration,
-    rotate_to_base,
-    to_turned_axes,
-)
+from crane_sim.models.moving_base import base_kinematics_at, rotate_to_base, to_turned_axes
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.backlash import drive_accelerations, play_power
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
+from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.joint_modes import write_friction_rates
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
 from crane_sim.models.supports.support import (
     Dynamics,
     Posture,
     Support,
-    accelerations,
     arm_of,
     bare_tip,
-    base_efforts,
-    compute_dynamics,
     compute_posture,
     coordinate_count,
     drive_power,
-    joint_efforts,
-    net_efforts,
-    prescribed_accelerations,
     read_state,
-    tip_efforts,
-    wind_efforts,
-    yaw_efforts,
 )
-from crane_sim.models.suspended.crane import load_force
-from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, current_load, exchange_modes
+from crane_sim.models.suspended.crane import load_force, solve_support
+from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, load_of
+from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
 from crane_sim.models.suspended.load_dynamics import (
     BodyState,
-    add,
     angular_acceleration,
+    centre_acceleration,
     coordinate_acceleration,
     from_centre,
     imposed_load_power,
-    multiply,
-    subtract,
 )
+from crane_sim.models.suspended.winch import mode_of_winch
 from crane_sim.models.wind_load import airflow_at
-from crane_sim.multibody import linear
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.multibody.vectors import scale
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
+from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.wind import Wind
 
@@ -110,6 +92,18 @@ class FallsCrane(NamedTuple):
     wind: Wind | None = None
     contact: RigidContact | CompliantContact | None = None
     exchange: Exchange | None = None  # of the load
+
+    def hanging_coordinates(self):
+        """Return the number of coordinates of the load: its position and its attitude."""
+        return 7
+
+    def fall_modes(self):
+        """Return the number of falls, each of which has a mode."""
+        return len(self.falls.offset)
+
+    def fixed_length(self):
+        """Return the unstretched length [m] of the falls, where no hoist changes it."""
+        return self.falls.length
 
 
 class Fall(NamedTuple):
@@ -149,54 +143,21 @@ class FallsSolution(NamedTuple):
     tip_force: tuple[float, float, float]  # N, of all falls on the tip, in the tree's axes
     tau: Any  # efforts on the coordinates of drives, springs, base, wind and falls
     net: Any  # what accelerates the coordinates: `net_efforts`
+    paid: float  # N, pull of all falls on their length
     command: Any  # efforts of the drives
     base: Any
     normal_forces: Any  # of contact, None without
 
 
-def falls_layout(p):
-    """Return (number nq of coordinates, index of the load's first one, index of the first mode)."""
-    first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
-    nq = first + 7
-    return nq, first, 2 * nq + meter_size(p.energy_meter)
-
-
-def winch_index(p):
-    """Return the index of the winch's mode, where it has friction."""
-    return falls_layout(p)[2] + len(p.falls.offset)
-
-
-def exchange_index(p):
-    """Return the index of the number of exchanges, where the model has it."""
-    return winch_index(p) + hoist_modes(p.hoist)
-
-
-@generic
-def common_length(hoist, p, x, nq):
-    """Return (unstretched length [m] of the falls, its rate [m/s])."""
-    i = coordinate_count(p.support)
-    return x[i], x[nq + i]
-
-
-@common_length.register(type(None))
-def _(hoist, p, x, nq):
-    return p.falls.length, 0.0
-
-
 def body_state(p, x):
     """Return the load's kinematics in state x."""
-    nq, first, _ = falls_layout(p)
+    nq, first, _ = layout_of(p)
     quaternion, rate = align_quaternion(x, first + 3, nq + first + 3)
     i = nq + first
     position, velocity = (x[first], x[first + 1], x[first + 2]), (x[i], x[i + 1], x[i + 2])
     omega = angular_velocity_of(quaternion, rate)
     state = BodyState(position, velocity, rotation_of(quaternion), omega, quaternion)
-    return body_of_coordinates(p.exchange, p.load, x, exchange_index(p), state)
-
-
-def body_of(p, x):
-    """Return the parameters of the load in state x."""
-    return current_load(p.exchange, p.load, x, exchange_index(p))
+    return body_of_coordinates(p, x, state)
 
 
 def fall_state(falls, i, pose, tip, load, length):
@@ -223,35 +184,25 @@ def fall_state(falls, i, pose, tip, load, length):
     return Fall(n, lever, top, spring, spring + damping, damping * rate, rate)
 
 
-@generic
 def taut_fall(contact, fall):
-    """Return a taut fall as it pulls."""
-    return fall
+    """Return a taut fall as it pulls: beside a load that is held a slack one where it would push.
 
-
-@taut_fall.register(RigidContact)
-@taut_fall.register(CompliantContact)
-def _(contact, fall):
-    return without_push(fall)
-
-
-def without_push(fall):
-    """Return the fall, a slack one where it would push: less than a step's guards see, beside a load that is held."""
-    if fall.tension >= 0.0:
+    It pushes by less than a step's guards see.
+    """
+    if contact is None:
         return fall
-    return Fall(fall.n, fall.lever, fall.top, fall.spring, 0.0, -fall.spring * fall.rate, fall.rate)
+    return fall if fall.tension >= 0.0 else fall._replace(tension=0.0, damping=-fall.spring * fall.rate)
 
 
-def sum_falls(p, x, pose, tip, load):
+def sum_falls(p, x, pose, tip, load, length):
     """Return the Pull of all falls; arguments of `fall_state`."""
-    nq, _, modes = falls_layout(p)
+    _, _, modes = layout_of(p)
     force, moment, couple, paid, damping = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0
-    length = common_length(p.hoist, p, x, nq)
     for i in range(len(p.falls.offset)):
         taut = x[modes + i]
         fall = taut_fall(p.contact, fall_state(p.falls, i, pose, tip, load, length))
         tension = taut * fall.tension
-        pull = tension * fall.n[0], tension * fall.n[1], tension * fall.n[2]
+        pull = scale(tension, fall.n)
         force, moment = add(force, pull), add(moment, cross(fall.lever, pull))
         fx, fy, _ = to_turned_axes(pull, *pose.heading)
         couple -= fall.top[0] * fy - fall.top[1] * fx
@@ -263,33 +214,27 @@ def sum_falls(p, x, pose, tip, load):
 
 def kinematics_of(p, x):
     """Return what `fall_state` takes besides the falls and a number, in state x."""
-    nq, _, _ = falls_layout(p)
+    nq, _, _ = layout_of(p)
     pose = compute_posture(p.support, read_state(p.support, x, nq))
-    return pose, bare_tip(pose), body_state(p, x), common_length(p.hoist, p, x, nq)
+    return pose, bare_tip(pose), body_state(p, x), rope_length(p, x)
 
 
 @routine
 def solve_dynamics(p, t, x, tau):
     """Return motion and forces at time t in state x under joint efforts tau."""
-    nq, _, _ = falls_layout(p)
-    pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
-    load, body, turn = body_state(p, x), body_of(p, x), pose.kinematics.turn
-    pull, flow = sum_falls(p, x, pose, bare_tip(pose), load), airflow_at(p.wind, p.base, t, 0.0)
+    (nq, _, _), base, body = layout_of(p), base_kinematics_at(p.base, p.gravity, t), load_of(p, x)
+    kinematics = kinematics_of(p, x)
+    pose, _, load, motion = kinematics
+    pull, flow = sum_falls(p, x, *kinematics), airflow_at(p.wind, p.base, t, 0.0)
     given = load_force(p, body, t, flow, base, load)
-    dynamics = compute_dynamics(p.support, pose)
-    efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
-    efforts = linear.add(efforts, wind_efforts(pose, flow, base))
-    efforts = linear.add(efforts, yaw_efforts(pose, pull.couple))
-    tip_force = scale(-1.0, to_tree_axes(turn, pull.force))
-    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, tip_force))
-    qdd = accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
-    motion, at = (*common_length(p.hoist, p, x, nq), p.gravity), (nq + coordinate_count(p.support), winch_index(p))
-    inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
+    tip_force = scale(-1.0, to_tree_axes(pose.kinematics.turn, pull.force))
+    dynamics, efforts, net, qdd = solve_support(p, pose, tau, flow, base, pull.couple, tip_force)
+    at = nq + coordinate_count(p.support), winch_index(p)
+    inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, (*motion, p.gravity))
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
     centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    return FallsSolution(
-        pose, dynamics, qdd, length, centre, alpha, load, pull, given, tip_force, efforts, net, tau, base, normal_forces
-    )
+    solution = pose, dynamics, qdd, length, centre, alpha, load, pull, given, tip_force, efforts, net, pull.paid, tau
+    return FallsSolution(*solution, base, normal_forces)
 
 
 def load_acceleration(p, body, base, load, pull, given):
@@ -298,27 +243,16 @@ def load_acceleration(p, body, base, load, pull, given):
     `given` is by `load_force`.
     """
     force, moment = given
-    ax, ay, az = add(pull.force, force)
-    imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
-    centre = imposed[0] + ax / m, imposed[1] + ay / m, imposed[2] + az / m - p.gravity
+    centre = centre_acceleration(body, base, load, add(pull.force, force), p.gravity)
     alpha = angular_acceleration(body, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
     return centre, alpha
 
 
-def contact_index(p):
-    """Return the index of the first mode of contact."""
-    return exchange_index(p) + exchange_modes(p.exchange)
-
-
 @system.rhs_into.register(FallsCrane)
-def _(p, t, x, u, out, work):
-    write_falls_derivative(p, t, x, u, out)
-
-
 @routine
-def write_falls_derivative(p, t, x, u, out):
+def write_falls_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, modes = falls_layout(p)
+    nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     solved, ns = solve_dynamics(p, t, x, tau), coordinate_count(p.support)
     for i in range(nq):
@@ -337,29 +271,17 @@ def write_falls_derivative(p, t, x, u, out):
         out[nq + len(solved.support) + k] = drive_acc
     write_friction_rates(p.support, solved.pose.state, out)
     if modes > 2 * nq:
-        out[2 * nq] = falls_power(p, t, x, solved)
+        out[2 * nq] = falls_power(p, x, solved)
 
 
-def falls_power(p, t, x, solved):
+def falls_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    (nq, _, _), body = falls_layout(p), body_of(p, x)
-    load, pull, motion = solved.load, solved.pull, (*common_length(p.hoist, p, x, nq), solved.length)
+    load, pull, motion = solved.load, solved.pull, (*rope_length(p, x), solved.length)
     given, moment = solved.given
     power = drive_power(solved.pose, solved.tau, solved.tip_force)
     power += play_power(p.support.drives, solved.command, solved.pose.state)
-    mode = winch_mode(p.hoist, x, winch_index(p))
-    winch = winch_power(p.hoist, solved.command, mode, motion, pull.paid, p.gravity)
-    power += winch + imposed_load_power(solved.base, body, load)
+    winch = winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, pull.paid, p.gravity)
+    power += winch + imposed_load_power(solved.base, load_of(p, x), load)
     power += dot(given, load.velocity) + dot(moment, load.omega)
-    return add_contact_power(solved.normal_forces, load, power - pull.damping - pull.couple * solved.pose.yaw_rate)
-
-
-@generic
-def add_contact_power(normal_forces, load, power):
-    """Return the sum of `power` [W] and the power of contact."""
-    return power
-
-
-@add_contact_power.register(NormalForces)
-def _(normal_forces, load, power):
-    return power + wrench_power(normal_forces.wrench, load)
+    power = power - pull.damping - pull.couple * solved.pose.yaw_rate
+    return power if p.contact is None else power + wrench_power(solved.normal_forces.wrench, load)

@@ -8,35 +8,25 @@ momentum of the two bodies together are those of the one.
 from crane_sim.models.attitude import quaternion_rate
 from crane_sim.models.contact.surface import RigidContact, contact_point, displacement_at
 from crane_sim.models.falls.contact_events import fill_contact
-from crane_sim.models.falls.crane import FallsCrane, body_of, body_state, exchange_index, falls_layout
+from crane_sim.models.falls.crane import FallsCrane, body_state
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.moving_base import cross
-from crane_sim.models.suspended.exchange import DONE, Exchange, carry, describe_exchange, join, vector_at
-from crane_sim.models.suspended.load_dynamics import add, coordinate_velocity, multiply, subtract
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.models.suspended.exchange import DONE, carried_energy, describe_exchange, join, load_of, vector_at
+from crane_sim.models.suspended.layout import exchange_index, layout_of
+from crane_sim.models.suspended.load_dynamics import coordinate_velocity
+from crane_sim.multibody.vectors import add, cross, multiply, subtract
+from crane_sim.numerics.jit import routine
 
 SEAT = 1e-6  # m: no deeper than this a point may be below the surface when its load is taken up
 
 
-@generic
-def exchange_body(exchange, p, t, x, number):
-    """Return (state after the exchange, its event, whether the run goes on)."""
-    return x, number, False
-
-
-@exchange_body.register(Exchange)
-def _(exchange, p, t, x, number):
-    return apply_exchange(p, t, x)
-
-
 @routine
 def apply_exchange(p, t, x):
-    """Return the result of `exchange_body` for the next exchange."""
-    (nq, first, modes), mode = falls_layout(p), exchange_index(p)
+    """Return (state after the next exchange, its event, whether the run goes on)."""
+    (nq, first, modes), mode = layout_of(p), exchange_index(p)
     k, y = int(x[mode]), x.copy()
     y[mode] += 1.0
-    before, after, state = body_of(p, x), body_of(p, y), body_state(p, x)
-    energy = carry(before, after, state).energy
+    before, after, state = load_of(p, x), load_of(p, y), body_state(p, x)
+    energy = carried_energy(before, after, state)
     if p.exchange.carried[k] == 0.0:
         joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
         turned = multiply(state.rows, cross(subtract(joined.omega, state.omega), p.load.attachment))
@@ -46,18 +36,15 @@ def apply_exchange(p, t, x):
     if modes > 2 * nq:
         lifted = after.mass * body_state(p, y).position[2] - before.mass * state.position[2]
         y[2 * nq] += energy + p.gravity * lifted
-    fill_contact(p.contact, p, t, y)
-    return y, encode(Guard.PAYLOAD, k, DONE), deepest_point(p.contact, p, t, y) <= SEAT
+    fill_contact(p, t, y)
+    return y, encode(Guard.PAYLOAD, k, DONE), deepest_point(p, t, y) <= SEAT
 
 
-@generic
-def deepest_point(contact, p, t, x):
+def deepest_point(p, t, x):
     """Return how far [m] a point is below a surface that it cannot enter."""
-    return 0.0
-
-
-@deepest_point.register(RigidContact)
-def _(contact, p, t, x):
+    contact = p.contact
+    if not isinstance(contact, RigidContact):
+        return 0.0
     deepest, load, moved = 0.0, body_state(p, x), displacement_at(contact.surface.motion, t)
     for i in range(len(contact.points)):
         deepest = max(deepest, -contact_point(contact, i, moved, load).gap)

@@ -20,22 +20,16 @@ from crane_sim.models.cables.chain_3d import (
     align,
     direction_accelerations,
     hoisted_length_acceleration,
+    row_of,
     solve_tensions,
 )
 from crane_sim.models.effects import PayloadDrag, PayloadForce, add_drag
-from crane_sim.models.energy_meter import Meter, meter_size
+from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import PointLoad, RigidLoad
-from crane_sim.models.moving_base import (
-    airspeed,
-    base_kinematics_at,
-    dot,
-    imposed_acceleration,
-    pose_at,
-    to_base,
-)
+from crane_sim.models.moving_base import airspeed, base_kinematics_at, imposed_acceleration, pose_at, to_base
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.backlash import drive_accelerations, play_power
-from crane_sim.models.supports.hoist import Hoist, hoist_coordinates, hoist_modes
+from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.joint_modes import write_friction_rates
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.support import (
@@ -48,9 +42,7 @@ from crane_sim.models.supports.support import (
     compute_dynamics,
     compute_posture,
     coordinate_count,
-    drive_count,
     drive_power,
-    friction_state_count,
     joint_efforts,
     mobility,
     net_efforts,
@@ -62,10 +54,12 @@ from crane_sim.models.supports.support import (
     tip_rate,
     wind_efforts,
     yaw,
+    yaw_efforts,
 )
-from crane_sim.models.suspended.exchange import Exchange, current_load, exchange_modes
+from crane_sim.models.suspended.exchange import Exchange, load_of
+from crane_sim.models.suspended.layout import layout_of, rope_length, winch_index
 from crane_sim.models.suspended.load_dynamics import (
-    add,
+    centre_acceleration,
     end_acceleration_across,
     end_acceleration_free,
     end_mobility,
@@ -80,7 +74,7 @@ from crane_sim.models.suspended.torsion import (
     Torsion,
     add_twist_power,
     push_nodes,
-    twist_efforts,
+    twist_couple,
     twist_load,
     twist_of,
     twist_tip,
@@ -88,7 +82,8 @@ from crane_sim.models.suspended.torsion import (
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody import linear
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.multibody.vectors import ZERO, add, dot, scale
+from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
@@ -111,6 +106,18 @@ class SuspendedCrane(NamedTuple):
     exchange: Exchange | None = None  # of the load
     torsion: Torsion | None = None  # of the rope, above a load that is a body
 
+    def hanging_coordinates(self):
+        """Return the number of coordinates of what hangs: unit vectors of links, and the load's own."""
+        return 3 * len(self.cable.masses) + load_coordinates(self.load)
+
+    def fall_modes(self):
+        """Return the number of modes of falls: rigid links have none."""
+        return 0
+
+    def fixed_length(self):
+        """Return the length [m] of the first link, where no hoist changes it."""
+        return self.cable.lengths[0]
+
 
 class Work(NamedTuple):
     """Work arrays of one evaluation."""
@@ -131,6 +138,7 @@ class SuspendedSolution(NamedTuple):
     tip_force: tuple[float, float, float]  # N, of rope and torsion on the tip, in the axes of the base
     tau: Any  # efforts on the coordinates of drives, springs, base, wind and torsion
     net: Any  # what accelerates the coordinates: `net_efforts`, with those of the rope
+    paid: float  # N, pull of the first link on its length
     command: Any  # efforts of the drives
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
@@ -140,64 +148,31 @@ class SuspendedSolution(NamedTuple):
     twist: Any  # `Twist` of the rope, None without torsion
 
 
-def suspended_layout(p):
-    """Return (number nq of coordinates, index of the first link's, index of the first mode)."""
-    first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
-    nq = first + 3 * len(p.cable.masses) + load_coordinates(p.load)
-    return nq, first, 2 * nq + meter_size(p.energy_meter)
-
-
-def mode_count(p):
-    """Return the number of floats of the state's modes: the winch's or those of exchanges, then those of drives."""
-    return hoist_modes(p.hoist) + exchange_modes(p.exchange) + drive_count(p.support) + friction_state_count(p.support)
-
-
-@generic
-def first_length(hoist, p, x, nq):
-    """Return (length [m], rate [m/s]) of the first link."""
-    i = coordinate_count(p.support)
-    return x[i], x[nq + i]
-
-
-@first_length.register(type(None))
-def _(hoist, p, x, nq):
-    return p.cable.lengths[0], 0.0
-
-
 @system.workspace.register(SuspendedCrane)
-def _(p):
-    return work_arrays(p.cable.masses, p.cable.lengths)
-
-
 @routine
-def work_arrays(masses, lengths):
+def work_arrays(p):
     """Return work arrays with what does not change."""
-    n = len(masses)
-    links = Directions(np.empty((n, 3)), np.empty((n, 3)), np.empty(n), lengths.copy(), 1.0 / masses)
+    n = len(p.cable.masses)
+    links = Directions(np.empty((n, 3)), np.empty((n, 3)), np.empty(n), p.cable.lengths.copy(), 1.0 / p.cable.masses)
     return Work(links, np.zeros((n + 1, 3)), np.empty(n), np.empty(n))
 
 
 def fill_directions(p, x, links):
     """Fill the links with those of state x, put back on what they hold."""
-    nq, first, _ = suspended_layout(p)
+    nq, first, _ = layout_of(p)
     for k in range(len(p.cable.masses)):
         unit, rate = align(x, first + 3 * k, nq + first + 3 * k)
         links.units[k, 0], links.units[k, 1], links.units[k, 2] = unit
         links.rates[k, 0], links.rates[k, 1], links.rates[k, 2] = rate
-        links.squared_rates[k] = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2]
-    links.lengths[0] = first_length(p.hoist, p, x, nq)[0]
+        links.squared_rates[k] = dot(rate, rate)
+    links.lengths[0] = rope_length(p, x)[0]
 
 
 def next_node(links, k, rate, node):
     """Return (position, velocity) of the lower end of link k, whose upper end is `node`; rate: of its length."""
-    (x, y, z), (vx, vy, vz) = node
-    a, b, c, length = links.units[k, 0], links.units[k, 1], links.units[k, 2], links.lengths[k]
-    velocity = (
-        vx + length * links.rates[k, 0] + rate * a,
-        vy + length * links.rates[k, 1] + rate * b,
-        vz + length * links.rates[k, 2] + rate * c,
-    )
-    return (x + length * a, y + length * b, z + length * c), velocity
+    (position, velocity), unit, length = node, row_of(links.units, k), links.lengths[k]
+    velocity = add(add(velocity, scale(length, row_of(links.rates, k))), scale(rate, unit))
+    return add(position, scale(length, unit)), velocity
 
 
 def fill_node_accelerations(p, base, links, rate, node, acc):
@@ -218,8 +193,7 @@ def fill_node_accelerations(p, base, links, rate, node, acc):
         rate = 0.0
         x, y, z = imposed_acceleration(base, node[0], node[1])
         acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = x, y, z - p.gravity
-        (vx, vy, vz) = node[1]
-        power += (x * vx + y * vy + z * vz) * p.cable.masses[k]
+        power += dot((x, y, z), node[1]) * p.cable.masses[k]
     return next_node(links, n - 1, rate, node), power
 
 
@@ -232,21 +206,33 @@ def load_force(p, body, t, flow, base, load):
         t, flow, base, load: time [s], wind in the base's axes, base and kinematics of the load.
     """
     air = airspeed(base, load.position, load.velocity)
-    force = add_given_force(p.force, add_drag(p.drag, (0.0, 0.0, 0.0), air), p.base, t)
+    force = add_given_force(p.force, add_drag(p.drag, ZERO, air), p.base, t)
     wind, moment = wind_on_load(flow, base, body, load)
     return add(force, wind), moment
 
 
-@generic
 def add_given_force(given, force, base, t):
     """Return the force (3,) [N] plus the given one on the payload at time t, in the axes of the base."""
-    return force
+    if given is None:
+        return force
+    whole = value_at(given.x, t), value_at(given.y, t), value_at(given.z, t)
+    return add(force, to_base(pose_at(base, t), whole))
 
 
-@add_given_force.register(PayloadForce)
-def _(given, force, base, t):
-    x, y, z = to_base(pose_at(base, t), (value_at(given.x, t), value_at(given.y, t), value_at(given.z, t)))
-    return force[0] + x, force[1] + y, force[2] + z
+def solve_support(p, pose, tau, flow, base, couple, force):
+    """Return (Dynamics, efforts, what accelerates the coordinates, their accelerations) of the support.
+
+    Args:
+        p, pose: the crane, and the posture of its support.
+        tau, flow, base: efforts of drives, wind in the base's axes, base.
+        couple, force: about the vertical [N m], and (3,) [N] on the tip, in the tree's axes: of what hangs.
+    """
+    dynamics = compute_dynamics(p.support, pose)
+    efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
+    efforts = linear.add(efforts, wind_efforts(pose, flow, base))
+    efforts = linear.add(efforts, yaw_efforts(pose, couple))
+    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, force))
+    return dynamics, efforts, net, accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
 
 
 @routine
@@ -255,40 +241,33 @@ def solve_dynamics(p, t, x, tau, work):
 
     The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
     """
-    nq, _, end = suspended_layout(p)
-    body, (links, acc, tension, ratio) = current_load(p.exchange, p.load, x, end), work
+    nq, _, _ = layout_of(p)
+    body, (links, acc, tension, ratio) = load_of(p, x), work
     fill_directions(p, x, links)
-    n, (length, rate) = len(tension), first_length(p.hoist, p, x, nq)
+    n, (length, rate) = len(tension), rope_length(p, x)
     pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
     node, power = fill_node_accelerations(p, base, links, rate, bare_tip(pose), acc)
     load = load_state(body, x, nq, node)
-    last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
+    last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(body, load, last)
     twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
     push_nodes(twist, links, acc)
     flow = airflow_at(p.wind, p.base, t, 0.0)
     given = load_force(p, body, t, flow, base, load)
-    (fx, fy, fz), moment = twist_load(twist, links, body, load, *given)
-    imposed, m = imposed_acceleration(base, load.position, load.velocity), body.mass
-    free = imposed[0] + fx / m, imposed[1] + fy / m, imposed[2] + fz / m - p.gravity
+    force, moment = twist_load(twist, links, body, load, *given)
+    free = centre_acceleration(body, base, load, force, p.gravity)
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
-    dynamics = compute_dynamics(p.support, pose)
-    efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
-    efforts = linear.add(efforts, wind_efforts(pose, flow, base))
-    efforts = linear.add(efforts, twist_efforts(twist, pose))
-    beside = to_tree_axes(pose.kinematics.turn, twist_tip(twist, links, (0, 0, 0)))
-    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, beside))
-    qdd = accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
+    pulled = twist_couple(twist), to_tree_axes(pose.kinematics.turn, twist_tip(twist, links, ZERO))
+    dynamics, efforts, net, qdd = solve_support(p, pose, tau, flow, base, *pulled)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
-    first = links.units[0, 0], links.units[0, 1], links.units[0, 2]
-    levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, first))
+    levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
     answer = responses(dynamics, levers)
-    at = nq + coordinate_count(p.support), end
-    hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, (length, rate, p.gravity))
+    at, motion = (nq + coordinate_count(p.support), winch_index(p)), (length, rate, p.gravity)
+    hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
     top = SupportEnd(mobility(dynamics, levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     length_acc = hoisted_length_acceleration(links, top, acc, tension)
-    pull = twist_tip(twist, links, (tension[0] * first[0], tension[0] * first[1], tension[0] * first[2]))
+    pull = twist_tip(twist, links, scale(tension[0], upper))
     net = linear.add(net, linear.scale(tension[0], levers))
     qdd = linear.add(qdd, linear.scale(tension[0], answer))
     moved = tip_rate(pose, answer)
@@ -298,20 +277,16 @@ def solve_dynamics(p, t, x, tau, work):
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
     return SuspendedSolution(
-        pose, dynamics, qdd, length_acc, pull, efforts, net, tau, load, base, power, given, moment, twist
+        pose, dynamics, qdd, length_acc, pull, efforts, net, tension[0], tau, load, base, power, given, moment, twist
     )
 
 
 @system.rhs_into.register(SuspendedCrane)
-def _(p, t, x, u, out, work):
-    write_suspended_derivative(p, t, x, u, out, work)
-
-
 @routine
 def write_suspended_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, end = suspended_layout(p)
-    body, tau = current_load(p.exchange, p.load, x, end), system.effort(u, p, t, x)
+    nq, first, end = layout_of(p)
+    body, tau = load_of(p, x), system.effort(u, p, t, x)
     links, acc, tension, _ = work
     solved, n, ns = solve_dynamics(p, t, x, tau, work), len(tension), coordinate_count(p.support)
     for i in range(nq):
@@ -325,27 +300,25 @@ def write_suspended_derivative(p, t, x, u, out, work):
         out[nq + len(solved.support) + i] = drive_acc
     if first > ns:
         out[nq + ns] = solved.length
-    top = SupportEnd(0.0, 0.0, 0.0, first_length(p.hoist, p, x, nq)[1])
+    top = SupportEnd(0.0, 0.0, 0.0, rope_length(p, x)[1])
     direction_accelerations(links, top, acc, tension, out, nq + first)
-    last = links.units[n - 1, 0], links.units[n - 1, 1], links.units[n - 1, 2]
-    pull = last, tension[n - 1], solved.moment
-    write_load_acceleration(body, solved.base, solved.load, pull, (out, nq + first + 3 * n))
+    pull = row_of(links.units, n - 1), tension[n - 1], solved.moment
+    write_load_acceleration(body, solved.base, solved.load, pull, out, nq + first + 3 * n)
     if end > 2 * nq:
-        out[2 * nq] = suspended_power(p, t, x, solved, work)
+        out[2 * nq] = suspended_power(p, x, solved)
     for i in range(end, len(out)):
         out[i] = 0.0
     write_friction_rates(p.support, solved.pose.state, out)
 
 
-def suspended_power(p, t, x, solved, work):
+def suspended_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    nq, _, end = suspended_layout(p)
-    body = current_load(p.exchange, p.load, x, end)
-    motion, load = (*first_length(p.hoist, p, x, nq), solved.length), solved.load
+    motion, load = (*rope_length(p, x), solved.length), solved.load
     force, moment = solved.given
     pull = to_tree_axes(solved.pose.kinematics.turn, solved.tip_force)
     power = drive_power(solved.pose, solved.tau, pull) + solved.base_power
-    power += winch_power(p.hoist, solved.command, winch_mode(p.hoist, x, end), motion, work.tension[0], p.gravity)
+    mode = winch_mode(p.hoist, x, winch_index(p))
+    power += winch_power(p.hoist, solved.command, mode, motion, solved.paid, p.gravity)
     power += play_power(p.support.drives, solved.command, solved.pose.state)
     power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
-    return power + dot(force, load.velocity) + moment_power(body, load, moment)
+    return power + dot(force, load.velocity) + moment_power(p.load, load, moment)

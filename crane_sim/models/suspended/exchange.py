@@ -13,15 +13,13 @@ Then the cable's impulses hold P (`impulses`).
 from typing import Any, NamedTuple
 
 from crane_sim.models.guards import Guard, encode, smaller_guard
-from crane_sim.models.loads import RigidLoad
-from crane_sim.models.moving_base import cross, dot, rotate_to_base
-from crane_sim.models.suspended.load_dynamics import ChangedBody, add, multiply, subtract
+from crane_sim.models.loads import PointLoad, RigidLoad
+from crane_sim.models.moving_base import rotate_to_base
+from crane_sim.models.suspended.layout import exchange_index
 from crane_sim.models.wind_load import Windage
-from crane_sim.numerics.jit import generic
-from crane_sim.numerics.states import replace_field
+from crane_sim.multibody.vectors import ZERO, Vector, add, cross, dot, multiply, scale, subtract
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
-Vector = tuple[float, float, float]
 INERTIA, INVERSE, ATTACHMENT, CENTRE = 0, 9, 18, 21
 """Columns of `Exchange.bodies`."""
 COLUMNS = 24
@@ -48,39 +46,15 @@ class Joined(NamedTuple):
     energy: float  # J, kinetic, less that of the load before
 
 
-@generic
-def exchange_modes(exchange):
-    """Return the number of floats that the exchange adds to the state: how many exchanges there were."""
-    return 1
-
-
-@exchange_modes.register(type(None))
-def _(exchange):
-    return 0
-
-
-@generic
-def count_exchanges(exchange, t, x, mode):
-    """Write the number of exchanges before time t [s] into state x at index `mode`."""
-
-
-@count_exchanges.register(Exchange)
-def _(exchange, t, x, mode):
+def count_exchanges(p, t, x):
+    """Write the number of exchanges before time t [s] into state x."""
+    if p.exchange is None:
+        return
+    mode = exchange_index(p)
     x[mode] = 0.0
-    for time in exchange.times:
+    for time in p.exchange.times:
         if time < t:
             x[mode] += 1.0
-
-
-@generic
-def windage_of_row(windage, exchange, k):
-    """Return the windage of load k: None where no load has any."""
-    return windage
-
-
-@windage_of_row.register(Windage)
-def _(windage, exchange, k):
-    return Windage(exchange.windages[k, 0], exchange.windages[k, 1])
 
 
 def vector_at(rows, k, i):
@@ -93,77 +67,45 @@ def matrix_at(rows, k, i):
     return vector_at(rows, k, i), vector_at(rows, k, i + 3), vector_at(rows, k, i + 6)
 
 
-@generic
-def scheduled_load(load, exchange, k):
-    """Return load k of the schedule; `load` is the first one."""
-    load = replace_field(load, "mass", exchange.masses[k])
-    return replace_field(load, "windage", windage_of_row(load.windage, exchange, k))
-
-
-@scheduled_load.register(RigidLoad)
-def _(load, exchange, k):
-    rows, windage = exchange.bodies, windage_of_row(load.windage, exchange, k)
+def load_of(p, x) -> Any:
+    """Return the parameters of the load in state x."""
+    if p.exchange is None:
+        return p.load
+    k, rows = int(x[exchange_index(p)]), p.exchange.bodies
+    mass, windage = p.exchange.masses[k], p.load.windage
+    if windage is not None:
+        windage = Windage(p.exchange.windages[k, 0], p.exchange.windages[k, 1])
+    if isinstance(p.load, PointLoad):
+        return PointLoad(mass, windage)
     tensor, inverse = matrix_at(rows, k, INERTIA), matrix_at(rows, k, INVERSE)
-    attachment, centre = vector_at(rows, k, ATTACHMENT), vector_at(rows, k, CENTRE)
-    return RigidLoad(exchange.masses[k], tensor, inverse, attachment, windage, centre)
+    return RigidLoad(mass, tensor, inverse, vector_at(rows, k, ATTACHMENT), windage, vector_at(rows, k, CENTRE))
 
 
-@generic
-def current_load(exchange, load, x, mode):
-    """Return the load in state x, whose exchanges are counted at index `mode`; `load` is the first one."""
-    return load
+def body_of_coordinates(p, x, state):
+    """Return the BodyState of the load in state x, from that of its coordinates: the first load's centre of mass."""
+    if p.exchange is None:
+        return state
+    k = int(x[exchange_index(p)])
+    c = subtract(p.load.attachment, vector_at(p.exchange.bodies, k, ATTACHMENT))
+    position = add(state.position, multiply(state.rows, c))
+    velocity = add(state.velocity, multiply(state.rows, cross(state.omega, c)))
+    return state._replace(position=position, velocity=velocity, centre=c, number=k)
 
 
-@current_load.register(Exchange)
-def _(exchange, load, x, mode):
-    return scheduled_load(load, exchange, int(x[mode]))
-
-
-@generic
-def body_of_coordinates(exchange, load, x, mode, state):
-    """Return the kinematics of the load in state x, its coordinates being those of the first load's centre of mass.
-
-    Args:
-        exchange, load, x, mode: as of `current_load`.
-        state: BodyState of the coordinates.
-    """
-    return state
-
-
-@body_of_coordinates.register(Exchange)
-def _(exchange, load, x, mode, state):
-    position, velocity, rows, omega, quaternion = state
-    k = int(x[mode])
-    c = subtract(load.attachment, vector_at(exchange.bodies, k, ATTACHMENT))
-    position, velocity = add(position, multiply(rows, c)), add(velocity, multiply(rows, cross(omega, c)))
-    return ChangedBody(position, velocity, rows, omega, quaternion, c, k)
-
-
-@generic
-def exchange_guard(exchange, best, t, x, mode):
+def exchange_guard(p, best, t, x):
     """Return the smaller one of `best` and the guard of the next exchange of the load."""
-    return best
+    if p.exchange is None:
+        return best
+    times, k = p.exchange.times, int(x[exchange_index(p)])
+    return smaller_guard(best, times[k] - t, encode(Guard.PAYLOAD, k)) if k < len(times) else best
 
 
-@exchange_guard.register(Exchange)
-def _(exchange, best, t, x, mode):
-    k = int(x[mode])
-    return smaller_guard(best, exchange.times[k] - t, encode(Guard.PAYLOAD, k)) if k < len(exchange.times) else best
-
-
-@generic
 def with_exchange_switching(exchange, switching):
     """Return the result of `system.switching`: `switching` without exchanges."""
-    return switching
-
-
-@with_exchange_switching.register(Exchange)
-def _(exchange, switching):
     # no `step_control`: a step to an exchange at the start of a period would have no size
-    return Switching(EVENT_LOG_CAPACITY, 0, None)
+    return switching if exchange is None else Switching(EVENT_LOG_CAPACITY, 0, None)
 
 
-@generic
 def join(load, after, state, velocity):
     """Return what the load and what it takes up become, `Joined`.
 
@@ -173,23 +115,20 @@ def join(load, after, state, velocity):
         state: kinematics of the load.
         velocity: of what is taken up (3,) [m/s], relative to the base and in its axes.
     """
-    share, v = (after.mass - load.mass) / after.mass, state.velocity
-    dx, dy, dz = subtract(velocity, v)
-    jump = share * dx, share * dy, share * dz
+    if isinstance(load, RigidLoad):
+        return join_bodies(load, after, state, velocity)
+    v = state.velocity
+    jump = scale((after.mass - load.mass) / after.mass, subtract(velocity, v))
     new = add(v, jump)
-    return Joined(jump, (0.0, 0.0, 0.0), 0.5 * (after.mass * dot(new, new) - load.mass * dot(v, v)))
+    return Joined(jump, ZERO, 0.5 * (after.mass * dot(new, new) - load.mass * dot(v, v)))
 
 
-@join.register(RigidLoad)
-def _(load, after, state, velocity):
-    m0, m = load.mass, after.mass
-    (x0, y0, z0), (x, y, z) = load.attachment, after.attachment
-    d0, d, w = (-x0, -y0, -z0), (-x, -y, -z), state.omega
-    v, given = rotate_to_base(state.rows, state.velocity), rotate_to_base(state.rows, velocity)
-    more, moment = m - m0, (m * d[0] - m0 * d0[0], m * d[1] - m0 * d0[1], m * d[2] - m0 * d0[2])
-    momentum = m0 * v[0] + more * given[0], m0 * v[1] + more * given[1], m0 * v[2] + more * given[2]
-    cx, cy, cz = cross(d0, v)
-    spin = add(add(multiply(load.inertia, w), (m0 * cx, m0 * cy, m0 * cz)), cross(moment, given))
+def join_bodies(load, after, state, velocity):
+    """Return the result of `join` for rigid bodies."""
+    m0, m, d0, d = load.mass, after.mass, scale(-1.0, load.attachment), scale(-1.0, after.attachment)
+    w, v, given = state.omega, rotate_to_base(state.rows, state.velocity), rotate_to_base(state.rows, velocity)
+    momentum, moment = add(scale(m0, v), scale(m - m0, given)), subtract(scale(m, d), scale(m0, d0))
+    spin = add(add(multiply(load.inertia, w), scale(m0, cross(d0, v))), cross(moment, given))
     omega = multiply(after.inverse_inertia, subtract(spin, cross(d, momentum)))
     centre = momentum[0] / m, momentum[1] / m, momentum[2] / m
     jump = subtract(subtract(centre, cross(omega, d)), subtract(v, cross(w, d0)))
@@ -198,19 +137,17 @@ def _(load, after, state, velocity):
     return Joined(multiply(state.rows, jump), omega, energy)
 
 
-@generic
-def carry(load, after, state):
-    """Return `Joined` of a part that moves with the load, or is let go: no velocity of what stays jumps."""
-    v = state.velocity
-    return Joined((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.5 * (after.mass - load.mass) * dot(v, v))
+def carried_energy(load, after, state):
+    """Return the energy [J] of a part that moves with the load, or is let go: no velocity of what stays jumps.
 
-
-@carry.register(RigidLoad)
-def _(load, after, state):
+    It is kinetic, less that of the load before.
+    """
+    if isinstance(load, PointLoad):
+        return 0.5 * (after.mass - load.mass) * dot(state.velocity, state.velocity)
     w, v0 = state.omega, rotate_to_base(state.rows, state.velocity)
     v = add(v0, cross(w, subtract(load.attachment, after.attachment)))
     energy = 0.5 * (after.mass * dot(v, v) + dot(w, multiply(after.inertia, w)))
-    return Joined((0.0, 0.0, 0.0), w, energy - 0.5 * (load.mass * dot(v0, v0) + dot(w, multiply(load.inertia, w))))
+    return energy - 0.5 * (load.mass * dot(v0, v0) + dot(w, multiply(load.inertia, w)))
 
 
 def describe_exchange(exchange: Exchange, k: int, outcome: int, rods: bool) -> tuple[str, str]:

@@ -19,13 +19,14 @@ from crane_sim.models.cables.chain_3d import (
     SupportEnd,
     direction_accelerations,
     hoisted_length_acceleration,
+    row_of,
     solve_tensions,
 )
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.moving_base import cross, dot, rotate_to_base
+from crane_sim.models.moving_base import rotate_to_base
 from crane_sim.models.supports.hoist import hoist_response
-from crane_sim.models.supports.joint_modes import reset_friction_modes, switch_drive
+from crane_sim.models.supports.joint_modes import reset_friction_modes
 from crane_sim.models.supports.support import (
     bare_tip,
     compute_dynamics,
@@ -39,60 +40,37 @@ from crane_sim.models.supports.support import (
     tip_efforts,
     tip_rate,
 )
-from crane_sim.models.suspended.crane import (
-    fill_directions,
-    first_length,
-    next_node,
-    suspended_layout,
-)
-from crane_sim.models.suspended.exchange import DONE, Exchange, carry, current_load, join, vector_at
-from crane_sim.models.suspended.load_dynamics import (
-    end_acceleration_across,
-    end_mobility,
-    load_state,
-    multiply,
-    subtract,
-)
+from crane_sim.models.suspended.crane import fill_directions, next_node
+from crane_sim.models.suspended.exchange import DONE, carried_energy, join, load_of, vector_at
+from crane_sim.models.suspended.layout import exchange_index, layout_of, rope_length
+from crane_sim.models.suspended.load_dynamics import end_acceleration_across, end_mobility, load_state
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
+from crane_sim.numerics.jit import routine
 
 ROUNDING = 1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
 
 
-@generic
-def exchange_load(exchange, p, t, x, number):
-    """Return the result of `system.apply_reset_map`; without exchanges guards are those of the support."""
-    return switch_drive(p.support, x, read_state(p.support, x, suspended_layout(p)[0]), number)
-
-
-@exchange_load.register(Exchange)
-def _(exchange, p, t, x, number):
-    return apply_exchange(p, t, x, number)
-
-
 @routine
-def apply_exchange(p, t, x, number):
+def apply_exchange(p, t, x):
     """Return (the state after the next exchange, its event, whether the run goes on)."""
-    nq, _, mode = suspended_layout(p)
+    nq, _, modes = layout_of(p)
+    y, mode = x.copy(), exchange_index(p)
     k = int(x[mode])
-    if number != encode(Guard.PAYLOAD, k):
-        return switch_drive(p.support, x, read_state(p.support, x, nq), number)
-    y = x.copy()
     y[mode] += 1.0
-    before, after = current_load(p.exchange, p.load, x, mode), current_load(p.exchange, p.load, y, mode)
-    end = lower_end(p, x)
+    before, after, end = load_of(p, x), load_of(p, y), lower_end(p, x)
     state, new_state = load_state(before, x, nq, end), load_state(after, x, nq, end)
     weight, new_weight = p.gravity * before.mass, p.gravity * after.mass
     gained, least = new_weight * new_state.position[2] - weight * state.position[2], 0.0
     if p.exchange.carried[k] > 0.0:
-        gained += carry(before, after, state).energy
+        gained += carried_energy(before, after, state)
     else:
         joined = join(before, after, state, vector_at(p.exchange.velocities, k, 0))
         lost, least = add_jumps(p, after, x, y, state, joined)
         reset_friction_modes(p.support, y, read_state(p.support, y, nq))
         gained += joined.energy - lost
         least += ROUNDING * after.mass * sqrt(dot(joined.jump, joined.jump))
-    if mode > 2 * nq:
+    if modes > 2 * nq:
         y[2 * nq] += gained
     allowed = p.stops.taut == 0.0 or least >= 0.0
     return y, encode(Guard.PAYLOAD, k, DONE), allowed
@@ -100,8 +78,8 @@ def apply_exchange(p, t, x, number):
 
 def lower_end(p, x):
     """Return (position, velocity) of the cable's lower end in state x, relative to the base."""
-    nq, _, _ = suspended_layout(p)
-    links, (_, rate) = system.workspace(p).links, first_length(p.hoist, p, x, nq)
+    nq, _, _ = layout_of(p)
+    links, (_, rate) = system.workspace(p).links, rope_length(p, x)
     fill_directions(p, x, links)
     node = bare_tip(compute_posture(p.support, read_state(p.support, x, nq)))
     for k in range(len(links.squared_rates)):
@@ -143,12 +121,12 @@ def add_jumps(p, load, x, y, state, joined):
     Returns:
         energy [J] that the impulses take, smallest impulse [N s].
     """
-    (nq, first, _), ns = suspended_layout(p), coordinate_count(p.support)
+    (nq, first, _), ns = layout_of(p), coordinate_count(p.support)
     links, acc, impulse, ratio = system.workspace(p)
     fill_directions(p, x, links)
     links.squared_rates[:], acc[:], n = 0.0, 0.0, len(impulse)
     acc[n, 0], acc[n, 1], acc[n, 2] = joined.jump
-    last, upper = vector_at(links.units, n - 1, 0), vector_at(links.units, 0, 0)
+    last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(load, state, last)
     pose, nothing = posture_at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     turn = pose.kinematics.turn
@@ -162,31 +140,25 @@ def add_jumps(p, load, x, y, state, joined):
     if first > ns:
         y[nq + ns] += hoisted_length_acceleration(links, top, acc, impulse)
         lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
-    pull = to_tree_axes(turn, (impulse[0] * upper[0], impulse[0] * upper[1], impulse[0] * upper[2]))
+    pull = to_tree_axes(turn, scale(impulse[0], upper))
     lost += imposed_work(compute_posture(p.support, read_state(p.support, x, nq)), pull)
     for i, rate in enumerate(answer):
         y[nq + i] += impulse[0] * rate
-    moved = tip_rate(pose, answer)
-    acc[0, 0], acc[0, 1], acc[0, 2] = impulse[0] * moved[0], impulse[0] * moved[1], impulse[0] * moved[2]
-    (ax, ay, az) = end_acceleration_across(load, state, last, impulse[n - 1])
-    acc[n, 0], acc[n, 1], acc[n, 2] = acc[n, 0] + ax, acc[n, 1] + ay, acc[n, 2] + az
+    acc[0, 0], acc[0, 1], acc[0, 2] = scale(impulse[0], tip_rate(pose, answer))
+    across = end_acceleration_across(load, state, last, impulse[n - 1])
+    acc[n, 0], acc[n, 1], acc[n, 2] = add(row_of(acc, n), across)
     rates = np.empty(3 * n)
     direction_accelerations(links, top, acc, impulse, rates, 0)
     for i in range(3 * n):
         y[nq + first + i] += rates[i]
-    write_spin(load, state, (last, impulse[n - 1]), joined.omega, y, nq)
+    if isinstance(load, RigidLoad):
+        write_spin(load, state, (last, impulse[n - 1]), joined.omega, y, nq)
     return lost, impulse.min()
 
 
-@generic
 def write_spin(load, state, pull, omega, y, nq):
-    """Write the rates of the load's own coordinates: those of omega [rad/s] and of (direction, impulse) of a link."""
-
-
-@write_spin.register(RigidLoad)
-def _(load, state, pull, omega, y, nq):
+    """Write the rates of a rigid load's own coordinates: of omega [rad/s] and (direction, impulse) of a link."""
     n, impulse = pull
-    a, b, c = multiply(load.inverse_inertia, cross(load.attachment, rotate_to_base(state.rows, n)))
-    spin = subtract(omega, (impulse * a, impulse * b, impulse * c))
+    turn = multiply(load.inverse_inertia, cross(load.attachment, rotate_to_base(state.rows, n)))
     i = 2 * nq - 4
-    y[i], y[i + 1], y[i + 2], y[i + 3] = quaternion_rate(state.quaternion, spin)
+    y[i], y[i + 1], y[i + 2], y[i + 3] = quaternion_rate(state.quaternion, subtract(omega, scale(impulse, turn)))

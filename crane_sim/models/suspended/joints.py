@@ -19,9 +19,19 @@ from crane_sim.models.single_rope.joint_coordinates import POLE
 from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
 from crane_sim.models.supports.joint_modes import initialize_modes
-from crane_sim.models.supports.support import coordinate_count, read_state, trailing_count, yaw
-from crane_sim.models.suspended.crane import SuspendedCrane, first_length, mode_count, suspended_layout
+from crane_sim.models.supports.support import (
+    coordinate_count,
+    drive_count,
+    friction_state_count,
+    read_state,
+    to_coordinate_order,
+    to_joint_order,
+    trailing_count,
+    yaw,
+)
+from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.exchange import count_exchanges
+from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 
@@ -31,16 +41,32 @@ def has_swing_angles(support):
     return not isinstance(support.structure, DrivenPoint)
 
 
-def swing_count(p):
-    """Return the number of joint coordinates that give the first link."""
-    return 3 if has_swing_angles(p.support) else 3 + hoist_coordinates(p.hoist)
+def swing_start(p):
+    """Return the index of the first link's length among the joints."""
+    return coordinate_count(p.support) - trailing_count(p.support)
 
 
-@routine
-def joint_count(p):
-    """Return the number of joint coordinates."""
-    nq, first, _ = suspended_layout(p)
-    return coordinate_count(p.support) + swing_count(p) + nq - first - 3
+def with_swing(p, row, swing):
+    """Return a row in the order of joints, with (length, θ1, θ2) in place of the first link's coordinates."""
+    start, taken = swing_start(p), hoist_coordinates(p.hoist) + 3
+    out = np.empty(len(row) + 3 - taken)
+    for i in range(start):
+        out[i] = row[i]
+    out[start], out[start + 1], out[start + 2] = swing
+    for i in range(start + 3, len(out)):
+        out[i] = row[i + taken - 3]
+    return out
+
+
+def without_swing(p, row):
+    """Return a row in the order of joints with the length, where a hoist changes it, and 0 for the unit vector."""
+    start, taken = swing_start(p), hoist_coordinates(p.hoist) + 3
+    out = np.zeros(len(row) + taken - 3)
+    for i in range(start + hoist_coordinates(p.hoist)):
+        out[i] = row[i]
+    for i in range(start + 3, len(row)):
+        out[i + taken - 3] = row[i]
+    return out
 
 
 def angles_of(n, rates):
@@ -60,12 +86,12 @@ def vector_of(angles, rates):
     return n, (c2 * w2, c2 * c1 * w1 - s2 * s1 * w2, c2 * s1 * w1 + s2 * c1 * w2)
 
 
-def in_turning_frame(p, x, v, i, nq):
-    """Return (unit vector, its rates) of the first link in the support's frame; v: rates begin there, i: the vector."""
-    angle = yaw(p.support, read_state(p.support, x, nq).q)
-    s, c = sincos(angle)
+def in_turning_frame(p, x):
+    """Return (unit vector, its rates) of the first link in the support's frame."""
+    nq, i, _ = layout_of(p)
+    s, c = sincos(yaw(p.support, read_state(p.support, x, nq).q))
     n = to_turned_axes((x[i], x[i + 1], x[i + 2]), s, c)
-    x1, y1, z1 = to_turned_axes((x[v + i], x[v + i + 1], x[v + i + 2]), s, c)
+    x1, y1, z1 = to_turned_axes((x[nq + i], x[nq + i + 1], x[nq + i + 2]), s, c)
     w = yaw_entry(p.support, x, nq)
     return n, (x1 + w * n[1], y1 - w * n[0], z1)
 
@@ -76,90 +102,72 @@ def yaw_entry(support, row, i):
 
 
 @system.joints.register(SuspendedCrane)
-def _(p, x):
-    return joint_arrays(p, x)
-
-
 @routine
 def joint_arrays(p, x):
     """Return (q, v), arrays (nj,)."""
-    nq, first, _ = suspended_layout(p)
-    nd = trailing_count(p.support)
-    ns, count = coordinate_count(p.support) - nd, joint_count(p)
-    q, v = np.empty(count), np.empty(count)
-    for i in range(ns):
-        q[i], v[i] = x[i], x[nq + i]
-    for i in range(nd):
-        q[count - nd + i], v[count - nd + i] = x[ns + i], x[nq + ns + i]
-    count -= nd
-    at = ns
-    if has_swing_angles(p.support):
-        q[at], v[at] = first_length(p.hoist, p, x, nq)
-        n, rates = in_turning_frame(p, x, nq, first, nq)
-        (q[at + 1], q[at + 2]), (v[at + 1], v[at + 2]) = angles_of(n, rates)
-        at, first = at + 3, first + 3
-    for i in range(count - at):
-        q[at + i], v[at + i] = x[nq - (count - at) + i], x[2 * nq - (count - at) + i]
-    return q, v
+    nq, _, _ = layout_of(p)
+    q, v = to_joint_order(p.support, x[:nq]), to_joint_order(p.support, x[nq : 2 * nq])
+    if not has_swing_angles(p.support):
+        return q, v
+    (length, rate), (angles, angle_rates) = rope_length(p, x), angles_of(*in_turning_frame(p, x))
+    return with_swing(p, q, (length, *angles)), with_swing(p, v, (rate, *angle_rates))
 
 
 @system.state.register(SuspendedCrane)
-def _(p, t, q, v):
-    nq, first, end = suspended_layout(p)
-    x, nd = np.zeros(end + mode_count(p)), trailing_count(p.support)
-    ns, n = coordinate_count(p.support) - nd, len(q) - nd
-    for i in range(ns):
-        x[i], x[nq + i] = q[i], v[i]
-    for i in range(nd):
-        x[ns + i], x[nq + ns + i] = q[n + i], v[n + i]
-    at = ns
+def initial_state(p, t, q, v):
+    """Return the state, an array, with the modes that follow from positions and velocities."""
+    nq, _, _ = layout_of(p)
+    x = np.zeros(contact_index(p) + drive_count(p.support) + friction_state_count(p.support))
     if has_swing_angles(p.support):
-        if first > ns + nd:
-            x[ns + nd], x[nq + ns + nd] = q[ns], v[ns]
-        direction, rates = vector_of((q[ns + 1], q[ns + 2]), (v[ns + 1], v[ns + 2]))
-        s, c = sincos(yaw(p.support, read_state(p.support, x, nq).q))
-        w = yaw_entry(p.support, x, nq)
-        rates = (rates[0] - w * direction[1], rates[1] + w * direction[0], rates[2])
-        (x[first], x[first + 1], x[first + 2]) = to_turned_axes(direction, -s, c)
-        (x[nq + first], x[nq + first + 1], x[nq + first + 2]) = to_turned_axes(rates, -s, c)
-        at = ns + 3
-    for i in range(n - at):
-        x[nq - (n - at) + i], x[2 * nq - (n - at) + i] = q[at + i], v[at + i]
+        fill_coordinates(p, x, without_swing(p, q), without_swing(p, v))
+        start = swing_start(p)
+        write_direction(p, x, *vector_of((q[start + 1], q[start + 2]), (v[start + 1], v[start + 2])))
+    else:
+        fill_coordinates(p, x, q, v)
     if hoist_modes(p.hoist) > 0:
-        x[end] = np.sign(x[nq + ns + nd])
-    count_exchanges(p.exchange, t, x, end)
+        x[winch_index(p)] = np.sign(rope_length(p, x)[1])
+    count_exchanges(p, t, x)
     initialize_modes(p.support, x, read_state(p.support, x, nq))
     return x
 
 
+def fill_coordinates(p, x, q, v):
+    """Write positions and rates, given in the order of joints, into state x."""
+    positions, rates = to_coordinate_order(p.support, q), to_coordinate_order(p.support, v)
+    for i in range(len(positions)):
+        x[i], x[len(positions) + i] = positions[i], rates[i]
+
+
+def write_direction(p, x, direction, rates):
+    """Write the first link's unit vector and its rates, given in the support's frame, into state x."""
+    nq, first, _ = layout_of(p)
+    s, c = sincos(yaw(p.support, read_state(p.support, x, nq).q))
+    w = yaw_entry(p.support, x, nq)
+    rates = (rates[0] - w * direction[1], rates[1] + w * direction[0], rates[2])
+    (x[first], x[first + 1], x[first + 2]) = to_turned_axes(direction, -s, c)
+    (x[nq + first], x[nq + first + 1], x[nq + first + 2]) = to_turned_axes(rates, -s, c)
+
+
 @system.acceleration.register(SuspendedCrane)
-def _(p, t, x, u):
+def joint_accelerations(p, t, x, u):
+    """Return the second derivatives (nj,) of the joint coordinates."""
     return accelerations_of_joints(p, x, system.rhs(p, t, x, u))
 
 
 @routine
 def accelerations_of_joints(p, x, rates):
     """Return the second derivatives (nj,) of the joint coordinates; rates: derivative of the state x."""
-    nq, first, _ = suspended_layout(p)
-    nd, out = trailing_count(p.support), np.empty(joint_count(p))
-    ns, count = coordinate_count(p.support) - nd, len(out) - nd
-    for i in range(ns):
-        out[i] = rates[nq + i]
-    for i in range(nd):
-        out[count + i] = rates[nq + ns + i]
-    at = ns
-    if has_swing_angles(p.support):
-        out[at] = rates[nq + ns + nd] if first > ns + nd else 0.0
-        out[at + 1], out[at + 2] = angle_accelerations(p, x, rates, first, nq)
-        at += 3
-    for i in range(count - at):
-        out[at + i] = rates[2 * nq - (count - at) + i]
-    return out
+    nq, first, _ = layout_of(p)
+    out = to_joint_order(p.support, rates[nq : 2 * nq])
+    if not has_swing_angles(p.support):
+        return out
+    length = 0.0 if p.hoist is None else rates[nq + first - 1]
+    return with_swing(p, out, (length, *angle_accelerations(p, x, rates)))
 
 
-def angle_accelerations(p, x, rates, first, nq):
+def angle_accelerations(p, x, rates):
     """Return the second derivatives of the swing angles (θ1, θ2)."""
-    n, (dx, dy, dz) = in_turning_frame(p, x, nq, first, nq)
+    (nq, first, _), (n, (dx, dy, dz)) = layout_of(p), in_turning_frame(p, x)
     s, c = sincos(yaw(p.support, read_state(p.support, x, nq).q))
     i = nq + first
     ax, ay, az = to_turned_axes((rates[i], rates[i + 1], rates[i + 2]), s, c)

@@ -19,13 +19,13 @@ from math import atan2
 from typing import NamedTuple
 
 from crane_sim.files.types import NonNegative, Positive
-from crane_sim.models.moving_base import cross, dot, rotate_to_base
-from crane_sim.models.supports.support import yaw_efforts
-from crane_sim.models.suspended.load_dynamics import add, multiply, subtract
+from crane_sim.models.cables.chain_3d import row_of
+from crane_sim.models.moving_base import rotate_to_base
+from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import generic, routine
+from crane_sim.numerics.jit import routine
 
-DOWN, ZERO = (0.0, 0.0, -1.0), (0.0, 0.0, 0.0)
+DOWN, STILL = (0.0, 0.0, -1.0), (0.0, 0.0, 0.0)
 MAX_TWIST = 6.0  # rad, where a run ends: beyond 2π the twist is not known
 
 
@@ -48,9 +48,7 @@ class Twist(NamedTuple):
 
 def bend(a, b):
     """Return t (3,) of the bend from a direction to another one."""
-    x, y, z = cross(a, b)
-    scale = 1.0 / (1.0 + dot(a, b))
-    return scale * x, scale * y, scale * z
+    return scale(1.0 / (1.0 + dot(a, b)), cross(a, b))
 
 
 def turn_by_bend(q, a, b):
@@ -67,16 +65,12 @@ def turn_by_bend(q, a, b):
 
 def direction_of(links, k):
     """Return the unit vector (3,) of link k, the tip's downward vertical above the first."""
-    if k < 0:
-        return DOWN
-    return links.units[k, 0], links.units[k, 1], links.units[k, 2]
+    return DOWN if k < 0 else row_of(links.units, k)
 
 
 def rate_of(links, k):
     """Return the rate (3,) [1/s] of `direction_of`."""
-    if k < 0:
-        return ZERO
-    return links.rates[k, 0], links.rates[k, 1], links.rates[k, 2]
+    return STILL if k < 0 else row_of(links.rates, k)
 
 
 def load_vertical(load):
@@ -101,14 +95,10 @@ def twist_motion(links, load, angle, rate):
     return 2.0 * atan2(across, along), -turning
 
 
-@generic
 def twist_of(torsion, links, load, angle, rate):
     """Return the Twist, None without torsion; links, load: Directions, BodyState; arguments of `twist_motion`."""
-    return None
-
-
-@twist_of.register(Torsion)
-def _(torsion, links, load, angle, rate):
+    if torsion is None:
+        return None
     angle, rate = twist_motion(links, load, angle, rate)
     moment = -(torsion.stiffness * angle + torsion.damping * rate)
     return Twist(angle, rate, moment, torsion.damping * rate * rate, load_vertical(load))
@@ -118,45 +108,33 @@ def link_force(twist, links, k):
     """Return the force (3,) [N] on the lower end of link k, and the opposite one on its upper end."""
     n, own = len(links.squared_rates), direction_of(links, k)
     lower = direction_of(links, k + 1) if k + 1 < n else twist.vertical
-    x, y, z = add(bend(direction_of(links, k - 1), own), bend(own, lower))
-    scale = -twist.moment / links.lengths[k]
-    return scale * x, scale * y, scale * z
+    return scale(-twist.moment / links.lengths[k], add(bend(direction_of(links, k - 1), own), bend(own, lower)))
 
 
-@generic
 def push_nodes(twist, links, acc):
     """Add what torsion does to the nodes' accelerations (N + 1, 3) above the load."""
-
-
-@push_nodes.register(Twist)
-def _(twist, links, acc):
+    if twist is None:
+        return
     for k in range(len(links.squared_rates) - 1):
-        x, y, z = subtract(link_force(twist, links, k), link_force(twist, links, k + 1))
-        inverse = links.inv_masses[k]
-        acc[k + 1, 0], acc[k + 1, 1] = acc[k + 1, 0] + inverse * x, acc[k + 1, 1] + inverse * y
-        acc[k + 1, 2] += inverse * z
+        force = subtract(link_force(twist, links, k), link_force(twist, links, k + 1))
+        x, y, z = add(row_of(acc, k + 1), scale(links.inv_masses[k], force))
+        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = x, y, z
 
 
-@generic
 def twist_load(twist, links, body, load, force, moment):
     """Return (force (3,) [N], moment (3,) [N m] in its axes) on the load with those of torsion."""
-    return force, moment
-
-
-@twist_load.register(Twist)
-def _(twist, links, body, load, force, moment):
+    if twist is None:
+        return force, moment
     n = len(links.squared_rates)
     last, push = direction_of(links, n - 1), link_force(twist, links, n - 1)
-    x, y, z = add(last, twist.vertical)
-    scale = -twist.moment / (1.0 + dot(last, twist.vertical))
-    turned = rotate_to_base(load.rows, (scale * x, scale * y, scale * z))
+    couple = scale(-twist.moment / (1.0 + dot(last, twist.vertical)), add(last, twist.vertical))
     pushed = cross(body.attachment, rotate_to_base(load.rows, push))
-    return add(force, push), add(moment, add(turned, pushed))
+    return add(force, push), add(moment, add(rotate_to_base(load.rows, couple), pushed))
 
 
-def twist_efforts(twist, pose):
-    """Return the efforts (n,) of the couple of torsion on the support."""
-    return yaw_efforts(pose, 0 if twist is None else -twist.moment)
+def twist_couple(twist):
+    """Return the couple [N m] of torsion on the support about the vertical."""
+    return 0 if twist is None else -twist.moment
 
 
 def twist_tip(twist, links, pull):
@@ -164,23 +142,11 @@ def twist_tip(twist, links, pull):
     return pull if twist is None else subtract(pull, link_force(twist, links, 0))
 
 
-@generic
 def add_twist_power(twist, power, yaw_rate):
     """Return the power [W] without that of the couple on the support, and less what damping takes."""
-    return power
+    return power if twist is None else power + twist.moment * yaw_rate - twist.loss
 
 
-@add_twist_power.register(Twist)
-def _(twist, power, yaw_rate):
-    return power + twist.moment * yaw_rate - twist.loss
-
-
-@generic
 def add_twist_energy(twist, torsion, potential):
     """Return the potential energy [J] with that of torsion."""
-    return potential
-
-
-@add_twist_energy.register(Twist)
-def _(twist, torsion, potential):
-    return potential + 0.5 * torsion.stiffness * twist.angle * twist.angle
+    return potential if twist is None else potential + 0.5 * torsion.stiffness * twist.angle * twist.angle
