@@ -152,13 +152,14 @@ def to_turned_axes(a, s, c):
     return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
 
-def pose_at(base, t):
+def pose_at(base: Any, t: Any) -> Any:
     """Return the base's Pose at time t [s], None where it rests."""
     if base is None:
         return None
     if isinstance(base, MountedBase):
-        vessel, columns = pose_at(base.vessel, t), tuple(zip(*base.rows, strict=True))
-        rows = tuple([multiply(columns, row) for row in vessel.rows])
+        columns: Any = tuple(zip(*base.rows, strict=True))
+        vessel = pose_at(base.vessel, t)
+        rows: Any = tuple([multiply(columns, row) for row in vessel.rows])
         return Pose(rows, to_world(vessel, base.position))
     x, _, _ = base_motion_at(base, t)
     return Pose(rotation(x[3], x[4], x[5]), (x[0], x[1], x[2]))
