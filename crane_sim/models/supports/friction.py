@@ -85,7 +85,10 @@ def friction_effort(friction, v, friction_state):
 
 
 def friction_force(friction, v):
-    """Return the friction force [N] against a velocity v other than 0; 0 without modes, as bristles have none."""
+    """Return the friction force [N] against a velocity v other than 0; 0 without friction.
+
+    That of bristles follows from their deflection (`LuGre.effort`) and is left out.
+    """
     return np.sign(v) * friction.dry(v) + friction.viscous * v if isinstance(friction, Friction) else 0.0
 
 

@@ -166,39 +166,27 @@ class Knuckle(NamedTuple):
     def forward_kinematics(self, xs):
         """Return the KnucklePosture of state xs."""
         _, beta, gamma, yaw_rate, vb, vg = xs
+        boom, jib, (sb, cb), (sg, cg) = self.boom.length, self.jib.length, sincos(beta), sincos(gamma)
+        tip = boom * cb + jib * cg, 0.0, boom * sb + jib * sg
+        tip_velocity = -boom * sb * vb - jib * sg * vg, 0.0, boom * cb * vb + jib * cg * vg
+        directions, rates = (cb, sb, cg, sg), (vb, vg)
+        terms = self._inertia_terms(*directions)
+        return KnucklePosture(tip, tip_velocity, yaw_rate, beta, gamma, *rates, *directions, *terms)
+
+    def _inertia_terms(self, cb, sb, cg, sg):
+        """Return the inertia terms of a KnucklePosture, from `c` to `jib_inertia`."""
         boom, jib = self.boom, self.jib
-        (sb, cb), (sg, cg) = sincos(beta), sincos(gamma)
         k1 = boom.length * boom.length * (0.25 * boom.mass + jib.mass)
         k2 = 0.25 * jib.length * jib.length * jib.mass
         k3 = 0.5 * boom.length * jib.length * jib.mass
         p1, p2 = k1 * cb + k3 * cg, k2 * cg + k3 * cb
         (boom_yaw_inertia, boom_h), (jib_yaw_inertia, jib_h) = boom.yaw_inertia(cb, sb), jib.yaw_inertia(cg, sg)
-        slew_inertia = self.tower.inertia + cb * p1 + cg * p2 + boom_yaw_inertia + jib_yaw_inertia
-        inertias = slew_inertia, boom.inertia + k1, jib.inertia + k2
+        slew = self.tower.inertia + cb * p1 + cg * p2 + boom_yaw_inertia + jib_yaw_inertia
+        inertias = slew, boom.inertia + k1, jib.inertia + k2
         if self.motors is not None:
             inertias = add(inertias, self.motors)
-        radial, vertical = -boom.length * sb * vb - jib.length * sg * vg, boom.length * cb * vb + jib.length * cg * vg
-        return KnucklePosture(
-            tip=(boom.length * cb + jib.length * cg, 0.0, boom.length * sb + jib.length * sg),
-            tip_velocity=(radial, 0.0, vertical),
-            yaw_rate=yaw_rate,
-            beta=beta,
-            gamma=gamma,
-            beta_rate=vb,
-            gamma_rate=vg,
-            cb=cb,
-            sb=sb,
-            cg=cg,
-            sg=sg,
-            c=k3 * (cb * cg + sb * sg),
-            s=k3 * (sb * cg - cb * sg),
-            slew_inertia=inertias[0],
-            hb=sb * p1 + boom_h,
-            hg=sg * p2 + jib_h,
-            boom_inertia=inertias[1],
-            jib_inertia=inertias[2],
-            free=None,
-        )
+        c, s, hb, hg = k3 * (cb * cg + sb * sg), k3 * (sb * cg - cb * sg), sb * p1 + boom_h, sg * p2 + jib_h
+        return c, s, inertias[0], hb, hg, inertias[1], inertias[2]
 
     def accelerations(self, pose, gravity, tau, force):
         """Return the joint accelerations under joint efforts tau and a force (3,) [N] on the tip."""
