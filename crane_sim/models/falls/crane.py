@@ -9,12 +9,12 @@ distance ℓ_i of the two points and the elongation e_i = ℓ_i - L_i it pulls w
 and a slack one with nothing. The rope on the drum is unstretched, so that a winch that pays out loses T + T²/(2 EA) for
 each metre: what the rope pulls, and the energy of the strain that goes with it. A rope over sheaves takes that sum over
 the falls for the pull of all of its parts (`supports.reeving`): sheaves turn with l', the stretch of a fall moves none.
+The falls together have `falls` times the number of ropes parts; lead lines of several ropes are one, of their sum.
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
-mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. The
-mode of a winch with friction, the number of exchanges of the load, where it has any, and the modes of contact stand
-behind the falls'. Loads that are
-exchanged have the coordinates r of the first one's centre of mass, a point that stays fixed in their axes.
+mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Other
+modes stand behind the falls' (`suspended.layout`). Loads that are exchanged have the coordinates r of the first one's
+centre of mass, a point that stays fixed in their axes.
 The falls' forces are functions of the state: contact concerns the load alone.
 """
 

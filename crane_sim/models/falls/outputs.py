@@ -43,11 +43,7 @@ from crane_sim.models.suspended.exchange import count_exchanges, exchange_guard,
 from crane_sim.models.suspended.joints import fill_coordinates
 from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
 from crane_sim.models.suspended.load_dynamics import align_quaternion, kinetic_energy, load_base_energy
-from crane_sim.models.suspended.outputs import (
-    support_added_energy,
-    support_energies,
-    write_polyline,
-)
+from crane_sim.models.suspended.outputs import support_added_energy, support_energies, write_polyline
 from crane_sim.models.suspended.winch import smallest_winch_guard
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of
 from crane_sim.numerics.jit import routine

@@ -23,12 +23,7 @@ from crane_sim.models.supports.support import (
     yaw,
 )
 from crane_sim.models.suspended import load_dynamics
-from crane_sim.models.suspended.crane import (
-    SuspendedCrane,
-    fill_directions,
-    next_node,
-    solve_dynamics,
-)
+from crane_sim.models.suspended.crane import SuspendedCrane, fill_directions, next_node, solve_dynamics
 from crane_sim.models.suspended.exchange import describe_exchange, exchange_guard, load_of
 from crane_sim.models.suspended.layout import layout_of, rope_length
 from crane_sim.models.suspended.load_dynamics import align_quaternion, load_base_energy, load_state
