@@ -14,9 +14,10 @@ from crane_sim.models.falls import outputs as falls_outputs
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.guards import Guard, decode, friction_event
 from crane_sim.models.moving_base import base_state
-from crane_sim.models.stops import WINCH
+from crane_sim.models.stops import WINCH, make_switching
 from crane_sim.models.supports.backlash import mean_of_drives
 from crane_sim.models.supports.driven_point import DrivenPoint
+from crane_sim.models.supports.friction import friction_of, step_control_of
 from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_entry, hoist_modes, limit_hoist
 from crane_sim.models.supports.joint_modes import (
     friction_state_index,
@@ -36,6 +37,7 @@ from crane_sim.models.suspended.layout import layout_of, rope_length, winch_inde
 from crane_sim.models.suspended.winch import mode_of_winch
 from crane_sim.models.wind_kink import kink_guard, with_kink_switching
 from crane_sim.numerics.jit import routine
+from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 HANGING = SuspendedCrane, FallsCrane
 
@@ -146,8 +148,15 @@ def limit_efforts(p, u):
 @system.switching.register(*HANGING)
 def switching(p):
     """Return how the equations switch: by what hangs, the support, exchanges of the load and the kink of a wind."""
-    hung = falls_outputs.falls_switching(p) if isinstance(p, FallsCrane) else suspended_outputs.rope_switching(p)
-    return with_kink_switching(p.wind, with_exchange_switching(p.exchange, with_support_switching(p.support, hung)))
+    of_support = with_support_switching(p.support, rope_switching(p))
+    return with_kink_switching(p.wind, with_exchange_switching(p.exchange, of_support))
+
+
+def rope_switching(p):
+    """Return how the equations switch by falls, by friction of a winch over sheaves, or by the stops."""
+    if isinstance(p, FallsCrane) or isinstance(p.hoist, ReevedHoist):
+        return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(friction_of(p.hoist)))
+    return make_switching(p.stops, 0)
 
 
 @system.apply_reset_map.register(*HANGING)

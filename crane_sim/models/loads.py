@@ -4,9 +4,7 @@ from typing import NamedTuple
 
 from crane_sim.files.types import Positive
 from crane_sim.models.wind_load import Windage
-
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
+from crane_sim.multibody.vectors import Matrix, Vector
 
 
 class PointLoad(NamedTuple):

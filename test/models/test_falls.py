@@ -12,7 +12,6 @@ from test_suspended import ATTACHMENT, INERTIA, MOVES, SEA, START, attitude, bas
 from test_suspended import SUPPORTS as SLEWING
 
 from crane_sim import system
-from crane_sim.models.attitude import angular_velocity_of, rotation_of
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
@@ -22,6 +21,7 @@ from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support, bare_tip, compute_posture, read_state
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.multibody.attitude import angular_velocity, rotation
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.plant import Plant
 
@@ -195,7 +195,7 @@ def test_a_fall_that_pulls_as_a_rigid_link_moves_the_crane_alike(name: str) -> N
     pose = compute_posture(rope.support, read_state(rope.support, x, len(x) // 2))
     tip, tip_velocity = (np.array(part) for part in bare_tip(pose))
     n, u = x[ns : ns + 3], x[len(x) // 2 + ns :][:3]
-    rows, omega = np.array(rotation_of(tuple(q[-4:]))), np.array(angular_velocity_of(tuple(q[-4:]), tuple(v[-4:])))
+    rows, omega = np.array(rotation(tuple(q[-4:]))), np.array(angular_velocity(tuple(q[-4:]), tuple(v[-4:])))
     stiffness = 1e6
     down = length * (1.0 + tension[0, 0] / stiffness)
     centre, velocity = tip + down * n - rows @ ATTACHMENT, tip_velocity + down * u - rows @ np.cross(omega, ATTACHMENT)

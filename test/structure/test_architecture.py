@@ -29,7 +29,6 @@ LAYERS = (
     "crane_sim.trajectories",
     "crane_sim.integrators",
     "crane_sim.models.rotating_frame",
-    "crane_sim.models.attitude",
     "crane_sim.models.moving_base",
     "crane_sim.models.wind_load",
     "crane_sim.models.energy_meter",

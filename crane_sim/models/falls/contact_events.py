@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.models.attitude import quaternion_rate
 from crane_sim.models.contact.forces import add_contact, compliant_normal_force, slipping_forces
 from crane_sim.models.contact.impacts import NEAR, PARTS, collide, impulse_work, settle, sum_wrenches
 from crane_sim.models.contact.rigid import (
@@ -35,6 +34,7 @@ from crane_sim.models.suspended.exchange import load_of
 from crane_sim.models.suspended.layout import contact_index, layout_of
 from crane_sim.models.suspended.load_dynamics import coordinate_velocity
 from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody.attitude import quaternion_rate
 from crane_sim.multibody.vectors import ZERO, multiply, scale, subtract
 from crane_sim.numerics.jit import routine
 

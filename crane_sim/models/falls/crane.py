@@ -9,12 +9,12 @@ distance ℓ_i of the two points and the elongation e_i = ℓ_i - L_i it pulls w
 and a slack one with nothing. The rope on the drum is unstretched, so that a winch that pays out loses T + T²/(2 EA) for
 each metre: what the rope pulls, and the energy of the strain that goes with it. A rope over sheaves takes that sum over
 the falls for the pull of all of its parts (`supports.reeving`): sheaves turn with l', the stretch of a fall moves none.
+The falls together have `falls` times the number of ropes parts; lead lines of several ropes are one, of their sum.
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
-mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. The
-mode of a winch with friction, the number of exchanges of the load, where it has any, and the modes of contact stand
-behind the falls'. Loads that are
-exchanged have the coordinates r of the first one's centre of mass, a point that stays fixed in their axes.
+mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Other
+modes stand behind the falls' (`suspended.layout`). Loads that are exchanged have the coordinates r of the first one's
+centre of mass, a point that stays fixed in their axes.
 The falls' forces are functions of the state: contact concerns the load alone.
 """
 
@@ -22,7 +22,6 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.models.attitude import align_quaternion, angular_velocity_of, quaternion_acceleration, rotation_of
 from crane_sim.models.contact.forces import add_contact
 from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
 from crane_sim.models.effects import PayloadDrag, PayloadForce
@@ -30,9 +29,8 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import base_kinematics_at, rotate_to_base, to_turned_axes
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.backlash import drive_accelerations, play_power
+from crane_sim.models.supports.backlash import play_power
 from crane_sim.models.supports.hoist import Hoist
-from crane_sim.models.supports.joint_modes import write_friction_rates
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
 from crane_sim.models.supports.support import (
     Dynamics,
@@ -45,7 +43,7 @@ from crane_sim.models.supports.support import (
     drive_power,
     read_state,
 )
-from crane_sim.models.suspended.crane import load_force, solve_support
+from crane_sim.models.suspended.crane import load_force, solve_support, write_common_rates
 from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, load_of
 from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
 from crane_sim.models.suspended.load_dynamics import (
@@ -55,9 +53,11 @@ from crane_sim.models.suspended.load_dynamics import (
     coordinate_acceleration,
     from_centre,
     imposed_load_power,
+    quaternion_at,
 )
 from crane_sim.models.suspended.winch import mode_of_winch
 from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody.attitude import angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.jit import routine
@@ -152,11 +152,10 @@ class FallsSolution(NamedTuple):
 def body_state(p, x):
     """Return the load's kinematics in state x."""
     nq, first, _ = layout_of(p)
-    quaternion, rate = align_quaternion(x, first + 3, nq + first + 3)
+    quaternion, rate = quaternion_at(x, first + 3, nq + first + 3)
     i = nq + first
     position, velocity = (x[first], x[first + 1], x[first + 2]), (x[i], x[i + 1], x[i + 2])
-    omega = angular_velocity_of(quaternion, rate)
-    state = BodyState(position, velocity, rotation_of(quaternion), omega, quaternion)
+    state = BodyState(position, velocity, rotation(quaternion), angular_velocity(quaternion, rate), quaternion)
     return body_of_coordinates(p, x, state)
 
 
@@ -252,25 +251,13 @@ def load_acceleration(p, body, base, load, pull, given):
 @routine
 def write_falls_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, modes = layout_of(p)
-    tau = system.effort(u, p, t, x)
-    solved, ns = solve_dynamics(p, t, x, tau), coordinate_count(p.support)
-    for i in range(nq):
-        out[i] = x[nq + i]
-    for i in range(len(solved.support)):
-        out[nq + i] = solved.support[i]
-    if first > ns:
-        out[nq + ns] = solved.length
-    i = nq + first
+    nq, first, _ = layout_of(p)
+    solved, i = solve_dynamics(p, t, x, system.effort(u, p, t, x)), nq + first
+    write_common_rates(p, x, solved, out)
     out[i], out[i + 1], out[i + 2] = coordinate_acceleration(solved.load, solved.centre, solved.alpha)
     second = quaternion_acceleration(solved.load.quaternion, solved.load.omega, solved.alpha)
     out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
-    for i in range(2 * nq, len(out)):
-        out[i] = 0.0
-    for k, drive_acc in enumerate(drive_accelerations(p.support.drives, solved.command, solved.pose.state)):
-        out[nq + len(solved.support) + k] = drive_acc
-    write_friction_rates(p.support, solved.pose.state, out)
-    if modes > 2 * nq:
+    if p.energy_meter is not None:
         out[2 * nq] = falls_power(p, x, solved)
 
 

@@ -5,7 +5,6 @@ What is let go leaves with the motion that it has. What is taken up joins by a p
 momentum of the two bodies together are those of the one.
 """
 
-from crane_sim.models.attitude import quaternion_rate
 from crane_sim.models.contact.surface import RigidContact, contact_point, displacement_at
 from crane_sim.models.falls.contact_events import fill_contact
 from crane_sim.models.falls.crane import FallsCrane, body_state
@@ -13,6 +12,7 @@ from crane_sim.models.guards import Guard, encode
 from crane_sim.models.suspended.exchange import DONE, carried_energy, describe_exchange, join, load_of, vector_at
 from crane_sim.models.suspended.layout import exchange_index, layout_of
 from crane_sim.models.suspended.load_dynamics import coordinate_velocity
+from crane_sim.multibody.attitude import quaternion_rate
 from crane_sim.multibody.vectors import add, cross, multiply, subtract
 from crane_sim.numerics.jit import routine
 

@@ -29,7 +29,6 @@ from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, smaller_
 from crane_sim.models.moving_base import pose_at, to_world
 from crane_sim.models.stops import Stops, describe_length_event, describe_stop, length_guard
 from crane_sim.models.supports.backlash import describe_drive
-from crane_sim.models.supports.friction import friction_of, step_control_of
 from crane_sim.models.supports.hoist import hoist_modes, hoist_reflected_mass
 from crane_sim.models.supports.joint_modes import any_joint_sticks, initialize_modes, sticking_guard, support_guard
 from crane_sim.models.supports.reeved_hoist import winch_energy
@@ -43,17 +42,11 @@ from crane_sim.models.supports.support import (
 from crane_sim.models.suspended.exchange import count_exchanges, exchange_guard, load_of
 from crane_sim.models.suspended.joints import fill_coordinates
 from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
-from crane_sim.models.suspended.load_dynamics import kinetic_energy, load_base_energy
-from crane_sim.models.suspended.outputs import (
-    support_added_energy,
-    support_energies,
-    write_aligned_quaternion,
-    write_polyline,
-)
+from crane_sim.models.suspended.load_dynamics import align_quaternion, kinetic_energy, load_base_energy
+from crane_sim.models.suspended.outputs import support_added_energy, support_energies, write_polyline
 from crane_sim.models.suspended.winch import smallest_winch_guard
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of
 from crane_sim.numerics.jit import routine
-from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 system.contact_force.register(FallsCrane)(total_normal_force)
 
@@ -63,7 +56,7 @@ system.contact_force.register(FallsCrane)(total_normal_force)
 def normalise(p, x):
     """Give the quaternion its length 1, and take from its rates what is not across it."""
     nq, first, _ = layout_of(p)
-    write_aligned_quaternion(x, first + 3, nq + first + 3)
+    align_quaternion(x, first + 3, nq + first + 3)
 
 
 @system.joints.register(FallsCrane)
@@ -149,11 +142,6 @@ def write_points(p, t, x, out):
     (nq, first, _), base = layout_of(p), pose_at(p.base, t)
     i = write_polyline(p.support, read_state(p.support, x, nq), base, out)
     out[i, 0], out[i, 1], out[i, 2] = to_world(base, (x[first], x[first + 1], x[first + 2]))
-
-
-def falls_switching(p):
-    """Return how the equations switch by falls and winch."""
-    return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(friction_of(p.hoist)))
 
 
 @pressed_point.register(FallsCrane)

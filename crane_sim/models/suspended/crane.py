@@ -285,28 +285,32 @@ def solve_dynamics(p, t, x, tau, work):
 @routine
 def write_suspended_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, end = layout_of(p)
-    body, tau = load_of(p, x), system.effort(u, p, t, x)
-    links, acc, tension, _ = work
-    solved, n, ns = solve_dynamics(p, t, x, tau, work), len(tension), coordinate_count(p.support)
-    for i in range(nq):
-        out[i] = x[nq + i]
+    (nq, first, _), (links, acc, tension, _) = layout_of(p), work
+    solved, n = solve_dynamics(p, t, x, system.effort(u, p, t, x), work), len(tension)
+    write_common_rates(p, x, solved, out)
     for k in range(n):
         for i in range(3):
             out[first + 3 * k + i] = links.rates[k, i]
-    for i in range(len(solved.support)):
-        out[nq + i] = solved.support[i]
-    for i, drive_acc in enumerate(drive_accelerations(p.support.drives, solved.command, solved.pose.state)):
-        out[nq + len(solved.support) + i] = drive_acc
-    if first > ns:
-        out[nq + ns] = solved.length
     top = SupportEnd(0.0, 0.0, 0.0, rope_length(p, x)[1])
     direction_accelerations(links, top, acc, tension, out, nq + first)
     pull = row_of(links.units, n - 1), tension[n - 1], solved.moment
-    write_load_acceleration(body, solved.base, solved.load, pull, out, nq + first + 3 * n)
-    if end > 2 * nq:
+    write_load_acceleration(load_of(p, x), solved.base, solved.load, pull, out, nq + first + 3 * n)
+    if p.energy_meter is not None:
         out[2 * nq] = suspended_power(p, x, solved)
-    for i in range(end, len(out)):
+
+
+def write_common_rates(p, x, solved, out):
+    """Write rates of coordinates, accelerations of support, its drives and the hoist, and rates of modes into `out`."""
+    (nq, first, modes), n = layout_of(p), len(solved.support)
+    for i in range(nq):
+        out[i] = x[nq + i]
+    for i in range(n):
+        out[nq + i] = solved.support[i]
+    for i, drive_acc in enumerate(drive_accelerations(p.support.drives, solved.command, solved.pose.state)):
+        out[nq + n + i] = drive_acc
+    if p.hoist is not None:
+        out[nq + first - 1] = solved.length
+    for i in range(modes, len(out)):
         out[i] = 0.0
     write_friction_rates(p.support, solved.pose.state, out)
 

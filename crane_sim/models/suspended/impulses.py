@@ -14,7 +14,6 @@ from math import sqrt
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.attitude import quaternion_rate
 from crane_sim.models.cables.chain_3d import (
     SupportEnd,
     direction_accelerations,
@@ -44,6 +43,7 @@ from crane_sim.models.suspended.crane import fill_directions, next_node
 from crane_sim.models.suspended.exchange import DONE, carried_energy, join, load_of, vector_at
 from crane_sim.models.suspended.layout import exchange_index, layout_of, rope_length
 from crane_sim.models.suspended.load_dynamics import end_acceleration_across, end_mobility, load_state
+from crane_sim.multibody.attitude import quaternion_rate
 from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.jit import routine

@@ -11,15 +11,10 @@ with the base's angular velocity w. The body's own axes are used for all that tu
 
 from typing import Any, NamedTuple
 
-from crane_sim.models.attitude import (
-    align_quaternion,
-    angular_velocity_of,
-    quaternion_acceleration,
-    rotation_of,
-)
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.moving_base import added_energy, airspeed, imposed_acceleration, rotate_to_base
 from crane_sim.models.wind_load import add_wind
+from crane_sim.multibody.attitude import align, angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.vectors import ZERO, Vector, add, cross, dot, multiply, scale, subtract
 
 
@@ -51,6 +46,16 @@ def load_coordinates(load):
     return 0 if isinstance(load, PointLoad) else 4
 
 
+def quaternion_at(x, i, v):
+    """Return (unit quaternion, rate across it) nearest to those that begin at x[i] and x[v]."""
+    return align((x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]))
+
+
+def align_quaternion(x, i, v):
+    """Give the quaternion at x[i] its length 1, and take from its rate at x[v] what is not across it."""
+    (x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]) = quaternion_at(x, i, v)
+
+
 def load_state(load, x, nq, end):
     """Return the load's kinematics.
 
@@ -61,8 +66,8 @@ def load_state(load, x, nq, end):
     """
     if isinstance(load, PointLoad):
         return PointState(*end)
-    quaternion, rate = align_quaternion(x, nq - 4, 2 * nq - 4)
-    rows, omega = rotation_of(quaternion), angular_velocity_of(quaternion, rate)
+    quaternion, rate = quaternion_at(x, nq - 4, 2 * nq - 4)
+    rows, omega = rotation(quaternion), angular_velocity(quaternion, rate)
     lever, moves = multiply(rows, load.attachment), multiply(rows, cross(omega, load.attachment))
     return BodyState(subtract(end[0], lever), subtract(end[1], moves), rows, omega, quaternion)
 

@@ -1,17 +1,15 @@
 """Outputs of a suspended crane: energies, tensions, points; its guards, and the stops that end its runs."""
 
 from crane_sim import system
-from crane_sim.models.attitude import align_quaternion
 from crane_sim.models.cables.chain_3d import align
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import added_energy, pose_at, to_world
-from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
+from crane_sim.models.stops import Stops, describe_stop, length_guard
 from crane_sim.models.supports.backlash import describe_drive, drive_energies
-from crane_sim.models.supports.friction import friction_of, step_control_of
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.joint_modes import any_joint_sticks, sticking_guard, support_guard
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_energy
+from crane_sim.models.supports.reeved_hoist import winch_energy
 from crane_sim.models.supports.support import (
     bare_tip,
     compute_dynamics,
@@ -25,21 +23,15 @@ from crane_sim.models.supports.support import (
     yaw,
 )
 from crane_sim.models.suspended import load_dynamics
-from crane_sim.models.suspended.crane import (
-    SuspendedCrane,
-    fill_directions,
-    next_node,
-    solve_dynamics,
-)
+from crane_sim.models.suspended.crane import SuspendedCrane, fill_directions, next_node, solve_dynamics
 from crane_sim.models.suspended.exchange import describe_exchange, exchange_guard, load_of
 from crane_sim.models.suspended.layout import layout_of, rope_length
-from crane_sim.models.suspended.load_dynamics import load_base_energy, load_state
+from crane_sim.models.suspended.load_dynamics import align_quaternion, load_base_energy, load_state
 from crane_sim.models.suspended.torsion import MAX_TWIST, add_twist_energy, twist_motion, twist_of
 from crane_sim.models.suspended.winch import fall_guard, smallest_winch_guard, winch_sticks
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of
 from crane_sim.multibody.vectors import ZERO, add, dot, scale
 from crane_sim.numerics.jit import routine
-from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
 @system.project_in_place.register(SuspendedCrane)
@@ -50,12 +42,7 @@ def straighten(p, x):
     for i in range(first, first + 3 * len(p.cable.masses), 3):
         (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = align(x, i, nq + i)
     if isinstance(p.load, RigidLoad):
-        write_aligned_quaternion(x, nq - 4, 2 * nq - 4)
-
-
-def write_aligned_quaternion(x, i, v):
-    """Give the quaternion at x[i] its length 1, and take from its rates at x[v] what is not across it."""
-    (x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]) = align_quaternion(x, i, v)
+        align_quaternion(x, nq - 4, 2 * nq - 4)
 
 
 @system.link_count.register(SuspendedCrane)
@@ -165,13 +152,6 @@ def pressed_point_of_load(p, x):
         node = add(node, scale(length, (x[i], x[i + 1], x[i + 2])))
     body = load_of(p, x)
     return pressed_point_of(body, load_state(body, x, nq, (node, ZERO)))
-
-
-def rope_switching(p):
-    """Return how the equations switch by the rope: by friction of a winch over sheaves, or by the stops."""
-    if isinstance(p.hoist, ReevedHoist):
-        return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(friction_of(p.hoist)))
-    return make_switching(p.stops, 0)
 
 
 @system.guard.register(SuspendedCrane)
