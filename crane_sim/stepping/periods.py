@@ -33,7 +33,8 @@ class Replay(NamedTuple):
 
 
 @system.command.register(Replay)
-def _(law, t, q, v):
+def recorded_command(law, t, q, v):
+    """Return the command of the period that begins at time t [s]."""
     return system.efforts_from_row(law.model, law.commands[round(t / law.period)])
 
 
@@ -84,7 +85,8 @@ def integrate_source_to(u, method, p, integration, t, latest):
 
 
 @integrate_source_to.register(PiecewiseSource)
-def _(u, method, p, integration, t, latest):
+def integrate_pieces_to(u, method, p, integration, t, latest):
+    """Return the result of `integrate_source_to` under a source in pieces: steps end where one ends."""
     return integrate_to_breakpoints(u, u, method, p, integration, t, latest)
 
 

@@ -36,7 +36,8 @@ class Factors(NamedTuple):
 
 
 @system.compute_jacobian.register(ElasticCrane)
-def _(p, t, x, u):
+def compute_bands(p, t, x, u):
+    """Return the Jacobian as bands, and the derivative in time."""
     return bands_at(p, t, x, system.effort(u, p, t, x))
 
 
@@ -92,10 +93,6 @@ def take_column(bands, rows, j, k):
 
 
 @system.factor_shifted.register(ElasticCrane)
-def _(p, jacobian, shift):
-    return factor_bands(p, jacobian, shift)
-
-
 @routine
 def factor_bands(p, bands, shift):
     """Return the factors of β I - ∂a/∂v - ∂a/∂q / β."""
@@ -110,10 +107,6 @@ def factor_bands(p, bands, shift):
 
 
 @system.solve_shifted.register(ElasticCrane)
-def _(p, factors, b):
-    solve(p, factors, b)
-
-
 @routine
 def solve(p, factors, b):
     """Overwrite b with the solution; the energy supplied follows from the rest, modes stay."""
