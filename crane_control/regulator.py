@@ -69,6 +69,7 @@ def solve_regulators(a: Array, b: Array, q: Array, r: Array, periods: Sequence[f
 
 def _undamped_error(frequency: float, has_state_weights: bool) -> SceneError:
     """Return the error of a motion of this frequency [rad/s] that does not decay."""
+    frequency = frequency if frequency > STABILITY_TOLERANCE else 0.0  # a double pole at 0 parts by its error's root
     # where all states have a weight, the regulator stabilises every motion that efforts can influence
     reason = "no effort damps it" if has_state_weights else "no effort damps it, or its states have no weight"
     return SceneError(f"control.law = 'lqr': a motion of {frequency:.3g} rad/s about the target stays: {reason}")
