@@ -18,17 +18,23 @@ import crane_sim.simulation.linearisation
 from crane_sim import SceneError, load_scene
 from crane_sim.cli.scene_options import load_scene_with_options
 from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.linearisation import Accelerations
 from crane_sim.tracing.compile_time import watch_compiling
 
 HANG = 20.0  # s of a processor; the slowest scene takes half a second
 LONGEST = 1500  # characters of an error: all keys that a large group has, and a path
 
 
-def linear(scenes: Sequence[Scene], points: Any) -> Any:
+def linear(scenes: Sequence[Scene], points: Any, directions: Any) -> Accelerations:
     """Stand in for the equations of motion, which would have to be compiled anew for every set of groups."""
     nq = len(scenes[0].joint_names)
-    q, v, u = np.split(points, (nq, 2 * nq), axis=2)
-    return np.pad(u, ((0, 0), (0, 0), (0, nq - u.shape[2]))) - q - v
+    return Accelerations(oscillation(points, nq), oscillation(directions, nq))
+
+
+def oscillation(z: Any, nq: int) -> Any:
+    """Return u - q - v of rows z (..., 2 nq + nu)."""
+    q, v, u = np.split(z, (nq, 2 * nq), axis=-1)
+    return u @ np.eye(u.shape[-1], nq) - q - v
 
 
 @pytest.fixture(scope="module", autouse=True)

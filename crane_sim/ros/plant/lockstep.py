@@ -30,6 +30,7 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 _RESEND = 0.05  # s between two messages of the same state while the run waits, or there are several publishers
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
 _POLL = 0.005  # s between two polls of services while messages are taken without the executor
+_TURNS = 4  # callbacks that are served in such a poll
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
 _STANDING = (
     0.35  # s for which a leading clock stands still, published ten times a second, after all peers are connected
@@ -168,10 +169,16 @@ class Lockstep:
         return not (self._clock_leads or self._peers.names or simulation.paused or simulation.waiting)
 
     def _serve_others(self) -> None:
-        """Serve what is left to the executor, now and then: that costs as much as taking a command."""
-        if (now := time.monotonic()) >= self._next_spin:
-            self._next_spin = now + _POLL
+        """Serve what is left to the executor: of a single publisher now and then, which costs as much as a command.
+
+        Beside several publishers there may be floods on other topics too, which would keep services waiting.
+        """
+        if self._commands.contested:
             self._host.spin(0.0)
+        elif (now := time.monotonic()) >= self._next_spin:
+            self._next_spin = now + _POLL
+            for _ in range(_TURNS):
+                self._host.spin(0.0)
 
     def _step_if_possible(self) -> None:
         """Take the step that is commanded, unless the run is paused or a crane on the same clock is behind."""
