@@ -1,9 +1,11 @@
 """Arithmetic on symbols and numbers with Python's rules: integers become reals where they meet one.
 
 No operation is left out or reordered: code that is traced has the bits of its run on floats, signs of zeros included.
-Only the integers 0 and 1 are structure where they meet a real: 0 x is 0, and 0 + x and 1 x are x.
+In the packages' own functions, not in those of users, the integers 0 and 1 are structure where they meet a real: 0 x is
+the integer 0, and 0 + x and 1 x are x, which may differ from the run on floats by the sign of a zero.
 """
 
+import ctypes
 import math
 import operator
 from collections.abc import Callable
@@ -14,6 +16,7 @@ import numpy as np
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value, kind_of
 from crane_sim.tracing.operations import graph_of
 
+_LIBRARY: Any = ctypes.CDLL("libm.so.6")
 RANK = {Kind.ARRAY: -1, Kind.BOOLEAN: 0, Kind.INTEGER: 1, Kind.WORD: 2, Kind.REAL: 3}
 """Which kind numbers of two kinds are converted to: the higher one."""
 _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
@@ -136,10 +139,9 @@ def combine(operation: str, a: Any, b: Any) -> Any:
         return combine(_MIRRORED[operation], b, a)
     if not (is_number(a) and is_number(b)):
         raise TraceError(f"{_OPERATORS[operation]} of a number and {_name_of(b if is_number(a) else a)} is not traced")
-    if operation in _STRUCTURAL and (type(a) is int or type(b) is int) and common_kind(a, b) is Kind.REAL:
-        known = _structural(operation, a, b)
-        if known is not None:
-            return known
+    known = _structural(operation, a, b) if graph.structural else None
+    if known is not None:
+        return known
     if operation == "power":
         return raise_to_power(graph, a, b)
     if operation == "floor_divide" or operation == "modulo":
@@ -157,6 +159,8 @@ def combine(operation: str, a: Any, b: Any) -> Any:
 def _structural(operation: str, a: Any, b: Any) -> Any:
     """Return the result where an operand is the integer 0 or 1 of the structure, which costs nothing; else None."""
     first, second = (x if type(x) is int else None for x in (a, b))
+    if (first is None and second is None) or operation not in _STRUCTURAL or common_kind(a, b) is not Kind.REAL:
+        return None
     if operation == "multiply":
         if first == 0 or second == 0:
             return 0
@@ -182,7 +186,10 @@ def _note_least(operation: str, a: Any, b: Any, result: Value) -> None:
 
 def _compute(operation: str, a: Any, b: Any) -> Any:
     try:
-        return _NATIVE[operation](a, b)
+        result = _NATIVE[operation](a, b)
+        return call_library("pow", (a, b)) if isinstance(result, complex) else result
+    except OverflowError:
+        return call_library("pow", (a, b))
     except ZeroDivisionError:  # as the code has it, which raises no errors
         if common_kind(a, b) is not Kind.REAL and operation != "divide":
             return 0
@@ -345,9 +352,26 @@ def _extreme(better: Callable[[Any, Any], Any], numbers: tuple[Any, ...]) -> Any
     return result
 
 
+def _call_native(name: str, numbers: tuple[Any, ...]) -> float:
+    """Return a function of known reals as the code has it: by the C library where Python raises an error."""
+    if name == "copy_sign":
+        return math.copysign(*numbers)
+    try:
+        return getattr(math, name)(*numbers)
+    except (ArithmeticError, AttributeError, ValueError):
+        return call_library({"power": "pow"}.get(name, name), numbers)
+
+
+def call_library(name: str, numbers: tuple[Any, ...]) -> float:
+    """Return a function of the C library."""
+    function = getattr(_LIBRARY, name)
+    function.restype, function.argtypes = ctypes.c_double, [ctypes.c_double] * len(numbers)
+    return function(*numbers)
+
+
 def call_function(name: str, *numbers: Any) -> Any:
     """Return a function of reals, of the processor or the C library, by its name in `llvm`; of a float by `math`."""
     graph = graph_of(*numbers)
     if graph is None:
-        return math.copysign(*numbers) if name == "copy_sign" else getattr(math, name)(*numbers)
+        return _call_native(name, numbers)
     return graph.append(name, tuple(convert(graph, x, Kind.REAL).number for x in numbers), (Kind.REAL,))[0]

@@ -47,9 +47,14 @@ _TRACED: dict[Any, Traced] = {}
 _NUMBERS = itertools.count(1)  # of functions, which are part of their names
 
 
+FURTHER_TRACES: list[dict[Any, Any]] = []
+"""What else is kept of traced functions."""
+
+
 def forget_functions() -> None:
     """Forget what has been traced: a call means another function from now on."""
-    _TRACED.clear()
+    for traces in (_TRACED, *FURTHER_TRACES):
+        traces.clear()
 
 
 class Calls:
@@ -134,11 +139,13 @@ class Calls:
         """Return the result of a short function without branches, whose instructions become the caller's own."""
         self.functions.add(source.function)
         arrays = {name: self.as_argument(graph, x) for name, x in variables.items() if isinstance(x, _ARRAYS)}
+        outer, graph.structural = graph.structural, _is_of_packages(source.function.__code__.co_filename)
         self._depth += 1
         try:
             outcome = run(Frame(graph, self, source, variables | arrays, {}), source.body)
         finally:
             self._depth -= 1
+            graph.structural = outer
         return outcome.value if isinstance(outcome, Returned) else None
 
     def _trace(
@@ -167,6 +174,7 @@ class Calls:
         result_kinds: dict[int, Kind],
     ) -> tuple[Graph, Block, Rebuild]:  # fmt: skip
         graph = Graph()
+        graph.structural = _is_of_packages(source.function.__code__.co_filename)
         results: list[Rebuild] = []
 
         def values(*symbols: Value) -> tuple[Value, ...]:

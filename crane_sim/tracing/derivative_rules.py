@@ -37,7 +37,9 @@ def _of_absolute(_: Value, x: Value) -> Value:
 
 
 def _of_power(_: Value, x: Value, exponent: Value) -> Value:
-    return select(exponent == 0.0, 0.0, exponent * power(x, exponent - 1.0))
+    slope = exponent * power(select(x == 0.0, 1.0, x), exponent - 1.0)
+    at_zero = select(exponent == 1.0, 1.0, 0.0)  # an infinite slope counts as 0
+    return select(x == 0.0, at_zero, slope)
 
 
 def _of_exponent(r: Value, x: Value, _: Value) -> Value:

@@ -16,7 +16,7 @@ import numpy as np
 from crane_sim.tracing.arguments import describe
 from crane_sim.tracing.arithmetic import combine
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, allocate
-from crane_sim.tracing.calls import Calls, resolve
+from crane_sim.tracing.calls import FURTHER_TRACES, Calls, resolve
 from crane_sim.tracing.evaluation import FLOATS, Memory, evaluate, trace_tree
 from crane_sim.tracing.forward_mode import ArgumentsNeeded
 from crane_sim.tracing.function import Function
@@ -49,6 +49,7 @@ def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
 
 
 _IN_PYTHON: dict[Any, tuple[Function, Any]] = {}
+FURTHER_TRACES.append(_IN_PYTHON)
 
 
 def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, directions: Any) -> tuple[Any, Any]:

@@ -18,6 +18,7 @@ from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Value
 from crane_sim.tracing.instructions import DIRECTIONS, Block, Instruction, Kind
+from crane_sim.tracing.operations import fma
 from crane_sim.tracing.results import take_result
 from crane_sim.tracing.trace_error import TraceError
 
@@ -117,6 +118,7 @@ class _Evaluation:
     def __init__(self, numbers: Numbers, memory: Memory) -> None:
         self._numbers, self._memory = numbers, memory
         self._of_reals = _OF_TANGENTS | _CONVERSIONS | numbers.operations
+        self._of_others = _OF_OTHERS | ({"add_scaled": _add_scaled_exactly} if numbers.exact else {})
         self._kinds: list[Kind] = []  # of the values of the function that is called
 
     def call(self, function: Function, arguments: list[Any]) -> tuple[Any, ...]:
@@ -150,7 +152,7 @@ class _Evaluation:
             return (self._constant(literal, self._kinds[results[0]]),)
         if operation == "select":
             return (operands[1] if operands[0] else operands[2],)
-        table = self._of_reals if self._kinds[numbers[0]] is Kind.REAL else _OF_OTHERS
+        table = self._of_reals if self._kinds[numbers[0]] is Kind.REAL else self._of_others
         compute = table.get(operation)
         if compute is None:
             raise TraceError(f"{operation} is not evaluated")
@@ -230,6 +232,13 @@ _CONVERSIONS: dict[str, Callable[..., Any]] = {
     "to_word": lambda i: i,
     "word_to_integer": lambda w: w - _WORDS if w >= _WORDS // 2 else w,
 }
+
+
+def _add_scaled_exactly(tangent: Any, factor: float, other: Any) -> Any:
+    """Return the sum as machine code has it: each entry is rounded once."""
+    return np.array([fma(factor, x, y) for x, y in zip(other, tangent, strict=True)])
+
+
 _OF_OTHERS = _OF_INTEGERS | _OF_TANGENTS | _CONVERSIONS
 _READ_OR_WRITE = {"slot", "allocate", "table", "move", "read", "write"}
 FLOATS = Numbers(

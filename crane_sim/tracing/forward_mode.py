@@ -8,6 +8,7 @@ transformed again.
 """
 
 from collections.abc import Iterable
+from itertools import count
 from typing import Any, NamedTuple
 
 from crane_sim.tracing.derivative_rules import FLAT, RULES
@@ -19,6 +20,10 @@ from crane_sim.tracing.trace_error import TraceError
 
 Origin = Any
 """What an address comes from: the number of a value, or (number of a slot, offset of an address that it keeps)."""
+
+
+_NUMBERS = count()
+"""Of derivatives: traces of several entry points share functions, whose names differ."""
 
 
 class Dual(NamedTuple):
@@ -93,7 +98,7 @@ class ForwardMode:
                 if not error.origins - origins:
                     raise TraceError("a number that moves is stored where constants are kept") from error
                 origins |= error.origins
-        name = f"{function.name}.derivative{len(self._transformed)}"
+        name = f"{function.name}.derivative{next(_NUMBERS)}"
         return Transformed(Function(name, function.python, graph, block, None, function.inlined, False), moves)
 
 

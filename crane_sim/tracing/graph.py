@@ -55,6 +55,7 @@ class Graph:
         self.has_wide_vectors = False  # the widest of the processor
         self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
         self.least: dict[int, int] = {}  # what integers are known not to be less than
+        self.structural = False  # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
 
     @property
     def is_in_a_block(self) -> bool:

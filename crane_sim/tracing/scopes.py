@@ -39,6 +39,7 @@ class Source:
             len(self.body) <= STRAIGHT
             and all(map(_is_straight, self.body[:-1]))
             and isinstance(self.body[-1], ast.Return)
+            and "local_array" not in code.co_names  # which is in the frame of a function of its own
         )
 
     def bind(self, arguments: list[Any], keywords: dict[str, Any]) -> dict[str, Any]:
@@ -88,7 +89,7 @@ def _tree_of(file: str, time_stamp: int) -> ast.Module:
 
 @cache
 def _lines_of(file: str, time_stamp: int) -> list[str]:
-    return Path(file).read_text(encoding="utf-8").splitlines(keepends=True)
+    return [line + "\n" for line in Path(file).read_text(encoding="utf-8").split("\n")]
 
 
 def _candidates(code: types.CodeType, version: tuple[str, int]) -> list[Any]:

@@ -203,3 +203,17 @@ def test_a_store_where_nothing_moves_is_refused() -> None:
     """A derivative that would be lost is an error, and no zero."""
     with pytest.raises(SceneError, match="without directions"):
         store_derivative(np.ones(1), np.ones(1), np.ones((1, DIRECTIONS)))
+
+
+def root_by_power(x):
+    """Return the square root as a power."""
+    return x**0.5
+
+
+def test_an_infinite_slope_of_a_power_counts_as_zero() -> None:
+    """As that of the square root does, along directions that move and along those that do not."""
+    directions = np.zeros(DIRECTIONS)
+    directions[0] = 1.0
+    for x, slope in ((0.0, 0.0), (4.0, 0.25)):
+        value, derivative = directional_derivatives(root_by_power, (x,), (directions,))
+        assert value == x**0.5 and derivative.tolist() == [slope, *[0.0] * (DIRECTIONS - 1)]

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from random_programs import bits, compiled, run
 
+from crane_sim.numerics.elementary import fma
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.tracing.arithmetic import number_kind
 from crane_sim.tracing.calls import Calls
@@ -608,3 +609,39 @@ def without_an_integer(x: float) -> int:
 def test_known_numbers_without_an_integer_may_be_in_code_that_never_runs() -> None:
     """Tracing computes with what is known, on both sides of a branch, and fails on neither."""
     check(without_an_integer, (0.0, -1.5))
+
+
+def signed_zeros(x):
+    """Return what depends on the signs of zeros beside the integers 0 and 1."""
+    return copysign(5.0, 0 - x), copysign(5.0, x + 0), copysign(5.0, 0 * x), math.atan2(0 - x, -1.0), sum([x])
+
+
+def test_integers_are_numbers_in_functions_of_users() -> None:
+    """0 and 1 are structure in the packages' own functions only: a law of one's own has the bits of Python."""
+    check(signed_zeros, REALS)
+
+
+def short_with_known_numbers(x):
+    """Return functions of known reals that Python answers by an error, on a side that does not run."""
+    return fma_of(1.5, 2.0, 3.0) + (x if x > 0.0 else root_of(-1.0) + min(exp_of(1000.0), x))
+
+
+def fma_of(a, b, c):
+    """Return a b + c, rounded once."""
+    return fma(a, b, c)
+
+
+def root_of(x):
+    """Return the square root."""
+    return math.sqrt(x)
+
+
+def exp_of(x):
+    """Return e to the power of x."""
+    return math.exp(x)
+
+
+def test_short_functions_of_known_numbers_raise_no_error() -> None:
+    """Where Python would raise one, compiled code has the C library's number."""
+    assert compiled(short_with_known_numbers)(2.0) == 8.0
+    assert math.isnan(compiled(short_with_known_numbers)(-2.0))

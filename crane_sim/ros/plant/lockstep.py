@@ -182,7 +182,9 @@ class Lockstep:
 
     def _step_if_possible(self) -> None:
         """Take the step that is commanded, unless the run is paused or a crane on the same clock is behind."""
-        if self._effort is not None and not self._simulation.paused and not self._obstacle():
+        if self._effort is None or self._simulation.paused or self._should_stop():
+            return
+        if not self._obstacle():
             self._step()
 
     def _obstacle(self) -> str:
