@@ -145,8 +145,16 @@ def test_a_missing_engine_is_named(engine: ModuleType, monkeypatch: pytest.Monke
 
 
 def test_other_cranes_are_no_mechanism() -> None:
-    """Cranes with a law, with wind, or without a rigid load are not taken for what they are not."""
-    for name in ("tower_gust", "mobile_lift", "overhead_swing", "knuckle_springs", "port_sts_container"):
+    """Cranes with a law, with wind, friction or play, or without a rigid load are not taken for what they are not."""
+    for name in (
+        "tower_gust",
+        "tandem_play",
+        "tower_beam_turns",
+        "mobile_lift",
+        "overhead_swing",
+        "knuckle_springs",
+        "port_sts_container",
+    ):
         assert mechanism_of(load_scene(name)) is None
     assert mechanism_of(load_scene("spreader_skew", {"falls.relaxation": 0.0})) is not None
 

@@ -448,6 +448,21 @@ def test_an_impact_passes_no_spring() -> None:
     assert after == pytest.approx(before, rel=1e-12)
 
 
+@pytest.mark.interpreted
+def test_an_impact_moves_no_drive_that_rests() -> None:
+    """Behind its spring a drive keeps a rate of exactly 0 in 20 postures: by a rounding its friction would slip."""
+    events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
+    load, exchange = exchange_of(Payload.model_validate({"mass": MASSES[1]}), events)
+    p = crane("tower", (True, True), False)._replace(load=load, exchange=exchange, stops=Stops())
+    reference, (q, v), rng = Reference("tower", (True, True)), posture("tower", (True, True)), np.random.default_rng(3)
+    for _ in range(20):
+        joints, rates, _ = mapped(reference, q + rng.uniform(-0.1, 0.1, len(q)), v, np.zeros(len(q)))
+        rates[0] = 0.0
+        x = system.state(p, 0.5, joints, rates)
+        y, _, _ = system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))
+        assert y[(len(x) - 2) // 2] == 0.0
+
+
 def momentum(p: Any, x: Any, mass: float) -> float:
     """Return the angular momentum [kg m²/s] about the tower's axis, with a load of this mass."""
     nq, (slew, radius), inner = (len(x) - 2) // 2, x[:2], p.support.structure.inner.base_section

@@ -72,7 +72,8 @@ class Mechanism(NamedTuple):
     yaw: tuple[int, ...] = (0,)  # coordinates whose sum is the angle about the vertical of what hangs at the tip
     outline: tuple[Point, ...] = ()  # points of its polyline before the tip
     pressed: tuple[Pressed, ...] = ()
-    prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries; empty: none does
+    prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries, and has no mass
+    # of its own where it moves; empty: none does
     bending: int = 0  # number of the coordinates that bend: the last ones
 
 
@@ -252,7 +253,7 @@ def _free_coordinates(support: Support, mechanism: Mechanism, state: SupportStat
     free = tuple(not each for each in mechanism.prescribed) or (True,) * len(state.q)
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
         if isinstance(friction, Friction):
-            free = (*free[:i], not friction.sticks(friction_state), *free[i + 1 :])
+            free = (*free[:i], free[i] and not friction.sticks(friction_state), *free[i + 1 :])
     return free
 
 

@@ -26,6 +26,7 @@ from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import rotate_to_base
 from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.supports.joint_modes import reset_friction_modes
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.support import (
     bare_tip,
     compute_dynamics,
@@ -130,7 +131,7 @@ def add_jumps(p, load, x, y, state, joined):
     links.inv_masses[n - 1] = end_mobility(load, state, last)
     pose, nothing = posture_at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     turn = pose.kinematics.turn
-    winch, _ = hoist_response(p.hoist, 0.0, nothing, x, nq + ns)
+    winch = 0.0 if isinstance(p.hoist, ReevedHoist) else hoist_response(p.hoist, 0.0, nothing, x, nq + ns)[0]
     levers = tip_efforts(pose, to_tree_axes(turn, upper))
     dynamics = compute_dynamics(p.support, pose)
     answer = responses(dynamics, levers)
@@ -143,7 +144,8 @@ def add_jumps(p, load, x, y, state, joined):
     pull = to_tree_axes(turn, scale(impulse[0], upper))
     lost += imposed_work(compute_posture(p.support, read_state(p.support, x, nq)), pull)
     for i, rate in enumerate(answer):
-        y[nq + i] += impulse[0] * rate
+        reached = abs(rate) * dynamics.matrix[i][i] > ROUNDING * abs(levers[i])  # a drive's body behind a spring is not
+        y[nq + i] += impulse[0] * rate if reached else 0.0
     acc[0, 0], acc[0, 1], acc[0, 2] = scale(impulse[0], tip_rate(pose, answer))
     across = end_acceleration_across(load, state, last, impulse[n - 1])
     acc[n, 0], acc[n, 1], acc[n, 2] = add(row_of(acc, n), across)

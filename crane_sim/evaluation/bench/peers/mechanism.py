@@ -19,6 +19,7 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.hoist import MotionHoist
+from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.tower_crane import Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.scene import Scene
@@ -88,6 +89,9 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
         return None
     if np.count_nonzero(load.inertia - np.diag(np.diag(load.inertia))):
         return None  # not written for other than principal axes
+    support = getattr(model, "support", None)
+    if isinstance(support, Support) and support != Support(support.structure):
+        return None  # friction, motors and play are not written there
     if isinstance(model, FallsCrane) and isinstance(model.support.structure, Bridge):
         return _on_falls(scene, model, inputs)
     return _on_cable(scene, model, load, inputs) if isinstance(model, SuspendedCrane) else None
