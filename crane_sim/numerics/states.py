@@ -97,11 +97,6 @@ def replace_entry(x: tuple[float, ...], i: int, value: float) -> tuple[float, ..
     return tuple([value if k == i else entry for k, entry in enumerate(x)])
 
 
-def replace_field(record: Any, name: str, value: Any) -> Any:
-    """Return the NamedTuple with another value of a field."""
-    return record._replace(**{name: value})
-
-
 def dimension(x: State) -> int:
     """Return the number of floats in x."""
     return len(leaves(x))

@@ -197,11 +197,12 @@ def test_services_have_their_turn_between_commands(
     host = FakeHost()
     lockstep, codec = make_lockstep(host, simulation), JointStateCodec(SCENE.actuated, EFFORT)
     spins: list[float] = []
+    turns = 10 if paused else 40  # four callbacks in each of ten polls
 
     def spin(timeout: float = 0.05) -> None:
         spins.append(timeout)
         time.sleep(timeout)
-        host.stop_reason = "finish" if len(spins) == 10 else ""
+        host.stop_reason = "finish" if len(spins) >= turns else ""
 
     def wait(_seconds: float) -> None:
         time.sleep(1e-3)
@@ -213,12 +214,19 @@ def test_services_have_their_turn_between_commands(
     arbiter = SimpleNamespace(
         start=lambda: None, update=lambda: None, contested=False, has_newcomer=False, polled=False
     )
-    arbiter.poll = lambda on: setattr(arbiter, "polled", on)
-    arbiter.wait, arbiter.take_all = wait, take_all
+
+    def poll(on: bool) -> None:
+        before, stops = simulation.plant.k, arbiter.polled and not on
+        if stops:
+            take_all()
+        assert not stops or simulation.plant.k == before  # a command that comes as the run stops moves nothing
+        arbiter.polled = on
+
+    arbiter.poll, arbiter.wait, arbiter.take_all = poll, wait, take_all
     monkeypatch.setattr(lockstep, "_commands", arbiter)
     if paused:
         simulation.pause(True, "user")
     lockstep.run()
-    assert spins == [0.05 if paused else 0.0] * 10
+    assert spins == [0.05 if paused else 0.0] * turns
     assert (0 if paused else 9 * 4) <= simulation.plant.k <= (0 if paused else 9 * 5 + 1)
     assert not arbiter.polled

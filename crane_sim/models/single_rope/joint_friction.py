@@ -12,7 +12,7 @@ from crane_sim.models.guards import Guard, encode, friction_event, smaller_guard
 from crane_sim.models.stops import WINCH
 from crane_sim.models.supports.friction import Friction, friction_effort
 from crane_sim.models.supports.lugre import LuGre
-from crane_sim.numerics.states import replace_entry, replace_field
+from crane_sim.numerics.states import replace_entry
 
 STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
 
@@ -30,7 +30,7 @@ def hold_joints(friction, pose, x):
     """Return the posture of state x with the joints that friction holds."""
     if friction is None:
         return pose
-    return replace_field(pose, "free", tuple([not sticks for sticks in sticking_joints(friction, x)]))
+    return pose._replace(free=tuple([not sticks for sticks in sticking_joints(friction, x)]))
 
 
 def add_joint_friction(friction, tau, rope_state, x):

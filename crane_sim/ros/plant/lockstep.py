@@ -56,6 +56,7 @@ class Lockstep:
         self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
         self._next_spin = 0.0  # s, when services are polled again
+        self._runs = True
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
         suspended = self._is_lease_expiry_suspended
@@ -91,7 +92,9 @@ class Lockstep:
             if time.monotonic() - self._last_sent > self._resend_period():
                 self._report_waiting()
                 self._resend()
+        self._runs = False  # what is taken now comes too late for a step
         self._commands.poll(False)
+        self._runs = True
 
     def in_sync(self) -> bool:
         """See `StepScheduler`; the present state is sent again to a crane that is behind and may have missed it."""
@@ -182,9 +185,7 @@ class Lockstep:
 
     def _step_if_possible(self) -> None:
         """Take the step that is commanded, unless the run is paused or a crane on the same clock is behind."""
-        if self._effort is None or self._simulation.paused or self._should_stop():
-            return
-        if not self._obstacle():
+        if self._effort is not None and self._runs and not self._simulation.paused and not self._obstacle():
             self._step()
 
     def _obstacle(self) -> str:
