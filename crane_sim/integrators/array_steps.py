@@ -3,7 +3,7 @@
 import numpy as np
 
 from crane_sim.integrators.events import StepEnds, handle_events, may_switch
-from crane_sim.integrators.integration import status_of
+from crane_sim.integrators.integration import status_of, with_step
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.status import OK, TOO_MANY_STEPS
 from crane_sim.integrators.step_control import adaptive_step, advance, controls_error, equal_step, max_steps
@@ -109,14 +109,5 @@ def advance_smoothly(switches, method, p, u, integration, t, end, limit):
     )
     if swapped:
         x, before = before, x
-    return integration._replace(
-        t0=start,
-        x0=before,
-        t=now,
-        x=x,
-        h=h,
-        evaluations=integration.evaluations + evaluations,
-        steps=integration.steps + steps,
-        rejected=integration.rejected + rejected,
-        status=status,
-    ), fails
+    last_step = integration._replace(t=start, x=before)
+    return with_step(last_step, now, x, h, evaluations, steps, rejected, status), fails
