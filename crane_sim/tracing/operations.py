@@ -7,7 +7,7 @@ from math import pow as _pow
 from math import sqrt as _sqrt
 from typing import Any
 
-from crane_sim.tracing.graph import Array, Graph, Kind, TraceError, Value, kind_of, numbers_of, unary
+from crane_sim.tracing.graph import Graph, Kind, TraceError, Value, kind_of, numbers_of, unary
 from crane_sim.tracing.trees import flatten, structure_of, unflatten
 
 _LIBRARY: Any = ctypes.CDLL("libm.so.6")
@@ -73,11 +73,6 @@ def to_real(i: Any) -> Any:
     return i.graph.append("to_real", (i.number,), (Kind.REAL,))[0] if isinstance(i, Value) else float(i)
 
 
-def from_element(array: Any, index: Any) -> Any:
-    """Return an array that begins with an element of another one, whose memory it shares."""
-    return array.from_element(index) if isinstance(array, Array) else array[index:]
-
-
 def select(condition: Any, a: Any, b: Any) -> Any:
     """Return a where the condition holds, else b; numbers, or tuples of them.
 
@@ -95,11 +90,6 @@ def select(condition: Any, a: Any, b: Any) -> Any:
     if x.number == y.number:
         return x
     return condition.graph.append("select", numbers_of((condition, x, y)), (x.kind,))[0]
-
-
-def minimum(a: Any, b: Any) -> Any:
-    """Return the smaller number, a where they are equal."""
-    return select(b < a, b, a)
 
 
 def maximum(a: Any, b: Any) -> Any:
