@@ -115,10 +115,8 @@ def with_support_switching(support: Support, switching: Any) -> Any:
 
 
 def switch_drive(support: Support, x: Any, state: SupportState, number: Any) -> Any:
-    """Return the result of `system.apply_reset_map` in the support's state: a guard of no drive ends the run."""
-    kind, which, _ = decode(number)
-    if kind != Guard.BACKLASH:
-        return x, number, False
+    """Return the result of `system.apply_reset_map` in the support's state after the guard of a drive has failed."""
+    _, which, _ = decode(number)
     y, mode = x.copy(), 0.0
     for k, (i, drive) in enumerate(drives_of(support.drives)):
         if k == which:
