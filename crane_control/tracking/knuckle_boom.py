@@ -21,10 +21,10 @@ from crane_control.tracking.tip_servo import CableState, compute_tracking_accele
 from crane_control.tracking.tracker import TipSetpoint
 from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope, rope_kinematics
 from crane_sim.models.effects import add_spring
-from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.rotating_frame import inertial_velocity
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.single_rope.joint_coordinates import state_from_joints
+from crane_sim.multibody.vectors import to_turned_axes
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 

@@ -13,9 +13,17 @@ crane. A base at rest is None everywhere, at no cost.
 
 from typing import Any, NamedTuple
 
-from crane_sim.multibody.vectors import Vector, add, combine, multiply, scale, subtract
-from crane_sim.multibody.vectors import cross as cross
-from crane_sim.multibody.vectors import dot as dot
+from crane_sim.multibody.vectors import (
+    Vector,
+    add,
+    combine,
+    cross,
+    dot,
+    multiply,
+    scale,
+    subtract,
+    to_turned_axes,
+)
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import MountedBase, base_motion_at
@@ -137,19 +145,16 @@ def airspeed(base, r, v):
 
 def turned_about_z(base, angle):
     """Return BaseKinematics or a BaseState in axes that are turned by an angle [rad] about the base's z."""
-    if base is None:
-        return None
-    s, c = sincos(angle)
+    return None if base is None else turned_by(base, *sincos(angle))
+
+
+def turned_by(base: Any, s: Any, c: Any) -> Any:
+    """Return BaseKinematics or a BaseState in axes turned about z by an angle whose sine and cosine are s and c."""
     velocity, w = to_turned_axes(base.velocity, s, c), to_turned_axes(base.angular_velocity, s, c)
     if isinstance(base, BaseState):
         return BaseState(velocity, w, to_turned_axes(base.up, s, c), base.height)
     imposed, w_dot = to_turned_axes(base.imposed, s, c), to_turned_axes(base.angular_acceleration, s, c)
     return BaseKinematics(velocity, imposed, w, w_dot)
-
-
-def to_turned_axes(a, s, c):
-    """Return the vector a (3,) in axes turned about z by an angle whose sine and cosine are s and c."""
-    return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
 
 
 def pose_at(base: Any, t: Any) -> Any:

@@ -9,8 +9,8 @@ from math import sqrt
 from typing import NamedTuple
 
 from crane_sim.files.types import Fraction, NonNegative, Real
-from crane_sim.models.moving_base import pose_at, to_base, to_turned_axes, to_world
-from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract
+from crane_sim.models.moving_base import pose_at, to_base, to_world
+from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract, to_turned_axes
 from crane_sim.numerics.elementary import sincos
 from crane_sim.trajectories.wind import LogarithmicLaw, PowerLaw, gust_at, speed_ratio
 

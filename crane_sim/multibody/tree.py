@@ -26,9 +26,11 @@ from crane_sim.multibody.vectors import (
     multiply,
     point_inertia,
     scale,
+    to_turned_axes,
     turned_inertia,
 )
 from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.states import replace_entry
 
 X, Y, Z = 0, 1, 2
 """Axes of a link."""
@@ -156,7 +158,7 @@ def to_coordinates(tree: Tree, efforts: tuple[Any, ...], n: int) -> tuple[Any, .
     total = (0,) * n
     for joint, effort in zip(tree.joints, efforts, strict=True):
         for i, factor in joint.position:
-            total = (*total[:i], total[i] + factor * effort, *total[i + 1 :])
+            total = replace_entry(total, i, total[i] + factor * effort)
     return total
 
 
@@ -228,14 +230,13 @@ def tree_reaction(tree: Tree, inertia: Inertia, qdd: tuple[Any, ...], gravity: A
 
 def to_tree_axes(turn: tuple[Any, Any], a: Vector) -> Vector:
     """Return a vector of the base's axes in the components' axes."""
-    s, c = turn
-    return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
+    return to_turned_axes(a, *turn)
 
 
 def to_base_axes(turn: tuple[Any, Any], a: Vector) -> Vector:
     """Return a vector of the components' axes in the base's."""
     s, c = turn
-    return c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]
+    return to_turned_axes(a, -s, c)
 
 
 def _slews(tree: Tree) -> bool:

@@ -51,6 +51,11 @@ def combine(axes: Matrix, components: Vector) -> Vector:
     return add(add(scale(components[0], axes[0]), scale(components[1], axes[1])), scale(components[2], axes[2]))
 
 
+def to_turned_axes(a: Vector, s: Any, c: Any) -> Vector:
+    """Return the vector a in axes turned about z by an angle whose sine and cosine are s and c."""
+    return c * a[0] + s * a[1], c * a[1] - s * a[0], a[2]
+
+
 def acceleration_gradient(w: Vector, alpha: Vector) -> Matrix:
     """Return the matrix of r in α × r + ω × (ω × r): how acceleration grows with the place r in a rotating body."""
     xx, yy, zz = w[0] * w[0], w[1] * w[1], w[2] * w[2]

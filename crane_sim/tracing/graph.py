@@ -292,13 +292,6 @@ class Array:
         value = self.address.graph.lift(number)
         self.address.graph.append("store", (value.number, *arguments), (), offset)
 
-    def from_element(self, index: Any) -> "Array":
-        """Return the array that begins with an element of this one."""
-        arguments, offset = self._locate(index)
-        if len(arguments) == 1:
-            return Array(self.address, offset)
-        return Array(self.address.graph.append("address", arguments, (Kind.ARRAY,), offset)[0])
-
     def to_value(self) -> Value:
         """Return the address of the first element."""
         if not self.offset:

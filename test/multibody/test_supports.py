@@ -16,7 +16,6 @@ from crane_sim.models.supports.support import (
     compute_dynamics,
     compute_posture,
     joint_efforts,
-    mobility,
     net_efforts,
     responses,
     tip_efforts,
@@ -59,7 +58,7 @@ def of_tree(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, alo
     efforts = linear.add(joint_efforts(support, posture, u), base_efforts(posture, base))
     net = net_efforts(dynamics, G, linear.add(efforts, tip_efforts(posture, force)))
     levers = tip_efforts(posture, along)
-    return (*accelerations(dynamics, net, ()), mobility(dynamics, levers, responses(dynamics, levers)))
+    return (*accelerations(dynamics, net, ()), linear.inner(levers, responses(dynamics, levers)))
 
 
 def of_closed_form(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, along: Any) -> tuple[float, ...]:

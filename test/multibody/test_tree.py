@@ -21,7 +21,6 @@ from crane_sim.models.supports.support import (
     compute_posture,
     constraint_effort,
     kinetic_energy,
-    mobility,
     net_efforts,
     responses,
     tip_acceleration,
@@ -140,7 +139,7 @@ def test_the_tips_force_velocity_and_acceleration_belong_together(make: Any) -> 
     pulled = solve(support, q, v, tau + levers)
     with_force, without = (np.array(tip_acceleration(each.posture, each.accelerations)) for each in (pulled, solved))
     answer = np.dot(with_force - without, to_base_axes(solved.posture.kinematics.turn, force))
-    ours = mobility(solved.dynamics, levers, responses(solved.dynamics, levers))
+    ours = linear.inner(levers, responses(solved.dynamics, levers))
     assert ours == pytest.approx(answer, rel=1e-11)
     a = np.array(solved.accelerations)
 

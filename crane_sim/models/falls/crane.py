@@ -27,7 +27,7 @@ from crane_sim.models.contact.surface import CompliantContact, RigidContact, wre
 from crane_sim.models.effects import PayloadDrag, PayloadForce
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.moving_base import base_kinematics_at, rotate_to_base, to_turned_axes
+from crane_sim.models.moving_base import base_kinematics_at, rotate_to_base
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.backlash import play_power
 from crane_sim.models.supports.hoist import Hoist
@@ -59,7 +59,7 @@ from crane_sim.models.suspended.winch import mode_of_winch
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody.attitude import angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
+from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract, to_turned_axes
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.wind import Wind

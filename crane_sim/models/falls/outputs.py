@@ -33,6 +33,7 @@ from crane_sim.models.supports.hoist import hoist_modes, hoist_reflected_mass
 from crane_sim.models.supports.joint_modes import any_joint_sticks, initialize_modes, sticking_guard, support_guard
 from crane_sim.models.supports.reeved_hoist import winch_energy
 from crane_sim.models.supports.support import (
+    compute_posture,
     drive_count,
     friction_state_count,
     polyline_size,
@@ -140,7 +141,7 @@ def count_points(p):
 def write_points(p, t, x, out):
     """Write support and load in the world into out (N, 3)."""
     (nq, first, _), base = layout_of(p), pose_at(p.base, t)
-    i = write_polyline(p.support, read_state(p.support, x, nq), base, out)
+    i = write_polyline(compute_posture(p.support, read_state(p.support, x, nq)), base, out)
     out[i, 0], out[i, 1], out[i, 2] = to_world(base, (x[first], x[first + 1], x[first + 2]))
 
 

@@ -32,7 +32,6 @@ from crane_sim.models.moving_base import (
     base_state,
     pose_at,
     to_base,
-    to_turned_axes,
     to_world,
     turned_about_z,
 )
@@ -55,7 +54,7 @@ from crane_sim.models.single_rope.joint_friction import (
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.wind_load import add_wind, airflow_at
-from crane_sim.multibody.vectors import add, dot, scale, subtract
+from crane_sim.multibody.vectors import add, dot, scale, subtract, to_turned_axes
 from crane_sim.numerics.elementary import sincos
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at

@@ -3,7 +3,6 @@
 from crane_sim import system
 from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
-from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.crane import Crane, solve_motion
 from crane_sim.models.single_rope.joint_friction import (
     after_guard,
@@ -16,6 +15,7 @@ from crane_sim.models.single_rope.joint_friction import (
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports.friction import step_control_of
 from crane_sim.models.wind_kink import kink_guard, pressed_point, with_kink_switching
+from crane_sim.multibody.vectors import to_turned_axes
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching

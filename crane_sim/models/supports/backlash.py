@@ -17,6 +17,7 @@ state says which, and each ends as an event. A base's motion does not accelerate
 from typing import Any, NamedTuple
 
 from crane_sim.models.guards import BACKWARDS, FORWARDS
+from crane_sim.numerics.states import replace_entry
 
 IN_PLAY, RELAXES = 0, 3  # outcomes of an event, beside FORWARDS and BACKWARDS
 
@@ -80,7 +81,7 @@ def replace_by_pushes(drives: Any, efforts: tuple[Any, ...], state: Any) -> tupl
         return efforts
     efforts = tuple(0 if own else effort for own, effort in zip(drives, efforts, strict=True))
     for (i, _), push in zip(drives_of(drives), pushes(drives, state), strict=True):
-        efforts = (*efforts[:i], efforts[i] + push, *efforts[i + 1 :])
+        efforts = replace_entry(efforts, i, efforts[i] + push)
     return efforts
 
 
@@ -147,5 +148,5 @@ def mean_of_drives(drives: Any, row: Any, i: Any, entries: tuple[Any, ...], n: i
         return entries
     entries = tuple(0.0 if drives[k] else entry for k, entry in enumerate(entries))
     for number, (k, drive) in enumerate(drives_of(drives)):
-        entries = (*entries[:k], entries[k] + drive.share * row[i + n + number], *entries[k + 1 :])
+        entries = replace_entry(entries, k, entries[k] + drive.share * row[i + n + number])
     return entries

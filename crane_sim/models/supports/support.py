@@ -15,7 +15,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.models.moving_base import BaseKinematics, BaseState, added_energy, airspeed, imposed_acceleration
+from crane_sim.models.moving_base import (
+    BaseKinematics,
+    BaseState,
+    added_energy,
+    airspeed,
+    imposed_acceleration,
+    turned_by,
+)
 from crane_sim.models.supports.backlash import Drive, DriveState, drives_of, replace_by_pushes
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
@@ -42,6 +49,7 @@ from crane_sim.multibody.tree import (
 )
 from crane_sim.multibody.vectors import Vector, add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.elementary import sincos
+from crane_sim.numerics.states import replace_entry
 
 
 class Spring(NamedTuple):
@@ -121,7 +129,6 @@ class Dynamics(NamedTuple):
 
     inertia: Inertia
     matrix: linear.Matrix  # (n, n), with the motors
-    prescribed: tuple[bool, ...]  # (n,) or empty, as of the mechanism
     free: tuple[Any, ...]  # (n,) which coordinates move: neither held by friction nor prescribed
     factors: linear.Factors  # of the matrix of the free ones
 
@@ -229,7 +236,7 @@ def compute_dynamics(support: Support, posture: Posture) -> Dynamics:
     inertia = compute_inertia(mechanism.tree, posture.kinematics, len(posture.state.q))
     matrix = _add_to_diagonal(inertia.matrix, support.motors)
     free = _free_coordinates(support, mechanism, posture.state)
-    return Dynamics(inertia, matrix, mechanism.prescribed, free, linear.factor(_of_free(matrix, free)))
+    return Dynamics(inertia, matrix, free, linear.factor(_of_free(matrix, free)))
 
 
 def yaw(support: Support, q: tuple[Any, ...]) -> Any:
@@ -253,7 +260,7 @@ def _free_coordinates(support: Support, mechanism: Mechanism, state: SupportStat
     free = tuple(not each for each in mechanism.prescribed) or (True,) * len(state.q)
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
         if isinstance(friction, Friction):
-            free = (*free[:i], free[i] and not friction.sticks(friction_state), *free[i + 1 :])
+            free = replace_entry(free, i, free[i] and not friction.sticks(friction_state))
     return free
 
 
@@ -277,21 +284,18 @@ def _entry_if(condition: Any, entry: Any) -> Any:
 
 
 def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the efforts (n,) of drives, springs and friction at commands; a prescribed motion has none."""
+    """Return the efforts (n,) of drives, springs and friction at commands; those of prescribed motions mean nothing."""
     state, mechanism = posture.state, posture.mechanism
-    prescribed = mechanism.prescribed or (False,) * len(state.q)
-    commanded = zip(prescribed, _by_coordinate(mechanism, command), strict=True)
-    efforts = replace_by_pushes(support.drives, tuple(0 if p else u for p, u in commanded), state)
+    efforts = replace_by_pushes(support.drives, _by_coordinate(mechanism, command), state)
     for spring in mechanism.springs:
         efforts = linear.add(efforts, _spring_efforts(spring, state.q, state.v))
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
-        effort = efforts[i] + friction.effort(state.v[i], friction_state)
-        efforts = (*efforts[:i], effort, *efforts[i + 1 :])
+        efforts = replace_entry(efforts, i, efforts[i] + friction.effort(state.v[i], friction_state))
     return efforts
 
 
 def prescribed_accelerations(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the accelerations (n,) that drives prescribe at commands, an empty tuple where none does."""
+    """Return the accelerations (n,) that drives prescribe at commands, 0 of others; an empty tuple where none does."""
     state, mechanism = posture.state, posture.mechanism
     if not mechanism.prescribed:
         return ()
@@ -329,7 +333,7 @@ def _imposed_wrenches(posture: Posture, base: Any) -> tuple[tuple[int, Wrench], 
     """Return (joint, wrench) of what a moving base imposes on each body; none of a base at rest."""
     if base is None:
         return ()
-    turned, wrenches = turn_base(base, posture.kinematics.turn), ()
+    turned, wrenches = turned_by(base, *posture.kinematics.turn), ()
     for joint, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):
         force = scale(body.mass, imposed_acceleration(turned, place, velocity))
         moment = scale(-1.0, _imposed_spin(turned, inertia, omega))
@@ -355,11 +359,6 @@ def _imposed_spin(base: BaseKinematics, inertia: Any, omega: Vector) -> Vector:
     accelerated = multiply(inertia, add(base.angular_acceleration, cross(w, omega)))
     gyroscopic = subtract(cross(whole, multiply(inertia, whole)), cross(omega, multiply(inertia, omega)))
     return add(accelerated, gyroscopic)
-
-
-def turn_base(base: BaseKinematics, turn: tuple[Any, Any]) -> BaseKinematics:
-    """Return a base's kinematics in the tree's axes."""
-    return BaseKinematics(*(to_tree_axes(turn, vector) for vector in base))
 
 
 def wind_efforts(posture: Posture, flow: Any, base: Any) -> tuple[Any, ...]:
@@ -407,27 +406,17 @@ def net_efforts(dynamics: Dynamics, gravity: Any, efforts: tuple[Any, ...]) -> t
 def accelerations(dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return the accelerations (n,) of the coordinates under `net_efforts`, 0 of those that friction holds.
 
-    `given` are those of prescribed coordinates (n,), empty where there is none.
+    `given` is of `prescribed_accelerations`.
     """
     if not given:
         return responses(dynamics, net)
-    prescribed = dynamics.prescribed
-    own = tuple(a if p else 0 for p, a in zip(prescribed, given, strict=True))
-    rest = linear.subtract(net, linear.product(dynamics.matrix, own))
-    return linear.add(own, responses(dynamics, rest))
+    rest = linear.subtract(net, linear.product(dynamics.matrix, given))
+    return linear.add(given, responses(dynamics, rest))
 
 
 def responses(dynamics: Dynamics, levers: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return how efforts (n,) accelerate the coordinates (n,): those that are not free do not answer."""
     return linear.solve(dynamics.factors, tuple(_entry_if(f, b) for f, b in zip(dynamics.free, levers, strict=True)))
-
-
-def mobility(dynamics: Dynamics, levers: tuple[Any, ...], answer: tuple[Any, ...]) -> Any:
-    """Return the acceleration along levers (n,) for a unit effort along them, whose `responses` are the answer."""
-    total = 0.0
-    for free, lever, rate in zip(dynamics.free, levers, answer, strict=True):
-        total += lever * _entry_if(free, rate)
-    return total
 
 
 def tip_acceleration(posture: Posture, qdd: tuple[Any, ...]) -> Vector:
@@ -480,12 +469,7 @@ def potential_energy(posture: Posture, dynamics: Dynamics, gravity: Any) -> Any:
 
 def energy_by_base(posture: Posture, base: BaseState, gravity: Any) -> tuple[Any, Any]:
     """Return (kinetic, potential) energy [J] of the bodies in the world less those relative to the base."""
-    turn, kinetic, potential = posture.kinematics.turn, 0.0, 0.0
-    turned = base._replace(
-        velocity=to_tree_axes(turn, base.velocity),
-        angular_velocity=to_tree_axes(turn, base.angular_velocity),
-        up=to_tree_axes(turn, base.up),
-    )
+    turned, kinetic, potential = turned_by(base, *posture.kinematics.turn), 0.0, 0.0
     w = turned.angular_velocity
     for _, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):
         more = added_energy(turned, gravity, body.mass, place, velocity)
@@ -494,12 +478,11 @@ def energy_by_base(posture: Posture, base: BaseState, gravity: Any) -> tuple[Any
     return kinetic, potential
 
 
-def polyline(support: Support, state: SupportState) -> tuple[Vector, ...]:
+def polyline(posture: Posture) -> tuple[Vector, ...]:
     """Return the structure's polyline [m], base to tip, in the base's axes."""
-    mechanism = support.structure.mechanism()
-    kinematics = compute_kinematics(mechanism.tree, state.q, state.v)
-    points = (*mechanism.outline, mechanism.tree.tip)
-    return tuple(to_base_axes(kinematics.turn, point_position(kinematics, point)) for point in points)
+    kinematics = posture.kinematics
+    places = [*(point_position(kinematics, point) for point in posture.mechanism.outline), posture.tip]
+    return tuple(to_base_axes(kinematics.turn, place) for place in places)
 
 
 def polyline_size(support: Support) -> int:

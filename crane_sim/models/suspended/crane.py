@@ -44,7 +44,6 @@ from crane_sim.models.supports.support import (
     coordinate_count,
     drive_power,
     joint_efforts,
-    mobility,
     net_efforts,
     prescribed_accelerations,
     read_state,
@@ -264,7 +263,7 @@ def solve_dynamics(p, t, x, tau, work):
     answer = responses(dynamics, levers)
     at, motion = (nq + coordinate_count(p.support), winch_index(p)), (length, rate, p.gravity)
     hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
-    top = SupportEnd(mobility(dynamics, levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
+    top = SupportEnd(linear.inner(levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     length_acc = hoisted_length_acceleration(links, top, acc, tension)
     pull = twist_tip(twist, links, scale(tension[0], upper))

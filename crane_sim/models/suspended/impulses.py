@@ -34,7 +34,6 @@ from crane_sim.models.supports.support import (
     coordinate_count,
     drive_power,
     friction_state_count,
-    mobility,
     read_state,
     responses,
     tip_efforts,
@@ -45,6 +44,7 @@ from crane_sim.models.suspended.exchange import DONE, carried_energy, join, load
 from crane_sim.models.suspended.layout import exchange_index, layout_of, rope_length
 from crane_sim.models.suspended.load_dynamics import end_acceleration_across, end_mobility, load_state
 from crane_sim.multibody.attitude import quaternion_rate
+from crane_sim.multibody.linear import inner
 from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.jit import routine
@@ -135,7 +135,7 @@ def add_jumps(p, load, x, y, state, joined):
     levers = tip_efforts(pose, to_tree_axes(turn, upper))
     dynamics = compute_dynamics(p.support, pose)
     answer = responses(dynamics, levers)
-    top = SupportEnd(mobility(dynamics, levers, answer), winch, 0.0, 0.0)
+    top = SupportEnd(inner(levers, answer), winch, 0.0, 0.0)
     solve_tensions(links, top, acc, impulse, ratio)
     lost = 0.5 * impulse[n - 1] * dot(last, joined.jump)
     if first > ns:

@@ -14,7 +14,6 @@ from math import atan2, cos, sin, sqrt
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.moving_base import to_turned_axes
 from crane_sim.models.single_rope.joint_coordinates import POLE
 from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
@@ -32,6 +31,7 @@ from crane_sim.models.supports.support import (
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.exchange import count_exchanges
 from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
+from crane_sim.multibody.vectors import to_turned_axes
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 

@@ -126,17 +126,16 @@ def write_points(p, t, x, out):
     nq, _, _ = layout_of(p)
     links, base, (_, rate) = system.workspace(p).links, pose_at(p.base, t), rope_length(p, x)
     fill_directions(p, x, links)
-    state = read_state(p.support, x, nq)
-    i = write_polyline(p.support, state, base, out)
-    node = bare_tip(compute_posture(p.support, state))
+    pose = compute_posture(p.support, read_state(p.support, x, nq))
+    i, node = write_polyline(pose, base, out), bare_tip(pose)
     for k in range(len(links.squared_rates)):
         node = next_node(links, k, rate, node)
         out[i + k, 0], out[i + k, 1], out[i + k, 2] = to_world(base, node[0])
 
 
-def write_polyline(support, state, base, out):
+def write_polyline(pose, base, out):
     """Write the support's polyline in the world into the first rows of `out`, and return their number."""
-    points = polyline(support, state)
+    points = polyline(pose)
     for i, point in enumerate(points):
         out[i, 0], out[i, 1], out[i, 2] = to_world(base, point)
     return len(points)
