@@ -16,10 +16,10 @@ setup(
     maintainer="The crane simulator authors",
     maintainer_email="maintainers@crane-simulator.example.org",
     license="Apache-2.0",
-    packages=find_packages(include=["crane_sim*", "crane_control*"]),
+    packages=find_packages(include=["crane_sim*", "crane_control*", "crane_bench*"]),
     package_data={
-        "crane_sim.evaluation.bench": ["floor/*", "peers/*.cpp"],
-        "crane_sim.evaluation.report": ["assets/*"],
+        "crane_bench.speed": ["floor/*", "peers/*.cpp"],
+        "crane_sim.report": ["assets/*"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

@@ -102,7 +102,7 @@ def plot(runs: tuple[Path, ...], output: Path | None) -> None:
 
     Of several runs of one crane: one curve a run of each quantity that all have, with one legend.
     """
-    from crane_sim.evaluation.report.figure import KINDS, save_comparison_figure, save_run_figure
+    from crane_sim.report.figure import KINDS, save_comparison_figure, save_run_figure
 
     recordings = [find_recording(run) for run in runs or (None,)]
     file = check_output(output, recordings[0], *KINDS)
@@ -124,10 +124,10 @@ def write_report(run: Path | None, output: Path | None) -> None:
 
     RUN may be the folder of a study: the page then has its distributions, differences and worst runs.
     """
-    from crane_sim.evaluation.report.page import save_page
+    from crane_sim.report.page import save_page
 
     if run is not None and run.is_dir():
-        from crane_sim.evaluation.report.study_page import save_study_page
+        from crane_sim.report.study_page import save_study_page
         from crane_sim.study.result import check_folder
 
         check_folder(run)
@@ -152,7 +152,7 @@ def scenes(folder: str | None, names: tuple[str, ...], as_json: bool) -> None:
         raise SceneError("--scene: belongs to --save FOLDER; leave it out, or say where the page is")
     ensure_writable_folder(folder)
     if folder is not None:
-        from crane_sim.evaluation.documentation.scenes_page import check_names, save_page
+        from crane_bench.documentation.scenes_page import check_names, save_page
 
         check_names(names)
         install_groups("plots")
@@ -198,7 +198,7 @@ def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) 
     if not (build or serve):
         if folder is not None:
             raise SceneError("crane docs --output: needs --build or --serve")
-        from crane_sim.evaluation.documentation import command
+        from crane_bench.documentation import command
 
         command.check_names(pages)
         install_groups(*["plots"] * bool(pages))
@@ -206,7 +206,7 @@ def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) 
         return
     if pages:
         raise SceneError(f"crane docs {pages[0]}: the site has all pages; leave out the name")
-    from crane_sim.evaluation.documentation.site import build_site, serve_site, source_tree
+    from crane_bench.documentation.site import build_site, serve_site, source_tree
 
     tree = source_tree()
     install_groups("docs")
@@ -226,7 +226,7 @@ def describe(scene: str | None, python: bool, ros2_control: bool, folder: str | 
 
     With SCENE and --ros2-control: what a stock ros2_control needs to drive this crane.
     """
-    from crane_sim.evaluation.documentation import api_page, scene_format
+    from crane_bench.documentation import api_page, scene_format
 
     ensure_writable_folder(folder)
     if (scene is None) == ros2_control:
@@ -288,7 +288,7 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 
     ITEM: overhead, hardcases, knuckle, offshore, observer; all when left out.
     """
-    from crane_sim.evaluation.reproduce import check_item, show
+    from crane_bench.reproduce import check_item, show
 
     check_item(item)
     ensure_writable_folder(folder)
@@ -319,8 +319,8 @@ def league(
 
     With --samples every trial is a study, with intervals; interrupted, the same command runs what is missing.
     """
-    from crane_sim.cli import league as command
-    from crane_sim.evaluation.league.cases import groups_named
+    from crane_bench.cli import league as command
+    from crane_bench.league.cases import groups_named
 
     if samples is None and (output is not None or cranes):
         option = f"--crane {cranes[0]!r}" if cranes else f"-o {str(output)!r}"
@@ -338,7 +338,7 @@ def league(
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def bench(arguments: tuple[str, ...]) -> None:
     """Benchmark speed against error, ROS transport and other suites (crane bench -h)."""
-    from crane_sim.cli.bench import bench as command  # here: it imports every suite
+    from crane_bench.cli.bench import bench as command  # here: it imports every suite
 
     command.main(list(arguments), prog_name="crane bench", standalone_mode=False)
 
@@ -347,7 +347,7 @@ def bench(arguments: tuple[str, ...]) -> None:
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def soak(arguments: tuple[str, ...]) -> None:
     """Test long runs and runs under faults (crane soak -h)."""
-    from crane_sim.cli.soak import soak as command
+    from crane_bench.cli.soak import soak as command
 
     command.main(list(arguments), prog_name="crane soak", standalone_mode=False)
 

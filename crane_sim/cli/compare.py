@@ -66,7 +66,7 @@ def _save(comparison: Comparison, output: Path) -> None:
 
         record_comparison(comparison, output)
     else:
-        from crane_sim.evaluation.report.page import save_comparison
+        from crane_sim.report.page import save_comparison
 
         save_comparison(comparison, output)
 

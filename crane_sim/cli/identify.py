@@ -101,7 +101,7 @@ def prepare_output_folder(folder: Path) -> None:
 
 def save(found: Identification, folder: Path) -> list[Path]:
     """Write the scene with the estimates, the results and the picture into a folder; return the files."""
-    from crane_sim.evaluation.report.identification_figure import save_identification_figure
+    from crane_sim.report.identification_figure import save_identification_figure
 
     scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))
     write_text(scene, yaml.safe_dump(found.scene.to_dict(), sort_keys=False))

@@ -294,11 +294,11 @@ class RecordedRun:
 
         Positions with their targets, speeds, efforts, swing, payload, tension and energy over time.
         """
-        return import_module("crane_sim.evaluation.report.figure").run_figure(self)
+        return import_module("crane_sim.report.figure").run_figure(self)
 
     def show(self, height: int = 900) -> Any:
         """Return the page of `crane report` for a notebook: it plays the run in a frame `height` pixels high."""
-        return import_module("crane_sim.evaluation.report.page").Frame(self, height)
+        return import_module("crane_sim.report.page").Frame(self, height)
 
 
 def parse_scene(text: str, path: Path | None) -> dict[str, Any]:

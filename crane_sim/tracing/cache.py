@@ -21,10 +21,7 @@ UNDIGESTED = (
     "orchestration",
     "recording",
     "identification",
-    "evaluation/reproduce",
-    "evaluation/league",
-    "evaluation/soak",
-    "evaluation/documentation",
+    "report",
     "cli",
     "nodes",
 )

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from command_line import CRANE, crane, crane_here
 from process_helpers import run_to_completion, started_program
 
-from crane_sim.cli.bench import SUITE_NAMES
+from crane_bench.cli.bench import SUITE_NAMES
 from crane_sim.cli.commands import app
 from crane_sim.files.catalogue import scene_files
 from crane_sim.simulation.rollout import simulate

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from crane_sim.evaluation.reproduce import observer, offshore
-from crane_sim.evaluation.reproduce.page import save_pages
+from crane_bench.reproduce import observer, offshore
+from crane_bench.reproduce.page import save_pages
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 

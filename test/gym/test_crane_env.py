@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from crane_bench.league.cells import compute_metrics
 from crane_sim import SceneError, load_scene, simulate
-from crane_sim.evaluation.league.cells import compute_metrics
 from crane_sim.gym import DEFAULT_SCENES, CraneEnv, CraneVectorEnv
 
 pytestmark = pytest.mark.interpreted

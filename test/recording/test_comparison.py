@@ -12,11 +12,11 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.cli.compare import print_comparison
-from crane_sim.evaluation.report.comparison_page import comparison_data
-from crane_sim.evaluation.report.page import save_comparison
-from crane_sim.evaluation.report.page_data import page_data
 from crane_sim.laws import LawError
 from crane_sim.recording.metric_units import metric_row
+from crane_sim.report.comparison_page import comparison_data
+from crane_sim.report.page import save_comparison
+from crane_sim.report.page_data import page_data
 
 pytestmark = pytest.mark.interpreted
 SHIFT = 0.125  # m, a power of two: sums with it are exact at these magnitudes up to rounding

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.evaluation.report.panels import panels_of
 from crane_sim.recording.layout import of_rollout
 from crane_sim.recording.replay import replay
 from crane_sim.recording.rerun.curves import channels
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.run import RecordedRun
+from crane_sim.report.panels import panels_of
 from crane_sim.simulation.hardware import measure
 from crane_sim.simulation.plant import Plant
 

@@ -8,11 +8,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 import crane_sim
-from crane_sim.evaluation.report.panels import Curve, panels_of
 from crane_sim.recording.layout import MAX_TENSIONS, layout_of_scene
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.step_assembler import Row
+from crane_sim.report.panels import Curve, panels_of
 
 pytestmark = pytest.mark.interpreted
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.evaluation.report.page_data import page_data
 from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
 from crane_sim.recording.rerun.session import Session
@@ -16,6 +15,7 @@ from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.state_timelines import StateTimelines
 from crane_sim.recording.states import COLORS, CONTROLLER, TimelineInputs, make_event_timelines, make_spans
 from crane_sim.recording.step_assembler import Row
+from crane_sim.report.page_data import page_data
 
 CHANGES: dict[str, Any] = {
     "duration": 0.3,

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.evaluation.report.page_data import page_data
 from crane_sim.recording.blocks import MOST_REFERENCES, block_of
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
+from crane_sim.report.page_data import page_data
 from crane_sim.simulation.metrics import world_points
 
 pytestmark = pytest.mark.interpreted

@@ -2,7 +2,7 @@
 
 heyoka (requirements/peers.lock) at tolerance 1e-24, where its order is 29, and at 1e-21, in numbers of 113 bits; where
 that takes hours (S3b, S4), at 1e-18 (order 22) and 1e-17 in numbers of 64 bits. Equations and coordinates are those of
-`crane_sim/evaluation/bench/peers/heyoka_taylor.py`. It shares neither equations nor method with `make.py` and
+`crane_bench/speed/peers/heyoka_taylor.py`. It shares neither equations nor method with `make.py` and
 `knuckle.py`, which extrapolate in Cartesian coordinates.
 
 Prints how far the payload is from what is stored in test/data. With --store, of cases that `make.py` has just solved,
@@ -24,9 +24,9 @@ from solution import store
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # for a tree that is not installed
 
-from crane_sim.evaluation.bench.cases import CASES, Case, case_scene
-from crane_sim.evaluation.bench.peers.heyoka_taylor import load_heyoka, start_and_outputs, state_equations
-from crane_sim.evaluation.bench.problem import Chain, KnuckleCrane, problem_of
+from crane_bench.speed.cases import CASES, Case, case_scene
+from crane_bench.speed.peers.heyoka_taylor import load_heyoka, start_and_outputs, state_equations
+from crane_bench.speed.problem import Chain, KnuckleCrane, problem_of
 from crane_sim.simulation.metrics import world_points
 
 DATA = Path(__file__).parents[1] / "data"

@@ -4,9 +4,9 @@ import sys
 
 import pytest
 
+from crane_bench.soak.determinism import KILTED, Setup, busy, determinism_scene, setups, state_sha256
+from crane_bench.soak.determinism import soak as determinism_soak
 from crane_sim import simulate
-from crane_sim.evaluation.soak.determinism import KILTED, Setup, busy, determinism_scene, setups, state_sha256
-from crane_sim.evaluation.soak.determinism import soak as determinism_soak
 
 SCENE = determinism_scene(3.0)
 

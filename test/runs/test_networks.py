@@ -16,8 +16,8 @@ import pytest
 from process_helpers import run_to_completion, started_program, wait_until
 from run_helpers import check_one_command_per_state
 
+from crane_bench.soak.determinism import KILTED, clean_environment
 from crane_sim import load_scene
-from crane_sim.evaluation.soak.determinism import KILTED, clean_environment
 from crane_sim.files.catalogue import config_folder
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.scenes.scene import Scene

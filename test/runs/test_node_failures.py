@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from mcap_samples import read, stamp_of
 
+from crane_bench.soak.kill import Kill, back_after
+from crane_bench.soak.kill import soak as kill_soak
+from crane_bench.soak.monitor import Received
+from crane_bench.soak.realtime import completion_delays
 from crane_sim import Scene, load_scene, orchestration, read_recording
-from crane_sim.evaluation.soak.kill import Kill, back_after
-from crane_sim.evaluation.soak.kill import soak as kill_soak
-from crane_sim.evaluation.soak.monitor import Received
-from crane_sim.evaluation.soak.realtime import completion_delays
 from crane_sim.recording.completeness import CUT
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import BLOCK_STEPS

@@ -8,8 +8,8 @@ import pytest
 from pd_law import PdLaw
 from process_helpers import started_program
 
+from crane_bench.soak.determinism import busy
 from crane_sim import load_scene, orchestration, simulate
-from crane_sim.evaluation.soak.determinism import busy
 
 PROGRAM = Path(__file__).parents[1] / "programs" / "topic_hardware_interface.py"
 SCENE = load_scene("knuckle_setpoint", {"duration": 8.0})

@@ -14,10 +14,10 @@ import pytest
 from mcap_samples import read
 from process_helpers import has_exited, next_line, nodes_of, run_to_completion, started_program, wait_until
 
+from crane_bench.soak.monitor import MonitorFile, monitor
+from crane_bench.soak.signals import DURATION, RUN_KINDS, SCENE, Interruption, interrupt_run, plan
+from crane_bench.soak.signals import soak as signal_soak
 from crane_sim import load_scene, orchestration
-from crane_sim.evaluation.soak.monitor import MonitorFile, monitor
-from crane_sim.evaluation.soak.signals import DURATION, RUN_KINDS, SCENE, Interruption, interrupt_run, plan
-from crane_sim.evaluation.soak.signals import soak as signal_soak
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.recording.rerun.reader import read_curves
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, Field
 
+from crane_bench.documentation.fields import REQUIRED, UNITS, Choice, fields, in_words, split_comment, subgroup
+from crane_bench.documentation.scene_format import COMMAND, anchor, scene_format
+from crane_bench.documentation.signs import SIGNS
 from crane_sim import load_scene
-from crane_sim.evaluation.documentation.fields import REQUIRED, UNITS, Choice, fields, in_words, split_comment, subgroup
-from crane_sim.evaluation.documentation.scene_format import COMMAND, anchor, scene_format
-from crane_sim.evaluation.documentation.signs import SIGNS
 from crane_sim.laws import law_names, law_of
 from crane_sim.scenes.registry import ALL_SCHEMAS
 from crane_sim.scenes.scene import Scene

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.evaluation.reproduce import hardcases
+from crane_bench.reproduce import hardcases
 from crane_sim.simulation.rollout import simulate
 
 REFERENCES = hardcases.hardcase_references()

@@ -17,10 +17,10 @@ from rich.console import Console
 import crane_sim
 from crane_sim import study as studies
 from crane_sim.cli.sweep import print_result
-from crane_sim.evaluation.report.study_page import study_page
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
 from crane_sim.files.functions import load_function
+from crane_sim.report.study_page import study_page
 from crane_sim.study import store
 from crane_sim.study.store import hash_of, identity_of
 from crane_sim.study.summary import shown_metrics
@@ -166,7 +166,7 @@ def test_values_of_several_types_are_text(tmp_path: Path) -> None:
 def test_failed_runs_count_in_distributions(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The share of runs of a distribution is of all of them: of a variant with a failed run it ends below 1."""
     rows, axes = run_with(f"{own}:of_strong_laws", tmp_path), Mock()
-    monkeypatch.setattr("crane_sim.evaluation.report.study_page._figure", lambda draw, _: draw(axes) or "")
+    monkeypatch.setattr("crane_sim.report.study_page._figure", lambda draw, _: draw(axes) or "")
     study_page(studies.read_result(tmp_path))
     found = {call.kwargs["label"]: call.args[1].max(initial=0.0) for call in axes.step.call_args_list}
     assert found == {

@@ -23,9 +23,9 @@ from process_helpers import LIMIT, started_program, wait_exited, wait_until
 
 import crane_sim
 from crane_sim import study as studies
-from crane_sim.evaluation.report.study_page import save_study_page
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import unfinished_name
+from crane_sim.report.study_page import save_study_page
 from crane_sim.study.recordings import record_selected
 from crane_sim.study.workers import Workers
 

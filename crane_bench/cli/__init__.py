@@ -1,0 +1,1 @@
+"""The commands of the laboratory, which `crane` finds by entry points."""

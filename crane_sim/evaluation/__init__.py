@@ -1,1 +1,0 @@
-"""Measurements of the simulator and of laws: reproduce, bench, league, soak, documentation."""

@@ -1,0 +1,155 @@
+"""The content of a run's page as plain data: the crane, its frames, curves, metrics, versions and hashes."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crane_sim.recording.base_frame import base_quaternions
+from crane_sim.recording.rope_colors import usual_tensions
+from crane_sim.recording.states import get_color, make_spans
+from crane_sim.report.decimation import encode_columns, encode_floats, rows_with_peaks
+from crane_sim.report.metrics_table import headlines, joint_table, plain_metrics
+from crane_sim.report.panels import Panel, panels_of
+from crane_sim.report.robot import parse_robot, used_coordinates
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from crane_sim.recording.layout import Array
+    from crane_sim.recording.run import RecordedRun
+
+MAX_FRAME_VALUES = 140_000  # of all frames of a page: 0.75 MB
+MAX_TOTAL_POINTS = 40_000  # of all curves of a page: 0.45 MB
+MAX_CURVE_POINTS = 1000  # more than the columns of a screen for one curve
+FAILURE_INTERVAL = 5.0  # s before a failure, which are shown first
+DENSE_INTERVAL = 10.0  # s at the end of a long run for which all frames are kept
+MAX_EVENTS = 200
+USUAL_ROWS = 2000  # first rows, from which the usual tensions follow, as in the viewer
+MAX_LOAD_RATIO = 2.0  # of tension to usual tension: above it the colour stays the same
+MAX_SPANS = 1000  # of a timeline of states
+
+
+def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
+    """Return the content of a run's page; `max_frame_values`: largest number of values in its frames.
+
+    The failure window: the last FAILURE_INTERVAL seconds of a run that failed. `headed_table` has rows below a row of
+    column names, `plain_table` rows of a name and its values.
+    """
+    robot = parse_robot(run.urdf, run.crane.joint_names)
+    end = float(run.t[-1]) + run.period
+    panels = panels_of(run)
+    return {
+        "name": run.name,
+        "description": run.scene_values.get("description", ""),
+        "law": run.law,
+        "kind": run.crane.kind,
+        "finished": run.finished,
+        "error": run.error,
+        "real_time_violation": run.real_time_violation,
+        "end": end,
+        "failure_window_start": None if run.finished else max(0.0, end - FAILURE_INTERVAL),
+        "robot": robot,
+        "framing": run.crane.framing,
+        "afloat": run.base is not None,
+        "frames": frames_of(run, used_coordinates(robot), max_frame_values),
+        "panels": _encode(run, panels, slice(None)),
+        "failure_window_panels": None if run.finished else _encode(run, panels, _rows_before_failure(run, end)),
+        "states": state_rows(run, end),
+        "events": run.events[:MAX_EVENTS],
+        "event_count": max(len(run.events), run.summary.get("event_count", 0)),
+        "headlines": headlines(run),
+        "scene": run.scene_text,
+    } | _tables(run)
+
+
+def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
+    """Return the timelines of states up to a time [s]: name and spans, [begin, end, state, colour]."""
+    spans = {name: make_spans(changes, 0.0, end, end / MAX_SPANS) for name, changes in run.states.items()}
+    return [
+        {"name": name, "spans": [[*span, get_color(span.state)] for span in each[:MAX_SPANS]]}
+        for name, each in spans.items()
+    ]
+
+
+def _tables(run: RecordedRun) -> dict[str, Any]:
+    return {"headed_table": joint_table(run), "plain_table": plain_metrics(run), "origin": _origin(run)}
+
+
+def _rows_before_failure(run: RecordedRun, end: float) -> slice:
+    return slice(int(np.searchsorted(run.t, end - FAILURE_INTERVAL)), None)
+
+
+def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str, Any]]:
+    """Return panels with the curves of some rows."""
+    curves = max(1, sum(len(panel.curves) for panel in panels))
+    points = min(MAX_CURVE_POINTS, MAX_TOTAL_POINTS // curves)
+    return [
+        {
+            "title": panel.title,
+            "unit": panel.unit,
+            "curves": [
+                {"name": curve.name, "color": curve.color, "dashed": curve.dashed, "dotted": curve.dotted}
+                | curve_points(run.t[rows], curve.values[rows], points)
+                for curve in panel.curves
+            ],
+        }
+        for panel in panels
+    ]
+
+
+def curve_points(t: Array, values: Array, count: int) -> dict[str, str]:
+    """Return a curve over the times t (K,), thinned out to about `count` points."""
+    rows = rows_with_peaks(values, count)
+    return {"t": encode_floats(t[rows]), "values": encode_floats(values[rows])}
+
+
+def frames_of(run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
+    """Return the frames of the 3D scene as columns, and by quantity which columns it has: [first, count]."""
+    frames, tip = run.frames, run.crane.tip_index
+    steps = run.frame_steps
+    parts = {"t": frames.t[:, None], "q": run.q[steps][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
+    parts["tension"] = rope_loads(run)[steps]
+    if run.base is not None:
+        base = run.base[steps]
+        parts["base"] = np.hstack([base[:, :3], base_quaternions(base)])
+    if frames.target is not None and np.isfinite(frames.target).all():  # it may begin in the middle of a run
+        parts["target"] = frames.target
+    if frames.falls is not None:
+        parts["falls"] = _flat(frames.falls)
+    widths = [part.shape[1] for part in parts.values()]
+    firsts = np.cumsum([0, *widths]).tolist()
+    columns = np.hstack(list(parts.values()))
+    named = {name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)}
+    kept = _select_frames(frames.t, columns, max_values)
+    return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
+
+
+def rope_loads(run: RecordedRun) -> Array:
+    """Return the ratios (K, L) of tensions to the usual ones, at most `MAX_LOAD_RATIO`, for the colours of ropes."""
+    return np.minimum(run.tensions / usual_tensions(run.tensions[:USUAL_ROWS]), MAX_LOAD_RATIO)
+
+
+def _select_frames(t: Array, columns: Array, max_values: int) -> NDArray[np.bool_]:
+    """Return a mask (F,) of the frames that are kept: of a long run every n-th, but all at its end."""
+    varying = max(1, int(np.count_nonzero(np.ptp(columns, axis=0) > 0.0)))
+    stride = max(1, -(-len(t) * varying // max_values))
+    dense = t > t[-1] - DENSE_INTERVAL
+    if np.count_nonzero(dense) * varying > max_values // 4:
+        dense = t == t[-1]
+    return (np.arange(len(t)) % stride == 0) | dense
+
+
+def _flat(values: Array) -> Array:
+    return values.reshape(len(values), -1)
+
+
+def _origin(run: RecordedRun) -> list[tuple[str, str]]:
+    """Return (name, value) of the versions and hashes that are needed to repeat the run."""
+    rows = [(name.replace("_", " "), value) for name, value in run.versions.items()]
+    state = run.summary.get("state_sha256")
+    rows += [("scene sha256", sha256(run.scene_text.encode()).hexdigest())]
+    rows += [("state sha256", state)] if state else []
+    return [*rows, ("seed", str(run.seed)), ("control period", f"{run.period:g} s")]

@@ -1,0 +1,193 @@
+"""Rigid loads beside other engines: each one's model is the scene's crane, and they agree with ours."""
+
+import sys
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crane_bench.speed import bodies
+from crane_bench.speed.body_cases import CASES, BodyCase, body_scene
+from crane_bench.speed.crane_sim_engine import NAME, CraneSimEngine
+from crane_bench.speed.engine import EngineUnavailable, Run
+from crane_bench.speed.peers import exudyn_bodies, mujoco_bodies
+from crane_bench.speed.peers.mechanism import (
+    Mechanism,
+    attitude_of,
+    initial_state,
+    load_pose,
+    mechanism_of,
+    rotation,
+    segments,
+)
+from crane_bench.speed.results import read_points
+from crane_bench.speed.sweep import angle_between
+from crane_sim.integrators.dop853 import RK8
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.metrics import world_points
+
+pytestmark = pytest.mark.interpreted
+
+SHORT = 2.5  # s, with kinks of the inputs, and before the tests take long
+START: dict[str, dict[str, Any]] = {
+    "hook": {
+        "initial.q": [-4.0, 0.5, 4.0, 0.1, 0.2],
+        "initial.rigging": {
+            "directions": [[0.6, 0.0, -0.8]],
+            "orientation": [0.5, 0.5, 0.5, 0.5],
+            "angular_velocity": [0.1, 0.2, 0.3],
+        },
+    },
+    "falls": {},
+    "slew": {"initial.q": [0.3, 25.0, 25.0, 0.1, -0.2], "initial.v": [0.0, 0.4, 0.0, 0.0, 0.0]},
+}
+"""Starts that are not straight down, where a scene can have them."""
+ORDERS = [(mujoco_bodies, "RK4", 4), (exudyn_bodies, "RK44", 4), (exudyn_bodies, "generalized alpha", 2)]
+
+
+def mechanism(case: BodyCase, duration: float = SHORT, changed: bool = False) -> tuple[Any, Mechanism]:
+    """Return (the scene of a case, with another duration [s], its mechanism); `changed`: with the start of START."""
+    changes = {**case.changes, **(START[case.id] if changed else {}), "duration": duration}
+    scene = load_scene(case.scene, changes)
+    made = mechanism_of(scene)
+    assert made is not None
+    return scene, made
+
+
+def available(engine: ModuleType) -> ModuleType:
+    """Return the engine; skip the test where it is not installed."""
+    try:
+        engine.find_version()
+    except EngineUnavailable as why:
+        pytest.skip(str(why))
+    return engine
+
+
+def nearest_run(engine: ModuleType, made: Mechanism, method: str, setting: float) -> Run:
+    """Return the run of a method with the setting nearest to this one."""
+    return min(engine.runs(made, method), key=lambda run: abs(np.log(run.setting / setting)))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
+def test_the_mechanism_starts_as_the_crane(case: BodyCase) -> None:
+    """Joints in series put the load where the crane has it, also from inclined ropes, and turn it as fast."""
+    scene, made = mechanism(case, changed=True)
+    q, v = initial_state(made)
+    at, turn = load_pose(made, q)
+    points, _ = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+    assert at == pytest.approx(points[-1], abs=1e-13)  # rounding at 30 m
+    assert turn == pytest.approx(attitude_of(scene.initial_q), abs=1e-14)
+    h = 1e-6
+    moved = [load_pose(made, q + sign * h * v) for sign in (-1.0, 1.0)]
+    spin = turn.T @ (moved[1][1] - moved[0][1]) / (2.0 * h)
+    omega = START[case.id].get("initial.rigging", {}).get("angular_velocity", [0.0, 0.0, 0.0])
+    assert [spin[2, 1], spin[0, 2], spin[1, 0]] == pytest.approx(omega, abs=1e-9)  # of central differences
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
+def test_segments_are_the_inputs(case: BodyCase) -> None:
+    """Constant rates between kinks give back the tables of the inputs, at every kink and at the end."""
+    _, made = mechanism(case, 30.0)
+    values, pieces = segments(made)
+    t = 0.0
+    for piece in pieces:
+        t, values = t + piece.duration, values + piece.rates * piece.duration
+        expected = [np.interp(t, drive.table.times, drive.table.values) for drive in made.drives]
+        assert values == pytest.approx(expected, abs=1e-9)  # N of up to 6e4
+    assert t == pytest.approx(30.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
+@pytest.mark.parametrize(("engine", "method", "order"), ORDERS, ids=lambda value: getattr(value, "NAME", value))
+def test_engines_converge_to_our_end(engine: ModuleType, method: str, order: int, case: BodyCase) -> None:
+    """Position and attitude of the load converge to those of this simulator with the order of the engine's method."""
+    scene, made = mechanism(case)
+    ours = CraneSimEngine(scene).make_run(RK8(1.0 / 64.0))(1)
+    step, floor = {4: (0.02, 1e-9), 2: (0.01, 1e-7)}[order]  # m, where rounding, or Newton's iterations, end it
+    runs = [nearest_run(available(engine), made, method, setting) for setting in (step, 0.5 * step)]
+    ends = [run.execute(1) for run in runs]
+    errors = [float(np.linalg.norm(end.payload - ours.payload)) for end in ends]
+    assert ours.attitude is not None and ends[1].attitude is not None
+    slope = np.log(errors[0] / errors[1]) / np.log(runs[0].setting / runs[1].setting)
+    assert slope > order - 0.5 or errors[0] < floor
+    bound = {4: 1e-5, 2: 5e-3}[order]  # a wrong model is off by centimetres; these methods are at a third of it
+    assert errors[1] < bound and angle_between(ends[1].attitude, ours.attitude) < bound
+
+
+def test_error_control_meets_our_end() -> None:
+    """Exudyn's DOPRI5 ends at our end within its tolerance, and repeats itself exactly."""
+    scene, made = mechanism(CASES[0])
+    ours = CraneSimEngine(scene).make_run(RK8(1.0 / 64.0))(1)
+    run = nearest_run(available(exudyn_bodies), made, "DOPRI5", 1e-8)
+    end = run.execute(1)
+    assert np.linalg.norm(end.payload - ours.payload) < 1e-6  # a hundred times the tolerance: of each step
+    assert np.array_equal(run.execute(2).payload, end.payload)
+
+
+def test_a_run_that_fails_stays_in_the_sweep() -> None:
+    """A step far too long ends far away or in no number, and the next run with the same engine is right again."""
+    _, made = mechanism(CASES[0], 30.0)
+    for engine, method in ((mujoco_bodies, "RK4"), (exudyn_bodies, "RK44")):
+        coarse, fine = (nearest_run(available(engine), made, method, setting) for setting in (0.2, 0.04))
+        assert not np.linalg.norm(coarse.execute(1).payload) < 1e3  # m; the load hangs within 20 m
+        assert np.linalg.norm(fine.execute(1).payload) < 20.0
+
+
+@pytest.mark.parametrize("engine", [mujoco_bodies, exudyn_bodies], ids=lambda engine: engine.NAME)
+def test_a_missing_engine_is_named(engine: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without its package an engine is unavailable, named in a single line."""
+    for name in ("mujoco", "exudyn"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(EngineUnavailable, match=f"{engine.NAME} is not installed") as error_info:
+        engine.find_version()
+    assert "\n" not in str(error_info.value)
+
+
+def test_other_cranes_are_no_mechanism() -> None:
+    """Cranes with a law, with wind, friction or play, or without a rigid load are not taken for what they are not."""
+    for name in (
+        "tower_gust",
+        "tandem_play",
+        "tower_beam_turns",
+        "mobile_lift",
+        "overhead_swing",
+        "knuckle_springs",
+        "port_sts_container",
+    ):
+        assert mechanism_of(load_scene(name)) is None
+    assert mechanism_of(load_scene("spreader_skew", {"falls.relaxation": 0.0})) is not None
+
+
+def test_rotations() -> None:
+    """Rotations about axes and of quaternions agree, and the angle between two of them is that of the turn."""
+    angle = 0.7
+    for axis in range(3):
+        quaternion = np.array([np.cos(0.5 * angle), 0.0, 0.0, 0.0])
+        quaternion[1 + axis] = np.sin(0.5 * angle)
+        assert attitude_of(quaternion) == pytest.approx(rotation(axis, angle), abs=1e-15)
+        assert angle_between(np.eye(3), rotation(axis, angle)) == pytest.approx(angle, abs=1e-14)
+
+
+def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without other engines the suite measures ours, names the missing ones, and our errors fall below the finest."""
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    monkeypatch.setitem(sys.modules, "exudyn", None)
+    results = bodies.measure([CASES[1]._replace(changes={"duration": 0.25})], methods=("rk8",))
+    assert set(results["missing"]) == {"MuJoCo", "Exudyn"} and set(results["engines"]) == {NAME}
+    scene = results["scenes"]["falls"]
+    closest = min(read_points(scene), key=lambda point: point.error)
+    assert closest.error < 1e-9 and closest.attitude_error is not None and closest.attitude_error < 1e-9
+    lines = "\n".join(bodies.format_lines(results))
+    assert "not there: Exudyn" in lines and "1 x ours" in lines and "closest" in lines
+    scene["trusted"] = 1e-9
+    lines = "\n".join(bodies.format_lines(results))
+    assert "not compared, below 20 times the reference's error: 1e-09 m" in lines and "1e-09 m  " not in lines
+    assert "closest: within the reference's error" in lines
+
+
+def test_cases_are_possible() -> None:
+    """Every case is a scene of the catalogue with a rigid load, without a law, as the engines take it."""
+    for case in CASES:
+        scene = body_scene(case)
+        assert not scene.sampled and mechanism_of(scene) is not None

@@ -1,0 +1,90 @@
+"""Coordinates of the overhead crane: maps, where they fail, rank and condition, the driven ones linearised."""
+
+import numpy as np
+import pytest
+
+from crane_bench.reproduce.lagrange import chain, coordinates, properties
+from crane_bench.reproduce.lagrange.chain import LumpedCrane
+from crane_bench.reproduce.lagrange.linearisation import collocate
+from crane_bench.reproduce.overhead_erratum import example, payload_only, relative_difference
+
+pytestmark = pytest.mark.interpreted
+
+SIZES = (1, 2, 3, 5)
+EXACT = 1e-12  # relative: sums of some hundred terms of one size in double precision, errors of some 1e-15 each
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_maps_between_coordinates(n: int) -> None:
+    """Relative angles, absolute angles and horizontal positions carry the same states, rates and kinetic energy."""
+    crane, q, v = example(n)
+    mass, energy = chain.mass_matrix(crane, q), chain.kinetic_energy(crane, q, v)
+    assert np.allclose(coordinates.relative(coordinates.absolute(q[1 : n + 1])), q[1 : n + 1], rtol=0, atol=EXACT)
+    assert np.allclose(coordinates.from_horizontal(coordinates.to_horizontal(q)), q, rtol=0, atol=1e-10)  # / sin α
+    jacobian = coordinates.horizontal_jacobian(q)
+    assert relative_difference(jacobian, properties.gradient(coordinates.to_horizontal, q).T) < EXACT
+    sines = np.sin(coordinates.absolute(q[1 : n + 1]))
+    assert np.linalg.det(jacobian) == pytest.approx(np.prod(sines), rel=1e-10)  # as (189); elimination of up to 11 rows
+    for matrix in (coordinates.absolute_map(n), jacobian):
+        rates = matrix @ v
+        assert 0.5 * rates @ coordinates.transform_mass(mass, matrix) @ rates == pytest.approx(
+            energy, rel=1e-8
+        )  # / sin²
+
+
+def test_hanging_links_by_their_positions() -> None:
+    """Links of fixed lengths that hang are found from horizontal positions and velocities alone."""
+    _, q, v = example(3)
+    v[4:] = 0.0
+    q[1:4] = coordinates.relative(np.array([0.9, -1.2, 0.4]))
+    positions, speeds = chain.node_positions(q)[1:, 0], (chain.node_jacobian(q) @ v)[1:, 0]
+    alpha = coordinates.hanging_angles(q[0], positions, q[4:])
+    assert np.allclose(alpha, coordinates.absolute(q[1:4]), rtol=0, atol=EXACT)
+    rates = coordinates.hanging_rates(v[0], speeds, alpha, q[4:])
+    assert np.allclose(rates, coordinates.absolute(v[1:4]), rtol=0, atol=1e-11)  # divided by cos 1.2
+
+
+def test_where_coordinates_fail() -> None:
+    """A vertical link hides its length, a horizontal one is no hanging one, and one that points up looks hanging."""
+    _, q, _ = example(2)
+    q[1:3] = 0.4, np.pi - 0.4
+    with pytest.raises(ValueError, match="link 2 is vertical"):
+        coordinates.from_horizontal(coordinates.to_horizontal(q))
+    with pytest.raises(ValueError, match="link 2 does not hang"):
+        coordinates.hanging_angles(0.0, np.array([0.5, 1.5]), np.array([1.0, 1.0]))
+    up = coordinates.hanging_angles(0.0, np.array([np.sin(2.0)]), np.array([1.0]))
+    assert up == pytest.approx(np.pi - 2.0)
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_collocated_linearisation(n: int) -> None:
+    """Under the inputs of (176)-(177) trolley and hoist accelerate as wanted, and the angles follow by (179)."""
+    crane, q, v = example(n)
+    v[n + 2 :] = 0.0
+    reduced, wanted, forces = collocate(crane, q, v), np.array([1.3, -0.7]), np.zeros(2 * n + 1)
+    assert properties.smallest_eigenvalue(reduced.mass) > 0.0
+    forces[[0, n + 1]] = reduced.forces(wanted)
+    found = chain.chain_acceleration(crane, q, v, forces, (1,))
+    assert relative_difference(found[[0, n + 1]], wanted) < 1e-10  # loads of 1e2 through matrices of condition 1e4
+    assert relative_difference(reduced.angles(wanted), found[1 : n + 1]) < 1e-10
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_rank_with_the_payload_only(n: int) -> None:
+    """With m_N alone the rank of M is 3 at most, here and at the vertical, and 2N + 1 with all masses."""
+    crane, q, _ = example(n)
+    upright = np.concatenate([q[:1], np.zeros(n), q[n + 1 :]])
+    assert properties.rank(chain.mass_matrix(crane, q)) == 2 * n + 1
+    for at in (q, upright):
+        assert properties.rank(chain.mass_matrix(payload_only(crane), at)) == 3
+
+
+@pytest.mark.parametrize(
+    ("ratio", "absolute", "relative"), [(1.0, 2e2, 2e4), (1e4, 4e5, 6e7), (1e6, 4e7, 6e9), (1e8, 4e9, 6e11)]
+)
+def test_condition_of_the_mass_matrix(ratio: float, absolute: float, relative: float) -> None:
+    """Ten hanging links: condition numbers grow with the payload, and relative angles are the worse coordinates."""
+    crane = LumpedCrane(5.0, np.append(np.ones(9), ratio))
+    q = np.concatenate([np.zeros(11), np.ones(10)])
+    found = properties.conditions(chain.mass_matrix(crane, q), chain.free_coordinates(10))
+    assert found == pytest.approx((absolute, relative), rel=0.3)  # numbers of one digit

@@ -1,0 +1,176 @@
+"""`crane league`: the scenes of its trials, the metrics of a cell, and the page made of cells."""
+
+import json
+import os
+import sys
+from itertools import product
+from pathlib import Path
+
+import pytest
+from process_helpers import started_program, wait_exited, wait_until
+
+from crane_bench.cli.league import save_comparison
+from crane_bench.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM
+from crane_bench.league.cells import Cell, CellMetrics, evaluate, evaluate_all, median_metrics
+from crane_bench.league.scenes import trial_scene
+from crane_bench.league.trials import Group, Trial
+from crane_sim.files.catalogue import config_folder
+from crane_sim.files.document import get_value
+from crane_sim.files.installation import missing_package
+from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.rollout import simulate
+from crane_sim.study.schema import load_study
+
+ANGULAR, CARTESIAN = FEEDBACK[:2]
+METRICS = CellMetrics(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0)
+
+
+def trial_of(column: str) -> Trial:
+    """Return the pendulum's trial in a column."""
+    return next(trial for trial in PENDULUM if trial.column == column)
+
+
+def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
+    """Another payload or rope, and a moving base, are in the scene, not in the law's nominal scene."""
+    heavy, long, sea = (
+        trial_scene(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea")
+    )
+    assert heavy["payload"]["mass"] == pytest.approx(4.8) and heavy["control"]["nominal"]["payload"]["mass"] == 4.0
+    assert long["rope"]["length"] == pytest.approx(1.05 * 1.255)
+    assert load_scene(long).law.tracker.pendulum.length == 1.255  # pyright: ignore[reportAttributeAccessIssue]
+    assert sea["base_motion"]["sea"]["seed"] == 7 and sea["control"]["nominal"]["base_motion"] is None
+
+
+def test_a_law_keeps_the_simple_model_of_its_scene() -> None:
+    """Beside another sling or mass, LQR still believes in the scene's point mass; a shaped path knows the own sling."""
+    group = next(group for group in GROUPS if group.name.startswith("tower"))
+    heavy, long = (next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "rope +5 %"))
+    document = trial_scene(heavy, group.entrants[0], 0)
+    assert document["payload"]["mass"] == pytest.approx(4800.0) and document["payload"]["inertia"][0] == 1.2 * 2.8e3
+    believed = document["control"]["nominal"]
+    assert believed["links"] == [] and believed["payload"]["mass"] == 4450.0 and believed["payload"]["inertia"] is None
+    shaped = next(entrant for entrant in group.entrants if entrant.name.endswith("ZV"))
+    document = trial_scene(long, shaped, 0)
+    assert document["links"][0]["length"] == pytest.approx(3.15)
+    assert document["control"]["nominal"]["links"] == [{"mass": 450.0, "length": 3.0}]
+    assert load_scene(document).commands == ("velocity", "velocity", "effort")
+
+
+def cpu_time(pid: int) -> float:
+    """Return the user time [s] of a process."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11]) / os.sysconf("SC_CLK_TCK")
+
+
+def test_workers_end_with_the_command(tmp_path: Path) -> None:
+    """When the command is killed, as by an interruption, no process that evaluates cells remains."""
+    with started_program([Path(sys.executable).with_name("crane"), "league"], cwd=tmp_path) as process:
+        listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        wait_until(lambda: len(listed.read_text().split()) > 1, "worker processes")
+        workers = [int(pid) for pid in listed.read_text().split()]
+        wait_until(lambda: max(map(cpu_time, workers)) > 3.0, "a worker that has been started and evaluates")
+        process.kill()
+        for pid in workers:
+            wait_exited(pid)
+
+
+def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
+    """Open loop with ZV the suspension point follows the shaped path; errors are from the path as it is."""
+    shaped = next(entrant for entrant in GROUPS[0].entrants if entrant.name.endswith("ZV"))
+    scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
+    assert scene.trajectory is not None and scene.trajectory.starts[-1] == 50.0
+    nominal_path = scene.law.trajectory  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
+    assert nominal_path.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
+
+
+def test_settings_are_those_of_the_catalogue() -> None:
+    """A law takes the gains of its own scene, at the period of the trial."""
+    trial = next(group for group in GROUPS if group.name == "knuckle boom").trials[0]
+    plain, weighing, lqr = (trial_scene(trial, entrant, 0)["control"] for entrant in OF_KNUCKLE[:3])
+    assert plain["kp"] == [30, 10, 10, 1] and "adaptation" not in plain
+    assert weighing["adaptation"] == {"rate": 2} and weighing["kp"] == [30, 10, 10, 2]
+    assert lqr["r"] == [0.1, 0.1, 0.1, 1.0] and "kp" not in lqr
+
+
+def test_tuned_laws_have_the_gains_of_their_search() -> None:
+    """Each entrant named tuned has gains that a search of the catalogue found, within the limits of its study."""
+    entrants = [(group, entrant) for group in GROUPS for entrant in group.entrants if entrant.tuned]
+    assert len(entrants) == 6
+    for group, entrant in entrants:
+        settings = {"control": trial_scene(group.trials[0], entrant, 0)["control"]}
+        study = load_study(config_folder() / "tuning" / f"{entrant.tuned}.yaml")
+        assert study.tune is not None
+        for key, gain in study.tune.gains.items():
+            assert gain.low <= get_value(settings, key)[1] <= gain.high, (entrant.tuned, key)
+
+
+@pytest.mark.long
+def test_metrics_of_a_cell_are_those_of_the_summary() -> None:
+    """Errors and swing of a cell are those of the run's own summary, computed block by block."""
+    trial = Trial("obstacle", "offshore_obstacle")
+    cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
+    summary = simulate(load_scene(trial_scene(trial, ANGULAR, 0))).summary
+    assert cell.metrics is not None and not cell.refused and not cell.failed and cell.runs == 1
+    assert cell.metrics.mse == pytest.approx(summary["tracking_mse"], rel=1e-9)  # the same sum in another order
+    assert cell.metrics.mae == pytest.approx(summary["tracking_mae"], rel=1e-9)
+    assert cell.metrics.peak_error == pytest.approx(summary["tracking_peak"], rel=1e-9)
+    hardest = summary["peak_tip_acceleration"]  # of the control steps; the cell has the last state, too
+    assert cell.metrics.tip_acceleration == pytest.approx(hardest, rel=0.01)
+    assert 0.0 < (cell.metrics.settling or 0.0) < 10.0  # the scene ends 10 s after its path
+
+
+def test_a_law_that_does_not_apply_has_its_reason() -> None:
+    """The angular law has no camera: the cell has no metrics, but the reason."""
+    cell = evaluate(GROUPS[0], ANGULAR, trial_of("30 Hz vision"))
+    assert cell.metrics is None and "vision" in cell.refused and not cell.failed
+
+
+def test_the_median_of_settling() -> None:
+    """One run of three that does not settle leaves a median, two of three do not."""
+    never = METRICS._replace(settling=None)
+    assert median_metrics([METRICS, METRICS._replace(settling=5.0), never]).settling == 5.0
+    assert median_metrics([METRICS, never, never]).settling is None
+    assert median_metrics([METRICS, METRICS._replace(mae=0.03, effort={"tip_x": 3.0})]).effort == {"tip_x": 2.0}
+
+
+CELLS = [
+    Cell("pendulum", "angular", "obstacle", 1, METRICS, "", ""),
+    Cell("pendulum", "harmonic", "obstacle", 1, None, "", "stopped at t = 1 s"),
+    Cell("pendulum", "angular", "30 Hz vision", 10, None, "it has no camera", ""),
+]
+
+
+def test_a_page_without_matplotlib_has_no_figure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Page and data are written without the figure, or an older one, with one line on stderr."""
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    (tmp_path / "league.png").write_bytes(b"of other numbers")
+    save_comparison(CELLS, tmp_path)
+    assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md", "league.png"}
+    assert "league.png" not in (tmp_path / "league.md").read_text()
+    assert capsys.readouterr().err == f"no league.png: {missing_package('matplotlib', 'the figure')}\n"
+
+
+def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
+    """A law that fails stays in table and data with its reason, one that does not apply is in no table."""
+    save_comparison(CELLS, tmp_path)
+    page = (tmp_path / "league.md").read_text()
+    assert (
+        "| harmonic | obstacle: not controlled | 1 | - |" in page and "harmonic, obstacle: stopped at t = 1 s" in page
+    )
+    assert page.count("\n| angular") == 1 and "| tip_x 1 m/s² |" in page
+    assert "angular, 30 Hz vision: it has no camera" in page
+    assert (tmp_path / "league.png").read_bytes().startswith(b"\x89PNG")
+    kept = json.loads((tmp_path / "league.json").read_text())["cells"]
+    assert [cell["failed"] for cell in kept] == ["", "stopped at t = 1 s", ""] and kept[0]["metrics"]["mae"] == 0.01
+
+
+@pytest.mark.slow
+def test_the_whole_league() -> None:
+    """Every entrant has a cell in every trial of its crane: metrics, or the reason why there are none."""
+    cells = list(evaluate_all())
+    expected = [(g.name, c.name, t.column) for g in GROUPS for c, t in product(g.entrants, g.trials)]
+    assert [(cell.crane, cell.law, cell.trial) for cell in cells] == expected
+    assert {cell.trial for cell in cells} == set(COLUMNS)
+    assert all((cell.metrics is None) <= bool(cell.refused or cell.failed) for cell in cells)
+    assert not any(cell.refused for cell in cells if cell.trial != "30 Hz vision")

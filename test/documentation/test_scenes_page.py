@@ -1,0 +1,67 @@
+"""The page of the cranes of ports and sites: its drawings."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from urdf_kinematics import link_position
+
+from crane_bench.documentation.drawing import Robot
+from crane_bench.documentation.scenes_page import PORTS_AND_SITES, format_metrics, ropes, save_page
+from crane_sim import load_scene
+from crane_sim.description import urdf
+from crane_sim.files.errors import SceneError
+from crane_sim.simulation.goals import express_in_base
+from crane_sim.simulation.rollout import simulate
+
+pytestmark = pytest.mark.interpreted
+
+
+@pytest.mark.parametrize("name", PORTS_AND_SITES)
+def test_links_are_where_the_urdf_puts_them(name: str) -> None:
+    """Every link is drawn where forward kinematics of the document by another program has it, at random joints."""
+    scene = load_scene(name)
+    document, random = urdf(scene), np.random.default_rng(3)
+    robot = Robot(document)
+    moved = scene.initial_q + random.normal(0.0, 0.3, len(scene.initial_q))
+    joints = dict(zip(scene.joint_names, moved.tolist(), strict=True))
+    for link in ("payload_link", "trolley_link", "node_1"):
+        if f'<link name="{link}"' in document:
+            assert robot.link_pose(link, joints)[:3, 3] == pytest.approx(
+                link_position(document, joints, link), abs=1e-12
+            )
+    corners = np.concatenate([face.corners for face in robot.polygons(joints)])
+    assert np.isfinite(corners).all() and np.ptp(corners, axis=0).min() > 0.0
+
+
+@pytest.mark.parametrize("name", ["knuckle_ship_falls", "pendulum_lifeboat", "bridge_hook_and_sling"])
+def test_path_and_ropes_meet_the_crane_that_is_drawn(name: str) -> None:
+    """On a moving base the load's path, the ropes' ends and the links that are drawn are in the same axes."""
+    scene = load_scene(name, {"duration": 2.0})
+    run = simulate(scene)
+    robot, path, distances = Robot(urdf(scene)), express_in_base(scene.model, run.t, run.payload), []
+    for k in (0, -1):
+        joints = dict(zip(scene.joint_names, run.q[k].tolist(), strict=True))
+        load = robot.link_pose("payload_link", joints)[:3, 3]
+        assert path[k] == pytest.approx(load, abs=1e-9)
+        ends = np.array([rope[-1] for rope in ropes(scene, float(run.t[k]), run.q[k], run.v[k])])
+        distances.append(np.linalg.norm(ends - load, axis=1))
+    assert distances[0] == pytest.approx(distances[1], abs=1e-9)  # they are fixed to the load
+
+
+def test_metrics_that_a_run_lacks_are_left_out() -> None:
+    """A line of metrics has what the summary has, with units."""
+    assert format_metrics({"sim_time": 3.0, "peak_swing_deg": 1.2345}) == "3 s · largest swing 1.23 °"
+
+
+def test_sections_of_other_scenes_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One scene drawn anew replaces its section of the page alone, and another name is refused in one line."""
+    page, written = tmp_path / "scenes.md", "## tower_gust\n\nNew.\n"
+    stored = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text()
+    page.write_text(stored)
+    monkeypatch.setattr("crane_bench.documentation.scenes_page.write_section", lambda name, folder: written)
+    save_page(tmp_path, ["tower_gust"])
+    first, second = (stored.index(f"## {name}\n") for name in PORTS_AND_SITES[:2])
+    assert page.read_text() == stored[:first] + written + "\n" + stored[second:]
+    with pytest.raises(SceneError, match="unknown SCENE of the page 'overhead_swing'"):
+        save_page(tmp_path, ["overhead_swing"])
