@@ -7,6 +7,8 @@ from setuptools import find_packages, setup
 NAME = "crane_sim"
 # a file of crane_control each:
 LAWS = ("energy", "lqr", "cartesian", "angular", "adaptive", "harmonic", "anti_swing", "joint_trajectory")
+# commands of crane_bench:
+LABORATORY = ("bench", "league", "soak", "reproduce", "docs", "describe")
 
 setup(
     name=NAME,
@@ -52,6 +54,7 @@ setup(
         "gamepad": ["evdev"],
         "docs": ["zensical==0.0.*"],
         "peers": ["mujoco", "exudyn", "pin", "drake", "casadi", "heyoka", "cranebench"],
+        "bench": ["crane_sim[plots,study,docs,peers]"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },
     zip_safe=False,
@@ -63,6 +66,12 @@ setup(
             "controller_node = crane_control.nodes.controller_node:main",
             "tracker_node = crane_control.nodes.tracker_node:main",
             "operator_node = crane_control.nodes.operator_node:main",
+        ],
+        "crane_sim.commands": [f"{name} = crane_bench.cli.commands:{name}" for name in LABORATORY],
+        "crane_sim.views": [
+            "record = crane_sim.recording.rerun.rollout:record",
+            "plot = crane_sim.report.figure:plot",
+            "show = crane_sim.report.page:show",
         ],
         "crane_sim.laws": [f"{name} = crane_control.{name}:build" for name in LAWS],
     },

@@ -8,13 +8,10 @@ A module that has `build_many` designs its law for many scenes at once. One that
 its settings are read into by the group that has them, is described in the page of the scene format.
 """
 
-import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 from inspect import cleandoc, signature
 from math import isfinite
 from numbers import Real
@@ -23,6 +20,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar, cast
 from pydantic import ValidationError
 
 from crane_sim.files.errors import PATH, SceneError, foreign_path, join_lines, no_group, one_line, shorten, unknown_key
+from crane_sim.files.extensions import find_extensions
 from crane_sim.files.functions import load_function
 from crane_sim.files.types import type_adapter
 from crane_sim.numerics.column import NotVectorisable
@@ -71,24 +69,14 @@ class AboutLaw(NamedTuple):
     settings: Mapping[str, Any]  # its SETTINGS: NamedTuples of keys by the group that has them; empty where it has none
 
 
-@lru_cache(maxsize=1)
-def _installed_laws(search_path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    """Return the entry points of laws on the interpreter's search path: finding them takes milliseconds."""
-    return tuple(entry_points(group=GROUP))
-
-
-def _laws() -> tuple[EntryPoint, ...]:
-    return _installed_laws(tuple(sys.path))
-
-
 def law_names() -> list[str]:
     """Return the names of all laws that are installed."""
-    return sorted({entry.name for entry in _laws()})
+    return sorted({entry.name for entry in find_extensions(GROUP)})
 
 
 def law_of(name: str) -> AboutLaw:
     """Return the description of an installed law, from its module."""
-    entry = next(entry for entry in _laws() if entry.name == name)
+    entry = next(entry for entry in find_extensions(GROUP) if entry.name == name)
     module = import_module(entry.module)
     about = cleandoc(module.__doc__ or "").partition("\n\n")[0]
     return AboutLaw(about, getattr(module, "SETTINGS", {}))
@@ -115,7 +103,7 @@ def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequen
     A law whose module has `build_many`, a function of (list of settings, list of scenes) that returns laws and errors,
     is designed for all scenes at once; where that fails, for each alone, so that an error is of one scene.
     """
-    module = next((entry.module for entry in _laws() if entry.name == name), None)
+    module = next((entry.module for entry in find_extensions(GROUP) if entry.name == name), None)
     if module is not None and hasattr(import_module(module), "build_many"):
         with suppress(SceneError), _errors_in_one_line(name):
             return import_module(module).build_many(settings, nominals)
@@ -137,7 +125,7 @@ def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, co
     Raises:
         NotVectorisable: the law is designed for one scene after the other.
     """
-    module = next((import_module(entry.module) for entry in _laws() if entry.name == name), None)
+    module = next((import_module(entry.module) for entry in find_extensions(GROUP) if entry.name == name), None)
     if module is None or not hasattr(module, "build_columns"):
         raise NotVectorisable(f"law {name!r} takes no columns")
     return module.build_columns(settings, nominal, covered)
@@ -161,7 +149,7 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
 
 def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
     """Return the function that builds an installed law; raises SceneError where there is none of this name."""
-    entries = [entry for entry in _laws() if entry.name == name]
+    entries = [entry for entry in find_extensions(GROUP) if entry.name == name]
     if not entries:
         known = f"known: {', '.join(law_names())}; or FILE.py:FUNCTION, MODULE:FUNCTION"
         raise SceneError(f"control.law = {shorten(name)}: no such law ({known})")

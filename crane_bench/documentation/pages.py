@@ -87,7 +87,7 @@ def _reproduction_page(item: str, minutes: float, cells: int = 1) -> Page:
 PAGES = {
     "scene_format": Page("describe --save docs", 0.1, lambda: headings(scene_format()), headings),
     "api": Page("describe --python --save docs", 0.1, lambda: list(crane_sim.__all__), headings),
-    "scenes": Page("scenes --save docs", 8.0, lambda: list(PORTS_AND_SITES), headings),
+    "scenes": Page("describe --sites --save docs", 8.0, lambda: list(PORTS_AND_SITES), headings),
     "overhead": _reproduction_page("overhead", 0.1),
     "hardcases": _reproduction_page("hardcases", 10.0),
     "knuckle": _reproduction_page("knuckle", 2.0),

@@ -28,8 +28,8 @@ PORTS_AND_SITES = (
 _MARGIN = 0.03  # of the drawn box, on either side
 _HEAD = """# Cranes as they stand in ports and on sites
 
-Written by `crane scenes --save docs`: each crane where its run begins (pale) and ends, and the path of its load
-(red, from the blue dot), in the axes of its base. Masses, lengths and speeds are those of real machines;
+Written by `crane describe --sites --save docs`: each crane where its run begins (pale) and ends, and the path of its
+load (red, from the blue dot), in the axes of its base. Masses, lengths and speeds are those of real machines;
 [machines.md](machines.md) has the equations, and the sources of the data.
 """
 _METRICS = {

@@ -7,6 +7,10 @@ from typing import Any
 import click
 
 from crane_sim.files.errors import did_you_mean
+from crane_sim.files.extensions import find_extensions
+
+COMMANDS = "crane_sim.commands"
+"""Group of entry points of further commands."""
 
 HELP = {"help_option_names": ["-h", "--help"]}
 """Settings of a command's context."""
@@ -27,11 +31,36 @@ class CommandGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
-        commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
-        with formatter.section("Commands"):
-            formatter.write_dl(
-                [(name, command.get_short_help_str(_MAX_HELP_LENGTH)) for name, command in commands if command]
-            )
+        for title, names in self.list_sections(ctx).items():
+            commands = [(name, self.get_command(ctx, name)) for name in names]
+            with formatter.section(title):
+                formatter.write_dl(
+                    [(name, command.get_short_help_str(_MAX_HELP_LENGTH)) for name, command in commands if command]
+                )
+
+    def list_sections(self, ctx: click.Context) -> dict[str, list[str]]:
+        """Return the names of commands by the sections of the help."""
+        return {"Commands": self.list_commands(ctx)}
+
+
+class Application(CommandGroup):
+    """The command `crane`: its own commands, and those that packages declare as entry points `crane_sim.commands`."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands: its own, then the others."""
+        return [name for names in self.list_sections(ctx).values() for name in names]
+
+    def list_sections(self, ctx: click.Context) -> dict[str, list[str]]:
+        """Return the names of commands by the sections of the help."""
+        others = sorted({entry.name for entry in find_extensions(COMMANDS)} - {*self.commands})
+        return {"Commands": sorted(self.commands), "Laboratory": others}
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command; entry points are searched where it is none of its own."""
+        own = super().get_command(ctx, cmd_name)
+        if own is not None:
+            return own
+        return next((entry.load() for entry in find_extensions(COMMANDS) if entry.name == cmd_name), None)
 
 
 class IntAtLeast(click.IntRange):

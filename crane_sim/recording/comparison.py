@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.read import read_recording
+from crane_sim.recording.read import as_recorded, read_recording
 from crane_sim.recording.run import RecordedRun
 
 if TYPE_CHECKING:
@@ -110,7 +109,7 @@ def _read_run(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
         raise SceneError(
             f"compare: a run of {run.scene.name} has no steps: {run.summary.get('error', 'none was taken')}"
         )
-    return import_module("crane_sim.recording.rerun.rollout").recorded_run(run)  # by name: a layer above, optional
+    return as_recorded(run)
 
 
 def _label_runs(runs: Sequence[RecordedRun]) -> tuple[str, ...]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
-from importlib import import_module
 from pathlib import Path
-from types import ModuleType
+from typing import TYPE_CHECKING
 
 from crane_sim.files.installation import MissingPackage
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
+
+if TYPE_CHECKING:
+    from crane_sim.simulation.rollout import Rollout
 
 
 def read_recording(path: Path | str) -> RecordedRun:
@@ -30,7 +32,7 @@ def read_recording(path: Path | str) -> RecordedRun:
         raise UnreadableRecording(f"{file}: {'is no file' if file.exists() else 'there is no such file'}")
     is_bag = Path(file.name.removesuffix(".part")).suffix == ".mcap"
     try:
-        run = _import_reader("bag_reader").read_bag_run(file) if is_bag else _import_reader("reader").read_run(file)
+        run = _read_bag(file) if is_bag else _read_rerun(file)
     except MissingPackage as error:
         raise UnreadableRecording(f"{file}: {error}") from None
     if run.completeness.extent:
@@ -43,5 +45,22 @@ def is_recording(path: Path) -> bool:
     return path.is_file() or (path.is_dir() and path.name.endswith(".mcap.part"))
 
 
-def _import_reader(name: str) -> ModuleType:
-    return import_module(f"crane_sim.recording.rerun.{name}")  # by name: a layer above, whose packages are optional
+def as_recorded(run: RecordedRun | Rollout) -> RecordedRun:
+    """Return a run as it would be read back from its recording."""
+    if isinstance(run, RecordedRun):
+        return run
+    from crane_sim.recording.rerun.rollout import recorded_run  # here, as below: its packages are optional
+
+    return recorded_run(run)
+
+
+def _read_rerun(file: Path) -> RecordedRun:
+    from crane_sim.recording.rerun.reader import read_run
+
+    return read_run(file)
+
+
+def _read_bag(file: Path) -> RecordedRun:
+    from crane_sim.recording.rerun.bag_reader import read_bag_run
+
+    return read_bag_run(file)

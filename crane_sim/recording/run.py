@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from crane_sim.files.errors import PATH, SceneError, join_lines, shorten
+from crane_sim.files.extensions import find_view
 from crane_sim.files.installation import MissingPackage, import_optional
 from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
 from crane_sim.recording.completeness import CUT, Completeness
@@ -294,11 +294,11 @@ class RecordedRun:
 
         Positions with their targets, speeds, efforts, swing, payload, tension and energy over time.
         """
-        return import_module("crane_sim.report.figure").run_figure(self)
+        return find_view("plot")(self)
 
     def show(self, height: int = 900) -> Any:
         """Return the page of `crane report` for a notebook: it plays the run in a frame `height` pixels high."""
-        return import_module("crane_sim.report.page").Frame(self, height)
+        return find_view("show")(self, height)
 
 
 def parse_scene(text: str, path: Path | None) -> dict[str, Any]:

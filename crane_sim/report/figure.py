@@ -12,6 +12,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import import_optional
 from crane_sim.files.output import write_output
 from crane_sim.recording.quantities import moving_quantities
+from crane_sim.recording.read import as_recorded
 from crane_sim.recording.states import get_color, make_spans
 from crane_sim.report.decimation import rows_with_peaks
 from crane_sim.report.panels import AXIS_COLOR, PALETTE, RUN_COLORS, TEXT_COLOR, Panel, panels_of
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from crane_sim.recording.comparison import Comparison
     from crane_sim.recording.run import RecordedRun
+    from crane_sim.simulation.rollout import Rollout
 
 COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
 MAX_CURVE_POINTS = 4000
@@ -81,6 +83,11 @@ def comparison_figure(comparison: Comparison) -> Any:
             axis.set_axis_off()
         figure.legend(axes[0].lines, comparison.names, loc="outside upper center", ncols=6, frameon=False)
     return figure
+
+
+def plot(run: RecordedRun | Rollout) -> Any:
+    """Return the figure of a run, what its method `plot` returns."""
+    return run_figure(as_recorded(run))
 
 
 def run_figure(run: RecordedRun) -> Any:

@@ -9,6 +9,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.files.output import write_output
+from crane_sim.recording.read import as_recorded
 from crane_sim.report.comparison_page import comparison_data
 from crane_sim.report.page_data import page_data
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from crane_sim.recording.comparison import Comparison
     from crane_sim.recording.run import RecordedRun
+    from crane_sim.simulation.rollout import Rollout
 
 SCRIPTS = ("three.min.js", "frames.js", "body.js", "crane.js", "charts.js", "page.js")
 
@@ -58,6 +60,11 @@ def _document(title: str, values: dict[str, Any]) -> str:
         "@run@": data,
     }
     return re.sub("|".join(parts), lambda mark: parts[mark.group()], _asset("page.html"))
+
+
+def show(run: RecordedRun | Rollout, height: int = 900) -> Frame:
+    """Return the page of a run for a notebook, what its method `show` returns."""
+    return Frame(as_recorded(run), height)
 
 
 class Frame:

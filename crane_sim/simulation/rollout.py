@@ -6,7 +6,6 @@ Whole runs as arrays: a scene under its law, from its initial state to its end o
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,6 +14,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
+from crane_sim.files.extensions import find_view
 from crane_sim.laws import evaluate_law, with_initial_state
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 from crane_sim.simulation.hardware import HardwareRun
@@ -217,19 +217,15 @@ class Rollout:
             ValueError: the run has samples at other times than its control periods.
             RuntimeError: the file cannot be written.
         """
-        # by name: recording is a layer above, and Rerun is optional
-        return import_module("crane_sim.recording.rerun.rollout").record(self, Path(path))
+        return find_view("record")(self, Path(path))
 
     def plot(self) -> Any:
         """Return a `matplotlib.figure.Figure` of the run, as `RecordedRun.plot` does."""
-        return self._recorded().plot()
+        return find_view("plot")(self)
 
     def show(self, height: int = 900) -> Any:
         """Return the page of the run for a notebook, `height` pixels high, as `RecordedRun.show` does."""
-        return self._recorded().show(height)
-
-    def _recorded(self) -> Any:
-        return import_module("crane_sim.recording.rerun.rollout").recorded_run(self)
+        return find_view("show")(self, height)
 
     def lyapunov(self) -> Array:
         """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.

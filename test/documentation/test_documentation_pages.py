@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from cli_commands import commands
 from command_line import crane
 
 from crane_bench.cli.soak import soak
@@ -79,8 +80,8 @@ def test_the_python_page_is_written_from_the_source() -> None:
 def test_commands_and_their_options_are_described() -> None:
     """The page of the commands has a row for each of them, and one for each option of `crane run`."""
     page = text("commands")
-    assert {name for name in app.commands if f"\n| `./crane {name}" not in page} == set()
-    options = {name for option in app.commands["run"].params for name in option.opts if name.startswith("--")}
+    assert {name for name in commands() if f"\n| `./crane {name}" not in page} == set()
+    options = {name for option in commands()["run"].params for name in option.opts if name.startswith("--")}
     assert {name for name in options if f"`{name}" not in page} == set()
 
 

@@ -1,10 +1,13 @@
 """The structure: folders are layers whose imports point one way, functions stay small, the code is typed and clean."""
 
 import ast
+import re
 import sys
+from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 from process_helpers import run_to_completion
@@ -12,9 +15,10 @@ from process_helpers import run_to_completion
 from crane_sim.tracing.cache import UNDIGESTED
 
 ROOT = Path(__file__).parents[2]
+PACKAGES = ("crane_sim", "crane_control", "crane_bench")
 SOURCES = {
     ".".join(file.relative_to(ROOT).with_suffix("").parts): file
-    for package in ("crane_sim", "crane_control", "crane_bench")
+    for package in PACKAGES
     for file in sorted((ROOT / package).rglob("*.py"))
 }
 LAYERS = (
@@ -60,6 +64,9 @@ LAYERS = (
     "crane_sim.recording.mcap",
     "crane_sim.recording",
     "crane_sim.recording.rerun",
+    "crane_sim.recording.read",
+    "crane_sim.recording.comparison",
+    "crane_sim.recording.rerun.comparison",
     "crane_sim.identification",
     "crane_sim.__init__",
     "crane_sim.study",
@@ -77,6 +84,7 @@ LAYERS = (
     "crane_sim.report.plotting",
     "crane_sim.report",
     "crane_sim.cli",
+    "crane_sim.recording.picture",
     "crane_bench.reproduce",
     "crane_bench.speed",
     "crane_bench.league",
@@ -84,30 +92,49 @@ LAYERS = (
     "crane_bench.documentation",
     "crane_bench.__init__",
     "crane_bench.cli",
-    "crane_sim.cli.commands",
-    "crane_sim.cli.__init__",
 )
 """Layers from the bottom up: a module belongs to the longest of these names that it begins with."""
+TOPS = {f"{package}.__init__" for package in PACKAGES}
+PROJECT_NAME = re.compile(rf"\b(?:{'|'.join(PACKAGES)})(?:\.\w+)+")
 ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
 COMPILED = ("entry_point", "routine", "generic")  # decorators of jit
 LOOSE = 5  # modules at the top of crane_sim
 
 
 @cache
+def tree_of(name: str) -> ast.Module:
+    """Return the syntax tree of a module."""
+    return ast.parse(SOURCES[name].read_text())
+
+
+@cache
 def imports(name: str) -> frozenset[str]:
     """Return the dotted names that a module imports, anywhere in it and also for types only."""
-    imported: set[str] = set()
-    for node in ast.walk(ast.parse(SOURCES[name].read_text())):
+    return frozenset(imports_in(tree_of(name)))
+
+
+def imports_in(tree: ast.Module) -> Iterator[str]:
+    """Yield the dotted names that statements import, those in functions too."""
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            imported.update(alias.name for alias in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            imported.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return frozenset(imported)
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def dependencies(name: str) -> set[str]:
-    """Return the modules of this project that a module imports."""
-    return {module for dotted in imports(name) if (module := module_of(dotted)) is not None}
+def names_in_strings(tree: ast.Module) -> Iterator[str]:
+    """Yield the dotted names of this project in strings and parts of f-strings, not in strings that are statements."""
+    prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose:
+            yield from (match.group() for match in PROJECT_NAME.finditer(node.value))
+
+
+@cache
+def dependencies(name: str) -> frozenset[str]:
+    """Return the modules of this project that a module imports, or that it names in a string."""
+    named = {module_of(dotted) for dotted in names_in_strings(tree_of(name))} - TOPS
+    return frozenset(({module_of(dotted) for dotted in imports(name)} | named) - {None})
 
 
 def module_of(name: str) -> str | None:
@@ -159,6 +186,26 @@ def test_few_loose_modules() -> None:
     assert len([name for name in SOURCES if name.count(".") == 1 and name.startswith("crane_sim.")]) <= LOOSE
 
 
+def test_a_name_in_a_string_is_an_import() -> None:
+    """What a function imports counts, and so does what a string names, as `import_module` takes it; prose does not."""
+    text = """
+        "crane_sim.cli"
+        def load(name):
+            "As of crane_sim.gym."
+            from crane_sim.study import result
+            return import_module(f"crane_sim.recording.rerun.{name}"), "crane_bench.soak.page:write"
+    """
+    tree = ast.parse(dedent(text))
+    assert {*imports_in(tree)} == {"crane_sim.study.result"}
+    assert {*names_in_strings(tree)} == {"crane_sim.recording.rerun", "crane_bench.soak.page"}
+
+
+def test_the_product_imports_no_laboratory() -> None:
+    """Neither the simulator nor the laws import or name `crane_bench`: its commands are entry points."""
+    names = {name for name in SOURCES if any(each.startswith("crane_bench") for each in dependencies(name))}
+    assert names and all(name.startswith("crane_bench.") for name in names)
+
+
 def test_the_simulator_imports_no_law() -> None:
     """`crane_sim` never imports `crane_control`: laws are looked up by name."""
     assert not {name for name in importers("crane_control") if name.startswith("crane_sim")}
@@ -192,7 +239,7 @@ def test_undigested_folders_have_no_compiled_code() -> None:
 @pytest.mark.parametrize("name", SOURCES)
 def test_sizes(name: str) -> None:
     """A function has at most 25 lines and a compiled or registered one 40, docstring not counted."""
-    for node in ast.walk(ast.parse(SOURCES[name].read_text())):
+    for node in ast.walk(tree_of(name)):
         if isinstance(node, ast.FunctionDef):
             documented = ast.get_docstring(node) is not None
             first = node.body[1].lineno if documented and len(node.body) > 1 else node.body[0].lineno
@@ -220,7 +267,7 @@ _HARMLESS = {"isinstance", "issubclass", "callable", "hasattr", "len", "all", "a
 @pytest.mark.parametrize("name", SOURCES)
 def test_assertions_have_no_effect(name: str) -> None:
     """No assertion binds a name, or calls what may have an effect: with PYTHONOPTIMIZE there are no assertions."""
-    for statement in ast.walk(ast.parse(SOURCES[name].read_text())):
+    for statement in ast.walk(tree_of(name)):
         if isinstance(statement, ast.Assert):
             for part in ast.walk(statement.test):
                 assert not isinstance(part, ast.NamedExpr | ast.Await | ast.Yield), f"{name}: line {part.lineno}"

@@ -100,7 +100,7 @@ def test_a_failed_installation_is_one_line(tmp_path: Path, monkeypatch: pytest.M
         "tune nothing.yaml",
         "docs nothing",
         "reproduce nothing --save .",
-        "scenes --save . --scene nothing",
+        "describe --sites --save . --scene nothing",
         "bench --scene nothing --save .",
         "soak page --save .",
     ],
