@@ -20,9 +20,10 @@ from crane_bench.speed import suites as bench
 from crane_bench.speed.cases import CASES
 
 HAND_WRITTEN = (
-    *("bench_top", "commands", "contact", "drives", "first_controller", "gymnasium", "identification", "index"),
-    *("interfaces", "looking", "machines", "operator", "profiling", "reeving", "ros", "ros2_control", "studies"),
-    *("summary", "two_machines", "uncertain", "wind", "your_crane", "your_effect", "your_law", "your_path"),
+    *("adding", "bench_top", "commands", "contact", "dependencies", "drives", "equations", "first_controller"),
+    *("gymnasium", "identification", "index", "interfaces", "layers", "looking", "machines", "operator", "profiling"),
+    *("reeving", "ros", "ros2_control", "studies", "summary", "tracing", "two_machines", "uncertain", "wind"),
+    *("your_crane", "your_effect", "your_law", "your_path"),
 )
 """Pages written by hand."""
 

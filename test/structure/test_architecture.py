@@ -181,6 +181,24 @@ def test_no_import_cycles() -> None:
     assert set(order) == set(SOURCES)
 
 
+def test_the_page_names_every_layer() -> None:
+    """ARCHITECTURE.md is one page, and names each folder and module at the top of the packages, bottom up."""
+    page = (ROOT / "ARCHITECTURE.md").read_text()
+    tops = {name.split(".")[1] for name in SOURCES if name.startswith("crane_sim.")} - {"__init__"}
+    assert {top for top in tops if not re.search(rf"`{top}(/|\.py)", page)} == set()
+    assert page.count("\n") < 120
+
+
+def test_one_command_counts_the_lines() -> None:
+    """The command of ARCHITECTURE.md counts the lines of the product, the laboratory and the tests."""
+    found = re.search(r"^```sh title=\"lines.*?\n(.*?)^```$", (ROOT / "ARCHITECTURE.md").read_text(), re.M | re.S)
+    assert found is not None
+    counted = run_to_completion(["sh", "-c", found[1]], cwd=ROOT, check=True).stdout.splitlines()
+    lines = {name: int(number) for number, _, name in (line.partition(" ") for line in counted)}
+    assert list(lines) == ["crane_sim crane_control", "crane_bench", "test"]
+    assert all(number > 5000 for number in lines.values())
+
+
 def test_few_loose_modules() -> None:
     """The package has few modules outside of folders."""
     assert len([name for name in SOURCES if name.count(".") == 1 and name.startswith("crane_sim.")]) <= LOOSE

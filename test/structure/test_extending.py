@@ -1,4 +1,4 @@
-"""The recipes of ARCHITECTURE.md, followed: a law of another package, and a new scene."""
+"""The recipes of docs/adding.md, followed: a law of another package, and a new scene."""
 
 import os
 import sys
