@@ -20,6 +20,7 @@ setup(
     license="Apache-2.0",
     packages=find_packages(include=["crane_sim*", "crane_control*", "crane_bench*"]),
     package_data={
+        "crane_bench": ["pages/*"],
         "crane_bench.speed": ["floor/*", "peers/*.cpp"],
         "crane_sim.report": ["assets/*"],
     },
@@ -54,7 +55,7 @@ setup(
         "gamepad": ["evdev"],
         "docs": ["zensical==0.0.*"],
         "peers": ["mujoco", "exudyn", "pin", "drake", "casadi", "heyoka", "cranebench"],
-        "bench": ["crane_sim[plots,study,docs,peers]"],
+        "bench": ["jinja2", "matplotlib"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },
     zip_safe=False,

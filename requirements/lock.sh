@@ -10,7 +10,7 @@ lock() {
         --output-file "requirements/$group.lock" "$@" "requirements/$group.in" >/dev/null
 }
 lock run "$@"
-for group in plots study gym docs test peers; do
+for group in plots bench study gym docs test peers; do
     lock "$group" --constraints requirements/run.lock "$@"
 done
 lock interfaces "$@" # an environment of its own

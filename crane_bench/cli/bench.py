@@ -67,7 +67,7 @@ def bench(
     cases = scenes.select_cases(ids, quick)
     if cranes:
         groups.select_cases(cranes)
-    install_groups("plots")  # before anything is measured, which would be lost
+    install_groups("bench")  # before anything is measured, which would be lost
     data = read_store(_make_folder(folder))
     if suite == "page" and not data:
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")

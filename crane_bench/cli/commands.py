@@ -29,7 +29,7 @@ def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) 
         from crane_bench.documentation import command
 
         command.check_names(pages)
-        install_groups(*["plots"] * bool(pages))
+        install_groups(*["bench"] * bool(pages))
         command.docs(pages)
         return
     if pages:
@@ -87,7 +87,7 @@ def _describe_sites(folder: str | None, names: tuple[str, ...], alone: bool) -> 
     if not alone or folder is None:
         raise SceneError("crane describe --sites: needs --save FOLDER, and no other option but --scene")
     check_names(names)
-    install_groups("plots")
+    install_groups("bench")
     save_page(folder, names)
 
 
@@ -118,7 +118,7 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 
     check_item(item)
     ensure_writable_folder(folder)
-    install_groups(*["plots"] * (folder is not None))
+    install_groups(*["bench"] * (folder is not None))
     show(item, as_json, folder)
 
 
@@ -152,7 +152,7 @@ def league(
         option = f"--crane {cranes[0]!r}" if cranes else f"-o {str(output)!r}"
         raise click.UsageError(f"{option}: is for --samples N only; add it, or leave out {option.split()[0]}")
     ensure_writable_folder(folder)
-    install_groups(*["plots"] * (folder is not None and samples is None))
+    install_groups(*["bench"] * (folder is not None))
     if samples is None:
         command.league(as_json, folder)
     else:

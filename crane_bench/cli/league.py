@@ -15,8 +15,8 @@ from crane_bench.league.sampled_cells import SampledCell, evaluate_samples
 from crane_bench.league.sampled_data import FILE, cells_in, join_cells, read_cells
 from crane_bench.league.sampled_table import format_samples, list_reasons, sampled_tables
 from crane_bench.league.table import format_comparison, tables_by_crane
-from crane_bench.reproduce.table import print_tables
 from crane_bench.speed.store import round_floats
+from crane_bench.tables import print_tables
 from crane_sim.cli.report import json_value
 from crane_sim.cli.sweep import show_progress
 from crane_sim.files.errors import SceneError

@@ -108,7 +108,7 @@ def rewrite_page(folder: str) -> None:
     from crane_bench.soak.store import read_findings, write_page
 
     read_findings(Path(folder))
-    install_groups("plots")
+    install_groups("bench")
     write_page(Path(folder))
 
 
@@ -117,7 +117,7 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
     part = str(click.get_current_context().info_name)
     ensure_writable_folder(folder)
     if folder is not None:
-        install_groups("plots")  # before the measurement, which would be lost
+        install_groups("bench")  # before the measurement, which would be lost
     with Console(stderr=True, quiet=as_json).status(f"soaking: {part}"):
         metrics, data = measure()
     if folder is not None:

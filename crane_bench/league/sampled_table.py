@@ -8,30 +8,9 @@ from typing import NamedTuple
 from crane_bench.league.cases import GROUPS
 from crane_bench.league.sampled_cells import METRICS, SIGNIFICANCE, SampledCell
 from crane_bench.league.table import NONE, markdown_of
-from crane_bench.reproduce.table import format_value
+from crane_bench.page import fill_page
+from crane_bench.tables import format_value
 from crane_sim.study.statistics import CONFIDENCE, IntervalEstimate, PairedDifference
-
-HEAD = """# The league over samples
-
-Written by {commands}, with [league_samples.json](league_samples.json).
-
-The trials of [the league](league.md), each with many samples in place of a single run. The samples differ in the mass
-(by 10 % at most, and a body's inertia likewise), the rope or sling (2 %), the size of the disturbance (20 %), and the
-random sea, camera noise or turbulence. They are evenly spread over these ranges (Latin hypercube). The laws are
-designed for the nominal values, and all have the same samples. [The league](league.md) explains the names of laws.
-
-- **Controlled**: success rate, the share of samples in which the run reached its end, the rope never swung to the
-  horizontal, and the final error stayed within 2 % of the travel; with Wilson's 95 % interval.
-- **Metrics** are medians over the samples, with their 95 % intervals (percentiles of bootstrapped medians). Runs that
-  fail, are infeasible or do not settle rank below all others; `-`: at least half of the samples have no value. The
-  metrics are defined in [the league](league.md).
-- **From the best**: the error (MAE) minus that of the law with the smallest median, as the mean over the samples in
-  which both have a value, with its 95 % interval (bootstrap), which is not adjusted for the choice of that law. The
-  number of these pairs is given where some samples are missing; with less than six the interval is too narrow.
-- **Better than**: the laws whose errors (MAE) on the same samples are significantly larger by Wilcoxon's signed-rank
-  test at 5 %, adjusted for all pairs of laws in the trial (Holm). Its ranks can disagree with medians and means where
-  two laws are nearly equal.
-"""
 
 
 class SampledLine(NamedTuple):
@@ -110,13 +89,13 @@ def describe_samples(samples: int, laws: int) -> str:
 
 def format_samples(cells: Sequence[SampledCell]) -> str:
     """Return the page in Markdown."""
-    sections, samples = [HEAD.format(commands=_list_commands(cells))], {cell.crane: cell.samples for cell in cells}
-    for crane, lines in sampled_tables(cells).items():
-        head = describe_samples(samples[crane], len({line.law for line in lines}))
-        sections.append(f"## {crane.capitalize()}\n\n{head}\n\n" + markdown_of(lines))
-    for title, lines in list_reasons(cells).items():
-        sections.append(f"## {title}\n\n" + ("\n".join(f"- {line}" for line in lines) or "Nothing.") + "\n")
-    return "\n".join(sections)
+    samples = {cell.crane: cell.samples for cell in cells}
+    tables = sampled_tables(cells)
+    cranes = [
+        (crane.capitalize(), describe_samples(samples[crane], len({line.law for line in lines})), markdown_of(lines))
+        for crane, lines in tables.items()
+    ]
+    return fill_page("league_samples", commands=_list_commands(cells), cranes=cranes, reasons=list_reasons(cells))
 
 
 def list_reasons(cells: Sequence[SampledCell]) -> dict[str, list[str]]:

@@ -5,7 +5,7 @@ from typing import Any
 
 from crane_bench.reproduce import hardcases, knuckle, observer, offshore, overhead
 from crane_bench.reproduce.page import save_pages
-from crane_bench.reproduce.table import print_json, print_tables
+from crane_bench.tables import print_json, print_tables
 from crane_sim.files.errors import SceneError, unknown_key
 
 ITEMS: dict[str, Callable[[], list[Any]]] = {

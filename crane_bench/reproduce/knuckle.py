@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_bench.reproduce.table import Shown
+from crane_bench.tables import Shown
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import SETTLED

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_bench.reproduce.table import Shown
+from crane_bench.tables import Shown
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.metrics import in_base
 from crane_sim.simulation.rollout import Rollout, simulate

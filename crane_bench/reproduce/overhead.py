@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from math import isinf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,9 +10,24 @@ from crane_bench.reproduce import overhead_force_errata, overhead_matrix_errata
 from crane_bench.reproduce.lagrange import chain, closed, entries, properties
 from crane_bench.reproduce.lagrange.linearisation import collocate
 from crane_bench.reproduce.overhead_erratum import ROUNDING, Erratum, example, relative_difference
-from crane_bench.reproduce.table import ClaimRow, make_claim
+from crane_bench.tables import Shown
 
 SIZES = (1, 2, 3, 5, 10)
+
+
+class ClaimRow(NamedTuple):
+    """One claim of a paper beside what is measured here."""
+
+    claim: str  # with its equation number
+    printed: Shown  # in the paper
+    ours: Shown
+    difference: float | None  # largest, relative to ours or to the scale of the matrix; None without a meaning
+    verdict: str
+
+
+def make_claim(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> ClaimRow:
+    """Return the row of a claim that holds or does not."""
+    return ClaimRow(claim, printed, ours, difference, "holds" if holds else "does not hold")
 
 
 def name_overhead_rows() -> list[str]:

@@ -6,6 +6,7 @@ from crane_bench.speed.cases import CASES, ERROR_LEVELS
 from crane_bench.speed.crane_sim_engine import NAME
 from crane_bench.speed.results import Target, cheapest_points, read_points, targets
 from crane_bench.speed.sweep import WorkPrecisionPoint
+from crane_bench.tables import markdown_table
 
 _COLUMNS = [f"{level:.0e} m" for level in ERROR_LEVELS]
 Scenes = dict[str, Any]
@@ -19,7 +20,7 @@ def cheapest_table(data: Scenes) -> str:
             rows.append([case, engine, *map(_cost, points)])
         rows += [[case, engine, why, *[""] * (len(ERROR_LEVELS) - 1)] for engine, why in scene["refused"].items()]
     title = "## The cheapest setting that reaches an error: µs of wall time per simulated second\n\n"
-    return title + _markdown(["scene", "engine", *_COLUMNS], rows)
+    return title + markdown_table(["scene", "engine", *_COLUMNS], rows)
 
 
 def target_table(data: Scenes) -> str:
@@ -37,7 +38,7 @@ def target_table(data: Scenes) -> str:
         "scene, beside the engines' chains.\n\n"
     )
     head = ["scene", "error", "/ hand C", "best general", "/ ours", "CasADi C / ours", "heyoka / ours", ""]
-    return text + _markdown(head, rows)
+    return text + markdown_table(head, rows)
 
 
 def select_compared(data: Scenes, case: str, engine_results_from: str) -> Scenes | None:
@@ -62,7 +63,7 @@ def tension_table(data: Scenes) -> str:
         "## An elastic rope's tension\n\nA coarse step that damps the rope's vibration may place the payload well and "
         "still miss its tension: errors in N at the end, of the runs above.\n\n"
     )
-    return text + _markdown(["scene", "engine", *_COLUMNS], rows) if rows else ""
+    return text + markdown_table(["scene", "engine", *_COLUMNS], rows) if rows else ""
 
 
 def other_table(data: Scenes) -> str:
@@ -73,7 +74,7 @@ def other_table(data: Scenes) -> str:
             if case.id in data["scenes"] and case.scene in reasons:
                 rows.append([case.id, case.title, engine, reasons[case.scene]])
     title = "## What other engines do not model as it is meant\n\n"
-    return title + _markdown(["scene", "", "engine", "why"], rows) if rows else ""
+    return title + markdown_table(["scene", "", "engine", "why"], rows) if rows else ""
 
 
 def _cost(point: WorkPrecisionPoint | None) -> str:
@@ -92,8 +93,3 @@ def _format_target(row: Target) -> list[str]:
     hand_c, generated, taylor = ("—" if value is None else f"{value:.3g}" for value in ratios)
     general = "—" if row.of_general is None else f"{row.of_general:.0f}"
     return [row.case, f"{row.level:.0e}", hand_c, row.general, general, generated, taylor, row.verdict()]
-
-
-def _markdown(head: list[str], rows: list[list[str]]) -> str:
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"

@@ -27,7 +27,8 @@ class PackageGroup(NamedTuple):
 
 
 GROUPS = {
-    "plots": PackageGroup("figures: plot, report, identify, and pages with --save", 80),
+    "plots": PackageGroup("figures: plot, report, identify", 80),
+    "bench": PackageGroup("pages of the laboratory: bench, soak, league, reproduce, docs, describe --sites", 82),
     "study": PackageGroup("studies: tune, clusters and sensitivity of sweep", 240),
     "gym": PackageGroup("environments of Gymnasium", 4),
     "docs": PackageGroup("the documentation site: docs --build, --serve", 45),

@@ -30,6 +30,7 @@ PACKAGES = {
     "PIL": OptionalPackage("pillow", "rerun"),
     "rosbags": OptionalPackage("rosbags", "mcap"),
     "matplotlib": OptionalPackage("matplotlib", "plots", "plots"),
+    "jinja2": OptionalPackage("jinja2", "bench", "bench"),
     "pandas": OptionalPackage("pandas", "pandas", "study"),
     "gymnasium": OptionalPackage("gymnasium", "gym", "gym"),
     "zensical": OptionalPackage("zensical", "docs", "docs"),

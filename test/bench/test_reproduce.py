@@ -10,10 +10,10 @@ from process_helpers import run_to_completion
 
 from crane_bench.reproduce import measure_items
 from crane_bench.reproduce.hardcases import HardCase
-from crane_bench.reproduce.overhead import erratum_row
+from crane_bench.reproduce.overhead import ClaimRow, erratum_row
 from crane_bench.reproduce.overhead_erratum import erratum
 from crane_bench.reproduce.page import save_pages
-from crane_bench.reproduce.table import ClaimRow, format_value
+from crane_bench.tables import format_value
 
 CRANE = Path(sys.executable).with_name("crane")
 FIELDS = ["claim", "printed", "ours", "difference", "verdict"]

@@ -1,9 +1,9 @@
-"""Rows of a comparison, as a table or as JSON."""
+"""Rows as tables of a terminal or of Markdown, or as JSON."""
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -11,23 +11,8 @@ from rich.table import Table
 
 Shown = float | str
 Tables = Mapping[str, Sequence[Any]]
-"""Rows, NamedTuples of one kind, of every item."""
+"""Rows, NamedTuples of one kind, by the title of their table."""
 _WIDE = 200  # columns of a pipe, so that each row is one line
-
-
-class ClaimRow(NamedTuple):
-    """One claim of a paper beside what is measured here."""
-
-    claim: str  # with its equation number
-    printed: Shown  # in the paper
-    ours: Shown
-    difference: float | None  # largest, relative to ours or to the scale of the matrix; None without a meaning
-    verdict: str
-
-
-def make_claim(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> ClaimRow:
-    """Return the row of a claim that holds or does not."""
-    return ClaimRow(claim, printed, ours, difference, "holds" if holds else "does not hold")
 
 
 def print_tables(tables: Tables) -> None:
@@ -38,6 +23,12 @@ def print_tables(tables: Tables) -> None:
         for row in rows:
             table.add_row(*(escape(format_value(value)) for value in row))
         console.print(table, highlight=False)
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown, of cells that may have vertical lines."""
+    first, *others = [f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |\n" for cells in (head, *rows)]
+    return "".join([first, "|", "---|" * len(head), "\n", *others])
 
 
 def print_json(tables: Tables) -> None:
