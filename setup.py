@@ -22,7 +22,7 @@ setup(
     package_data={
         "crane_bench": ["pages/*"],
         "crane_bench.speed": ["floor/*", "peers/*.cpp"],
-        "crane_sim.report": ["assets/*"],
+        "crane_sim.report.assets": ["*.*"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -50,7 +50,7 @@ setup(
         "mcap": ["rosbags"],
         "plots": ["matplotlib"],
         "pandas": ["pandas"],
-        "study": ["pyarrow", "dask", "distributed", "optuna", "salib"],
+        "study": ["pyarrow", "dask", "distributed", "optuna", "salib", "jinja2"],
         "gym": ["gymnasium"],
         "gamepad": ["evdev"],
         "docs": ["zensical==0.0.*"],

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from html import escape
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.files.output import write_output
 from crane_sim.recording.read import as_recorded
+from crane_sim.report.assets import read_asset
 from crane_sim.report.comparison_page import comparison_data
 from crane_sim.report.page_data import page_data
 
@@ -54,12 +54,12 @@ def _document(title: str, values: dict[str, Any]) -> str:
     data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     parts = {
         "@title@": escape(title),
-        "@style@": _asset("page.css"),
-        "@scripts@": "\n".join(f"<script>\n{_asset(name)}</script>" for name in SCRIPTS),
-        "@licence@": escape(_asset("three.LICENSE.txt")),
+        "@style@": read_asset("page.css"),
+        "@scripts@": "\n".join(f"<script>\n{read_asset(name)}</script>" for name in SCRIPTS),
+        "@licence@": escape(read_asset("three.LICENSE.txt")),
         "@run@": data,
     }
-    return re.sub("|".join(parts), lambda mark: parts[mark.group()], _asset("page.html"))
+    return re.sub("|".join(parts), lambda mark: parts[mark.group()], read_asset("page.html"))
 
 
 def show(run: RecordedRun | Rollout, height: int = 900) -> Frame:
@@ -76,7 +76,3 @@ class Frame:
     def _repr_html_(self) -> str:
         style = f"width:100%;height:{self._height}px;border:0"
         return f'<iframe srcdoc="{escape(page(self._run))}" style="{style}" sandbox="allow-scripts"></iframe>'
-
-
-def _asset(name: str) -> str:
-    return files("crane_sim.report").joinpath("assets", name).read_text(encoding="utf-8")
