@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.recording.layout import label
-from crane_sim.recording.quantities import shown_joints
+from crane_sim.recording.quantities import MEASURED, WANTED, Quantity, QuantityCurve, curve_sets
 
 if TYPE_CHECKING:
     from crane_sim.recording.layout import Array
@@ -45,130 +44,23 @@ class Panel(NamedTuple):
 
 def panels_of(run: RecordedRun) -> list[Panel]:
     """Return the panels of a run, in the order in which they are shown; angles are in degrees."""
-    return [
-        panel
-        for part in (_positions, _swing, _payload, _speeds, _efforts, _tensions_and_energies)
-        for panel in part(run)
-    ]
+    by_axis: dict[Quantity, list[list[Curve]]] = {}
+    for each in curve_sets(run):
+        by_axis.setdefault(Quantity(each.title, each.unit), []).append([*map(_colored, each.curves)])
+    return [panel for (title, unit), curves in by_axis.items() for panel in _group_by_axis(title, unit, curves)]
 
 
-def joint_colors(run: RecordedRun) -> dict[str, str]:
-    """Return the colour of every joint that is shown."""
-    return {name: PALETTE[i % len(PALETTE)] for i, name in enumerate(shown_joints(run))}
-
-
-def _positions(run: RecordedRun) -> list[Panel]:
-    curves: dict[str, list[list[Curve]]] = {"°": [], "m": []}
-    for name, color in joint_colors(run).items():
-        i = run.crane.joint_names.index(name)
-        if name.startswith("swing_") or run.crane.joint_units[i] == "1":
-            continue
-        unit, factor = _degrees(run.crane.joint_units[i])
-        pair = [Curve(label(name), color, factor * run.q[:, i])]
-        if run.reference is not None and name in run.crane.actuated:
-            target = factor * run.reference[:, run.crane.actuated.index(name)]
-            pair.append(Curve(f"{label(name)} target", color, target, dashed=True))
-        curves[unit].append(pair + _measured(name, color, factor, run.q, run.q_measured, i))
-    return [
-        *_group_by_axis("Joint angles", "°", curves["°"]),
-        *_group_by_axis("Joint lengths and positions", "m", curves["m"]),
-    ]
-
-
-def _speeds(run: RecordedRun) -> list[Panel]:
-    curves: dict[str, list[list[Curve]]] = {}
-    for name, color in joint_colors(run).items():
-        i = run.crane.joint_names.index(name)
-        unit, factor = _degrees(run.crane.joint_units[i])
-        measured = _measured(name, color, factor, run.v, run.v_measured, i)
-        curves.setdefault(f"{unit}/s", []).append([Curve(label(name), color, factor * run.v[:, i]), *measured])
-    titles = {"°/s": "Joint angular speeds"}
-    return [
-        panel for unit, each in curves.items() for panel in _group_by_axis(titles.get(unit, "Joint speeds"), unit, each)
-    ]
-
-
-def _measured(name: str, color: str, factor: float, true: Array, measured: Array | None, i: int) -> list[Curve]:
-    """Return the curve of what a sensor measures of coordinate i, or of its velocity, where it differs from `true`."""
-    if measured is None or np.array_equal(true[:, i], measured[:, i]):
-        return []
-    return [Curve(f"{label(name)} measured", _lighten(color), factor * measured[:, i], dotted=True)]
+def _colored(curve: QuantityCurve) -> Curve:
+    """Return a curve as it is drawn: dashed where it is wanted, or where its colour is another one's already."""
+    color = TEXT_COLOR if curve.hue is None else PALETTE[curve.hue % len(PALETTE)]
+    if curve.kind == MEASURED:
+        return Curve(curve.name, _lighten(color), curve.values, dotted=True)
+    return Curve(curve.name, color, curve.values, dashed=curve.kind == WANTED or (curve.hue or 0) >= len(PALETTE))
 
 
 def _lighten(color: str) -> str:
     """Return a colour #rrggbb mixed with as much white."""
     return "#" + "".join(f"{(int(color[k : k + 2], 16) + 255) // 2:02x}" for k in (1, 3, 5))
-
-
-def _efforts(run: RecordedRun) -> list[Panel]:
-    curves: dict[str, list[list[Curve]]] = {}
-    colors, crane = joint_colors(run), run.crane
-    for k, (name, unit) in enumerate(zip(crane.actuated, crane.effort_units, strict=True)):
-        pair = [Curve(label(name), colors.get(name, TEXT_COLOR), run.u[:, k])]
-        if unit == crane.command_units[k] and _differs(run.commands[:, k], run.u[:, k]):
-            pair.append(Curve(f"{label(name)} command", colors.get(name, TEXT_COLOR), run.commands[:, k], dashed=True))
-        curves.setdefault(unit, []).append(pair)
-    return [panel for unit, each in curves.items() for panel in _group_by_axis("Efforts", unit, each)]
-
-
-def _swing(run: RecordedRun) -> list[Panel]:
-    """Return the swing from the vertical, and its coordinates where the joints have them."""
-    curves = [[Curve("from the vertical", TEXT_COLOR, np.degrees(run.swing))]]
-    for name, color in joint_colors(run).items():
-        if name.startswith("swing_"):
-            i, short = run.crane.joint_names.index(name), _short_swing(name)
-            measured = _measured(short, color, _degrees("rad")[1], run.q, run.q_measured, i)
-            curves.append([Curve(short, color, np.degrees(run.q[:, i])), *measured])
-    return _group_by_axis("Swing", "°", curves)
-
-
-def _short_swing(name: str) -> str:
-    """Return the name of a swing angle in a panel of swings: `tangential`, or of a chain `link 2`."""
-    short = label(name).removeprefix("swing ")
-    return f"link {short}" if short.isdecimal() else short
-
-
-def _payload(run: RecordedRun) -> list[Panel]:
-    curves = [[Curve(name, PALETTE[i], run.payload[:, i])] for i, name in enumerate("xyz")]
-    return _group_by_axis("Payload position", "m", curves)
-
-
-def _tensions(run: RecordedRun) -> list[Panel]:
-    """Return the tensions of links, or of falls where the frames have them."""
-    several, falls = run.tensions.shape[1] > 1, run.frames.falls is not None
-    if not several and not falls:
-        return _group_by_axis("Rope tension", "N", [[Curve("uppermost link", TEXT_COLOR, run.tension)]])
-    curves = []
-    for k, values in enumerate(run.tensions.T):
-        color = PALETTE[k % len(PALETTE)] if several else TEXT_COLOR
-        curves.append([Curve(f"{'fall' if falls else 'link'} {k + 1}", color, values, dashed=k >= len(PALETTE))])
-    return _group_by_axis("Rope tension", "N", curves)
-
-
-def _reeved_tensions(run: RecordedRun) -> list[Panel]:
-    """Return the tensions of lead line and falls of a rope over sheaves; empty without sheaves."""
-    if run.reeved is None:
-        return []
-    curves = [[Curve("lead line", TEXT_COLOR, run.lead_line)]]
-    for k, values in enumerate(run.falls.T):
-        curves.append([Curve(f"fall {k + 1}", PALETTE[k % len(PALETTE)], values, dashed=k >= len(PALETTE))])
-    return _group_by_axis("Tension of lead line and falls", "N", curves)
-
-
-def _tensions_and_energies(run: RecordedRun) -> list[Panel]:
-    potential, energy = (each - each[0] for each in (run.potential, run.energy))
-    curves = [
-        [Curve("kinetic", PALETTE[0], run.kinetic)],
-        [Curve("potential since the start", PALETTE[2], potential)],
-        [Curve("total since the start", TEXT_COLOR, energy)],
-    ]
-    panels = [*_tensions(run), *_reeved_tensions(run)]
-    if run.contact is not None:
-        panels += _group_by_axis("Contact force", "N", [[Curve("on the load", PALETTE[2], run.contact)]])
-    panels += _group_by_axis("Energy", "J", curves)
-    if run.lyapunov is not None:
-        panels += _group_by_axis("Lyapunov function of the law", "J", [[Curve("V", PALETTE[3], run.lyapunov[:, 0])]])
-    return panels
 
 
 def _group_by_axis(title: str, unit: str, curve_sets: Sequence[Sequence[Curve]]) -> list[Panel]:
@@ -223,13 +115,3 @@ def _scale(panel: Panel) -> Panel:
             curves = tuple(curve._replace(values=curve.values / factor) for curve in panel.curves)
             return Panel(panel.title, prefix + panel.unit, curves)
     return panel
-
-
-def _degrees(unit: str) -> tuple[str, float]:
-    """Return the unit that is shown, and the factor to it."""
-    return ("°", 180.0 / np.pi) if unit == "rad" else (unit, 1.0)
-
-
-def _differs(command: Array, effort: Array) -> bool:
-    known = np.isfinite(command)
-    return bool(np.any(np.abs(command - effort)[known] > 1e-6 * np.abs(effort).max(initial=1e-12)))

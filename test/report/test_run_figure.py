@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 import crane_sim
+from crane_sim.recording.layout import layout_of_scene
+from crane_sim.recording.rerun.unit_plots import efforts, rates
 from crane_sim.recording.run import RecordedRun
 from crane_sim.report.decimation import encode_columns, rows_with_peaks
 from crane_sim.report.figure import comparison_figure, save_run_figure
 from crane_sim.report.panels import MIN_SPAN_FRACTION, panels_of
+from crane_sim.scenes.scene import load_scene
 
 
 @pytest.fixture(scope="module")
@@ -90,3 +93,12 @@ def test_runs_share_panels_and_one_legend() -> None:
     assert "Payload y" not in panels and all(len(axis.lines) == 2 for axis in panels.values())
     for line, run in zip(panels["Trolley"].lines, both.runs, strict=True):
         assert np.array_equal(line.get_xdata(), run.t) and np.array_equal(line.get_ydata(), run.q[:, 0])
+
+
+@pytest.mark.interpreted
+def test_viewer_and_page_name_quantities_alike(run: RecordedRun) -> None:
+    """What has a plot of the viewer for each unit has the same title and unit in the panels of figure and page."""
+    layout = layout_of_scene(load_scene(run.name), "run")
+    viewer = {plot.title for quantity in (rates, efforts) for plot in quantity(layout)}
+    panels = {f"{panel.title.partition(':')[0]} [{panel.unit.removeprefix('k')}]" for panel in panels_of(run)}
+    assert viewer and viewer <= panels

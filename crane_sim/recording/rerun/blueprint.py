@@ -9,6 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from crane_sim.recording.layout import Layout, label
+from crane_sim.recording.quantities import LYAPUNOV, PAYLOAD, POSITIONS, REEVED, SWING
 from crane_sim.recording.rerun.curves import angle_indices
 from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, errors, rates
 
@@ -72,21 +73,19 @@ def crane_view(framing: Framing, trails: Sequence[str]) -> rrb.Spatial3DView:
 def _overview(layout: Layout) -> rrb.Container:
     views = []
     if angle_indices(layout):
-        views.append(
-            _plot(layout, "Joint angles [°]", "shown/angle_deg_target", "shown/angle_deg", "shown/angle_deg_measured")
-        )
+        views.append(_plot_with_targets(layout, f"{POSITIONS['rad']} [°]", "shown/angle_deg"))
     views.append(_swing_view(layout))
     for way in layout.length_plots:
-        views.append(_plot(layout, way.title, f"{way.entity}_target", way.entity, f"{way.entity}_measured"))
+        views.append(_plot_with_targets(layout, way.title, way.entity))
     if layout.suspension and layout.suspension.elastic:
         views.append(_plot(layout, "Length of the cable [m]", "shown/cable_m"))
     views.append(_plot(layout, f"{label(layout.tension).capitalize()} [N]", "plots/tension"))
     if layout.ropes.reeved:
-        views.append(_plot(layout, "Tension of lead line and falls [N]", "plots/reeved_tension"))
+        views.append(_plot(layout, f"{REEVED} [N]", "plots/reeved_tension"))
     if layout.actuated and not layout.undriven:
         views.append(_unit_views(layout, efforts(layout))[0])
     if layout.lyapunov:
-        views.append(_plot(layout, "Lyapunov function V [J]", "plots/lyapunov"))
+        views.append(_plot(layout, f"{LYAPUNOV} [J]", "plots/lyapunov"))
     else:
         views.append(_energy_view(layout))
     if len(views) % 2:
@@ -96,7 +95,7 @@ def _overview(layout: Layout) -> rrb.Container:
 
 def _swing_view(layout: Layout) -> rrb.TimeSeriesView:
     if layout.suspension and layout.suspension.planar:
-        return _plot(layout, "Swing [°]", "shown/swing_deg", "shown/swing_total_deg", "shown/swing_deg_measured")
+        return _plot(layout, f"{SWING} [°]", "shown/swing_deg", "shown/swing_total_deg", "shown/swing_deg_measured")
     entities = ("swing_deg", "lean_deg", "swing_total_deg", "swing_deg_measured")
     return _plot(layout, "Payload swing [°]", *(f"shown/{name}" for name in entities))
 
@@ -107,7 +106,7 @@ def _energy_view(layout: Layout) -> rrb.TimeSeriesView:
 
 def _payload(layout: Layout) -> rrb.TimeSeriesView:
     planar = layout.suspension is not None and layout.suspension.planar
-    return _plot(layout, "Payload position [m]", "shown/payload_m" if planar else "plots/payload")
+    return _plot(layout, f"{PAYLOAD} [m]", "shown/payload_m" if planar else "plots/payload")
 
 
 def _details(layout: Layout) -> rrb.Container:
@@ -139,6 +138,10 @@ def _unit_views(layout: Layout, plots: Iterable[UnitPlot]) -> list[rrb.TimeSerie
 
 def _summary_view() -> rrb.TextDocumentView:
     return rrb.TextDocumentView(name="Summary", origin="summary/table")
+
+
+def _plot_with_targets(layout: Layout, name: str, entity: str) -> rrb.TimeSeriesView:
+    return _plot(layout, name, f"{entity}_target", entity, f"{entity}_measured")
 
 
 def _plot(layout: Layout, name: str, *entities: str) -> rrb.TimeSeriesView:

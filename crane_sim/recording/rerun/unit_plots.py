@@ -7,27 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crane_sim.recording.layout import label
+from crane_sim.recording.quantities import COMMANDS, EFFORTS, ERROR, RATES, shown_unit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from crane_sim.recording.layout import Array, Layout
-
-EFFORTS = {
-    "N m": "Joint torques",
-    "N": "Drive forces",
-    "m/s²": "Driven accelerations",
-    "m/s": "Driven speeds",
-    "rad/s": "Driven speeds",
-    "m": "Driven positions",
-    "rad": "Driven angles",
-}
-"""Titles of efforts, or of what stands for them, by unit."""
-
-COMMANDS = {unit: title.replace("Driven", "Commanded") for unit, title in EFFORTS.items()} | {
-    "N m": "Commanded torques",
-    "N": "Commanded forces",
-}
 
 
 class UnitPlot(NamedTuple):
@@ -41,7 +26,7 @@ class UnitPlot(NamedTuple):
     convert: Callable[[Array], Array]  # from SI to the unit that is shown
 
 
-class Quantity(NamedTuple):
+class JointQuantity(NamedTuple):
     """A quantity with one component for each of some coordinates."""
 
     name: str  # beginning of its entities
@@ -56,7 +41,7 @@ class Quantity(NamedTuple):
     def _of_unit(self, layout: Layout, unit: str) -> UnitPlot:
         columns = [i for i, own in enumerate(self.units) if own == unit]
         coordinates = tuple(self.coordinates[i] for i in columns)
-        shown = unit.replace("rad", "°")
+        shown, _ = shown_unit(unit)
         word = shown.replace("°", "deg").replace("/", "_").replace("²", "2").replace(" ", "")
         names = tuple(label(layout.joints[i]) for i in coordinates)
         convert = np.asarray if shown == unit else np.degrees
@@ -68,20 +53,20 @@ class Quantity(NamedTuple):
 def errors(layout: Layout) -> list[UnitPlot]:
     """Return the plots of the tracking errors of the actuated joints."""
     units = [layout.units[i] for i in layout.driven]
-    return Quantity("error", layout.driven, units, dict.fromkeys(units, "Tracking error")).plots(layout)
+    return JointQuantity("error", layout.driven, units, dict.fromkeys(units, ERROR)).plots(layout)
 
 
 def rates(layout: Layout) -> list[UnitPlot]:
     """Return the plots of the rates of the coordinates that are plotted."""
     units = [f"{layout.units[i]}/s" for i in layout.moving]
-    return Quantity("rate", layout.moving, units, dict.fromkeys(units, "Joint rates")).plots(layout)
+    return JointQuantity("rate", layout.moving, units, RATES).plots(layout)
 
 
 def efforts(layout: Layout) -> list[UnitPlot]:
     """Return the plots of the efforts applied."""
-    return Quantity("effort", layout.driven, layout.effort_units, EFFORTS).plots(layout)
+    return JointQuantity("effort", layout.driven, layout.effort_units, EFFORTS).plots(layout)
 
 
 def commands(layout: Layout) -> list[UnitPlot]:
     """Return the plots of what is commanded."""
-    return Quantity("command", layout.driven, layout.command_units, COMMANDS).plots(layout)
+    return JointQuantity("command", layout.driven, layout.command_units, COMMANDS).plots(layout)
