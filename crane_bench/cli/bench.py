@@ -73,7 +73,9 @@ def bench(
         raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
     if suite == "scenes":
         with Console(stderr=True).status("measuring") as status:
-            measured = scenes.measure(cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update)
+            measured = scenes.measure_scenes(
+                cases, methods or (scenes.QUICK_METHODS if quick else ()), peers, status.update
+            )
         data = merge_suite(data, suite, measured)
         for case in measured["scenes"]:
             Console().print(_format_cheapest(case, data["scenes"]["scenes"][case]))
@@ -86,7 +88,7 @@ def bench(
 
 def _measure_groups(data: dict[str, Any], cranes: Sequence[str]) -> dict[str, Any]:
     """Return the measured costs of these cranes' groups, joined with the previous data of other cranes."""
-    measured = groups.measure(cases=groups.select_cases(cranes))
+    measured = groups.measure_groups(cases=groups.select_cases(cranes))
     return groups.join(data["groups"], measured) if "groups" in data else measured
 
 

@@ -40,9 +40,9 @@ def _output(command: _Command) -> _Command:
 @_output
 def kill(count: int, seed: int, **output: Any) -> None:
     """Kill controller and recorder in turn at random instants of one run with --restart."""
-    from crane_bench.soak.kill import soak as measure
+    from crane_bench.soak.kill import soak_kills
 
-    _report(lambda: measure(count, seed=seed), **output)
+    _report(lambda: soak_kills(count, seed=seed), **output)
 
 
 @soak.command()
@@ -51,9 +51,9 @@ def kill(count: int, seed: int, **output: Any) -> None:
 @_output
 def signals(count: int, seed: int, **output: Any) -> None:
     """Interrupt `crane run` by SIGINT and SIGTERM at random instants of its start, run and shutdown."""
-    from crane_bench.soak.signals import soak as measure
+    from crane_bench.soak.signals import soak_signals
 
-    _report(lambda: measure(count, seed=seed), **output)
+    _report(lambda: soak_signals(count, seed=seed), **output)
 
 
 @soak.command()
@@ -61,9 +61,9 @@ def signals(count: int, seed: int, **output: Any) -> None:
 @_output
 def memory(minutes: float, **output: Any) -> None:
     """Measure resident memory and step rate of the nodes in a long lockstep run."""
-    from crane_bench.soak.memory import soak as measure
+    from crane_bench.soak.memory import soak_memory
 
-    _report(lambda: measure(minutes * 60.0), **output)
+    _report(lambda: soak_memory(minutes * 60.0), **output)
 
 
 @soak.command()
@@ -71,9 +71,9 @@ def memory(minutes: float, **output: Any) -> None:
 @_output
 def inprocess(steps: float, **output: Any) -> None:
     """Measure resident memory and step rate of `Plant.advance` and `simulate`, without ROS."""
-    from crane_bench.soak.inprocess import soak as measure
+    from crane_bench.soak.inprocess import soak_inprocess
 
-    _report(lambda: measure(int(steps)), **output)
+    _report(lambda: soak_inprocess(int(steps)), **output)
 
 
 @soak.command()
@@ -81,9 +81,9 @@ def inprocess(steps: float, **output: Any) -> None:
 @_output
 def determinism(count: int, **output: Any) -> None:
     """Run one scene with varied processes, executors and load; each run must have the same state_sha256."""
-    from crane_bench.soak.determinism import soak as measure
+    from crane_bench.soak.determinism import soak_determinism
 
-    _report(lambda: measure(count), **output)
+    _report(lambda: soak_determinism(count), **output)
 
 
 @soak.command()
@@ -96,9 +96,9 @@ def determinism(count: int, **output: Any) -> None:
 @_output
 def realtime(seconds: float, **output: Any) -> None:
     """Run at 1 kHz in real time: rate, overruns, and period error compared with that of a loop that only sleeps."""
-    from crane_bench.soak.realtime import soak as measure
+    from crane_bench.soak.realtime import soak_real_time
 
-    _report(lambda: measure(seconds), **output)
+    _report(lambda: soak_real_time(seconds), **output)
 
 
 @soak.command("page")

@@ -122,7 +122,7 @@ def clean_environment(python: str, domain: int, folder: Path) -> dict[str, str]:
     return {key: value for key, value in environment.items() if key not in omitted}
 
 
-def soak(count: int = 50) -> tuple[list[Metric], dict[str, Any]]:
+def soak_determinism(count: int = 50) -> tuple[list[Metric], dict[str, Any]]:
     """Do `count` runs, every other one beside a busy process; return (metrics, data)."""
     scene, combinations = determinism_scene(), setups()
     planned = [(combinations[i // 2 % len(combinations)], i % 2) for i in range(count)]

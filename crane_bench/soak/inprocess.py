@@ -19,7 +19,7 @@ BLOCKS = 25  # samples of memory and rate; the first one is the warm-up
 MAX_GROWTH = 5.0  # MB
 
 
-def soak(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
+def soak_inprocess(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
     """Take `steps` steps by each of the two methods; return (metrics, data)."""
     block = max(steps // BLOCKS, 1)
     methods: dict[str, Callable[[Scene, int], Iterator[None]]] = {

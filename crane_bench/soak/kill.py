@@ -84,7 +84,7 @@ class _Killer(threading.Thread):
         ]
 
 
-def soak(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
+def soak_kills(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
     """Kill `count` times; return (metrics, data)."""
     draw = random.Random(seed)
     gaps = [draw.uniform(*_GAP) for _ in range(count)]

@@ -12,10 +12,10 @@ MAX_GROWTH = 5.0  # MB that a process may grow after the warm-up
 _WARM_UP = 60.0  # s, in short soaks a third of the time
 
 
-def soak(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
+def soak_memory(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
     """Run for `seconds`; return (metrics, data)."""
     warm_up = min(_WARM_UP, seconds / 3.0)
-    measured = memory.measure(seconds=seconds, warm_up=warm_up)
+    measured = memory.measure_memory(seconds=seconds, warm_up=warm_up)
     metrics = [Metric("wall time", measured["sample_times_s"][-1], "s"), Metric("steps", measured["steps"])]
     metrics += [equal("steps that the recorder says it has", measured["recorded_steps"], measured["steps"])]
     for node, resident in measured["resident"].items():

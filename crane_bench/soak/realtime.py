@@ -24,7 +24,7 @@ _MARGIN = (
 )
 
 
-def soak(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
+def soak_real_time(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
     """Run for `seconds`, in rounds of a bare loop, a run by itself and a run with the monitor; return (metrics, data).
 
     The plant measures its period error itself. On a machine with few cores the monitor takes time from the nodes that

@@ -77,7 +77,7 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
     return interruptions
 
 
-def soak(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
+def soak_signals(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
     """Interrupt `count` runs; return (metrics, data)."""
     scene = load_scene(SCENE, {"duration": DURATION})
     with reserve_domain() as domain, monitor(scene, domain) as monitored:

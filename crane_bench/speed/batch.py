@@ -177,7 +177,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[str, Any]:
+def measure_batch(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[str, Any]:
     """Return the rates and costs of both scenes, of `count` cranes, and those of `peer_count` of MuJoCo's."""
     results: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
     for name in SCENES:
@@ -187,7 +187,7 @@ def measure(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[st
     return results | {"machine": machine()}
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_batch(results: dict[str, Any]) -> list[str]:
     """Return the rates and costs in lines."""
     lines = [
         f"{results['cranes']} cranes of {results['cores']} cores against {results['peer_cranes']} of MuJoCo's rollout"

@@ -30,7 +30,7 @@ CANNOT = (
 BODY_ERROR_LEVELS = ERROR_LEVELS[:4]  # m: these references are too coarse for the finest
 
 
-def measure(cases: Sequence[BodyCase] = CASES, methods: Sequence[str] = METHODS) -> dict[str, Any]:
+def measure_bodies(cases: Sequence[BodyCase] = CASES, methods: Sequence[str] = METHODS) -> dict[str, Any]:
     """Return the points of all engines on each case; `methods` of this simulator."""
     peers, missing = {}, {}
     for engine in PEERS:
@@ -65,7 +65,7 @@ def _sweep(engine: ModuleType, mechanism: Mechanism, reference: ReferenceSolutio
     return [trial for method in engine.METHODS for trial in sweep_method(engine.runs(mechanism, method), reference)]
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_bodies(results: dict[str, Any]) -> list[str]:
     """Return the cheapest run of every engine at every error, and the closest one of all."""
     lines = [f"not there: {name} ({why})" for name, why in results["missing"].items()]
     lines.append(", ".join(f"{name} {version}" for name, version in results["engines"].items()))

@@ -69,7 +69,7 @@ def run_ours(samples: Sequence[CampaignSample]) -> tuple[dict[str, dict[str, Arr
     return metrics, time.process_time() - start
 
 
-def measure(samples: int = SAMPLES, winds: Sequence[str] = tuple(WINDS)) -> dict[str, Any]:
+def measure_campaign(samples: int = SAMPLES, winds: Sequence[str] = tuple(WINDS)) -> dict[str, Any]:
     """Return the medians of both, cell by cell, and the times.
 
     Raises:
@@ -104,7 +104,7 @@ def _relative(ours: Any, theirs: Any) -> Any:
     return np.where(ours == theirs, 0.0, np.abs(ours - theirs) / np.maximum(np.abs(theirs), 1e-300))
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_campaign(results: dict[str, Any]) -> list[str]:
     """Return the cells of both campaigns in lines, with the times."""
     lines = [f"cranebench {results['version']}, planar crane, {results['samples']} paired samples; medians"]
     for wind, campaign in results["campaigns"].items():

@@ -146,7 +146,7 @@ def select_cases(cranes: Sequence[str]) -> Sequence[GroupCase]:
     return [case for case in CASES if not cranes or case.baseline.label in cranes]
 
 
-def measure(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCase] = CASES) -> dict[str, Any]:
+def measure_groups(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCase] = CASES) -> dict[str, Any]:
     """Return the cost of every case's group, ns per evaluation and per step; arguments: see `measure_cost`."""
     return {
         "rounds": rounds,
@@ -164,7 +164,7 @@ def join(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     return new | {"cases": sorted(kept, key=lambda row: place[row["crane"], row["group"]])}
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_groups(results: dict[str, Any]) -> list[str]:
     """Return the table in lines."""
     lines = ["ns per evaluation and per step of order 8, without and with the group; medians of interleaved pairs"]
     lines.append(f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states")

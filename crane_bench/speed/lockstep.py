@@ -78,7 +78,7 @@ def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]
     return rates
 
 
-def measure(
+def measure_lockstep(
     name: str = "knuckle_setpoint", duration: float = 100.0, rounds: int = 5, recorder: bool = True
 ) -> dict[str, Any]:
     """Return steps per second of echoes and runs, and their ratios to both echoes, taken round by round.
@@ -105,7 +105,7 @@ def measure(
     }
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_lockstep(results: dict[str, Any]) -> list[str]:
     """Return the medians and their ratios to the echo in lines."""
     steps, rounds = results["steps_per_round"], results["rounds"]
     lines = [f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds"]

@@ -65,7 +65,7 @@ class MemorySampler:
             signal.raise_signal(signal.SIGINT)  # as a user ends a run: in order, files complete
 
 
-def measure(
+def measure_memory(
     name: str = "knuckle_setpoint", seconds: float = 600.0, warm_up: float = 60.0, recorder: bool = True
 ) -> dict[str, Any]:
     """Return the resident memory [MB] of plant, controller and recorder over a lockstep run, and how it grows.
@@ -120,7 +120,7 @@ def memory_metrics(samples: Sequence[tuple[float, float]], warm_up: float) -> di
     }
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_memory(results: dict[str, Any]) -> list[str]:
     """Return the memory of every process in lines."""
     lines = [f"resident memory over {results['seconds']:g} s of lockstep, {results['steps']} steps, MB"]
     for node, metrics in results["resident"].items():

@@ -50,7 +50,7 @@ def run_sleep_process(period: float, steps: int) -> dict[str, Any]:
     )
 
 
-def measure(
+def measure_real_time(
     name: str = "knuckle_setpoint", period: float = 0.001, duration: float = 10.0, rounds: int = 5
 ) -> dict[str, Any]:
     """Return the timing errors of real-time runs and of the bare loop, interleaved.
@@ -98,7 +98,7 @@ def _timing_metrics(summaries: list[dict[str, Any]]) -> dict[str, Any]:
     return errors | {"rate_Hz": rate, "overruns": [round_["deadline_misses"] for round_ in summaries]}
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_real_time(results: dict[str, Any]) -> list[str]:
     """Return the metrics of both in lines."""
     steps, rate = results["steps_per_round"], 1.0 / results["period_s"]
     lines = [f"{steps} periods at {rate:g} Hz, medians of {results['rounds']} interleaved rounds, µs"]

@@ -24,7 +24,7 @@ def _record_run(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str
         return speed, {kind: path.stat().st_size for kind, path in paths.items()}
 
 
-def measure(
+def measure_recording(
     name: str = "knuckle_setpoint", duration: float = _MINUTE, rounds: int = 5, labels: Sequence[str] = tuple(FILES)
 ) -> dict[str, Any]:
     """Return the time that recording adds to a lockstep step [µs], and the size of the files per simulated minute.
@@ -64,7 +64,7 @@ def measure(
     }
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_recording(results: dict[str, Any]) -> list[str]:
     """Return the costs in lines."""
     lines = [
         f"lockstep of {results['scene']}, {results['steps_per_round']} steps, median of {results['rounds']} rounds"

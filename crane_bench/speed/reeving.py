@@ -31,7 +31,7 @@ def seconds(scene: Scene) -> float:
     return time.thread_time() - start
 
 
-def measure(rounds: int = 9, duration: float | None = None) -> dict[str, Any]:
+def measure_reeving(rounds: int = 9, duration: float | None = None) -> dict[str, Any]:
     """Return errors, and times simulated per processor time, of all settings; duration [s]: the scene's by default."""
     changes = {} if duration is None else {"duration": duration}
     reference = simulate(SCENE, overrides=changes | {"integrator": FINEST}).payload
@@ -45,7 +45,7 @@ def measure(rounds: int = 9, duration: float | None = None) -> dict[str, Any]:
     return {"scene": SCENE, "duration": scenes[0].duration, "rounds": rounds, "rows": rows, "machine": machine()}
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_reeving(results: dict[str, Any]) -> list[str]:
     """Return the table in lines."""
     lines = [
         f"{results['scene']}, {results['duration']:g} s, one core, medians of {results['rounds']} interleaved rounds"

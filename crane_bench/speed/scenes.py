@@ -34,7 +34,7 @@ def select_cases(ids: Sequence[str], quick: bool) -> list[Case]:
     return [known[name] for name in ids or (QUICK if quick else [case.id for case in CASES])]
 
 
-def measure(
+def measure_scenes(
     cases: Sequence[Case], methods: Sequence[str], peers: bool, on_progress: ProgressCallback
 ) -> dict[str, Any]:
     """Return the measurements: machine, engines, and for each case by id its points and its refused engines.

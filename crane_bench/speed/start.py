@@ -35,7 +35,7 @@ def seconds(program: str, cache: str) -> float:
     return time.perf_counter() - start
 
 
-def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int = 3) -> dict[str, Any]:
+def measure_start(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int = 3) -> dict[str, Any]:
     """Return the wall times, s, of cold and warm starts of a scene, and of what they cannot do without.
 
     Args:
@@ -55,7 +55,7 @@ def measure(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int =
     return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **spreads, "machine": machine()}
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_start(results: dict[str, Any]) -> list[str]:
     """Return the times in lines."""
     lines = [f"from a new process to the first simulated step of {results['scene']}, imports included, s"]
     for key, label in LABELS.items():

@@ -102,7 +102,7 @@ def cheapest_trial(run: Callable[[tuple[float, float]], StiffTrial], error: floa
     return min((trial for trial in map(run, TOLERANCES) if trial.error <= error), key=lambda t: t.seconds, default=None)
 
 
-def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict[str, Any]:
+def measure_stiff(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict[str, Any]:
     """Return the cheapest runs of both that reach an error [m], for each damping of the links [N s/m]."""
     results: dict[str, Any] = {"error_m": error, "scipy": scipy.__version__, "machine": machine(), "dampings": {}}
     for damping in dampings:
@@ -113,7 +113,7 @@ def measure(error: float = 1e-6, dampings: Sequence[float] = (0.0, 1e4)) -> dict
     return results
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_stiff(results: dict[str, Any]) -> list[str]:
     """Return the comparison in lines."""
     lines = []
     for damping, row in results["dampings"].items():

@@ -129,7 +129,7 @@ def _measure_study(samples: int, way: str, workers: int) -> dict[str, float]:
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def measure(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds: int = 3) -> dict[str, Any]:
+def measure_studies(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds: int = 3) -> dict[str, Any]:
     """Return times and memory of studies of `large`, `small` and `medium` cranes, and of the compiled loop."""
     scenes, cores = _load_cranes(256), len(os.sched_getaffinity(0))
     _measure_study(64, "processes", 1)  # compiles
@@ -157,7 +157,7 @@ def measure(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds
     }
 
 
-def format_lines(results: dict[str, Any]) -> list[str]:
+def format_studies(results: dict[str, Any]) -> list[str]:
     """Return the costs in lines."""
     large, medium = results["cranes"]["large"], results["cranes"]["medium"]
     found = results["sizes"][str(large)]

@@ -123,7 +123,7 @@ def test_verdicts_name_the_missed_targets() -> None:
 
 
 def scenes_data(date: str, engine: str, case: str, *points: WorkPrecisionPoint) -> dict[str, Any]:
-    """Return the data of `scenes.measure` with one case and one engine."""
+    """Return the data of `scenes.measure_scenes` with one case and one engine."""
     scene = {"points": [list(p) for p in points], "refused": {}, "compiling_s": {}}
     head = {"date": date, "machine": {}, "engines": {engine: "1"}, "missing": {}, "cannot": {engine: {}}}
     return head | {"scenes": {case: scene}}

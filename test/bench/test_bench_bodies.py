@@ -173,15 +173,15 @@ def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without other engines the suite measures ours, names the missing ones, and our errors fall below the finest."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
     monkeypatch.setitem(sys.modules, "exudyn", None)
-    results = bodies.measure([CASES[1]._replace(changes={"duration": 0.25})], methods=("rk8",))
+    results = bodies.measure_bodies([CASES[1]._replace(changes={"duration": 0.25})], methods=("rk8",))
     assert set(results["missing"]) == {"MuJoCo", "Exudyn"} and set(results["engines"]) == {NAME}
     scene = results["scenes"]["falls"]
     closest = min(read_points(scene), key=lambda point: point.error)
     assert closest.error < 1e-9 and closest.attitude_error is not None and closest.attitude_error < 1e-9
-    lines = "\n".join(bodies.format_lines(results))
+    lines = "\n".join(bodies.format_bodies(results))
     assert "not there: Exudyn" in lines and "1 x ours" in lines and "closest" in lines
     scene["trusted"] = 1e-9
-    lines = "\n".join(bodies.format_lines(results))
+    lines = "\n".join(bodies.format_bodies(results))
     assert "not compared, below 20 times the reference's error: 1e-09 m" in lines and "1e-09 m  " not in lines
     assert "closest: within the reference's error" in lines
 

@@ -124,7 +124,7 @@ def test_without_cranebench_one_line_names_the_install(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(cranebench_campaign, "find_cranebench_version", fail)
     with pytest.raises(SceneError, match=re.escape(how_to_install("peers"))):
-        campaign.measure(1)
+        campaign.measure_campaign(1)
 
 
 @pytest.mark.long
@@ -132,7 +132,7 @@ def test_without_cranebench_one_line_names_the_install(monkeypatch: pytest.Monke
 def test_samples_agree_with_cranebench(wind: str, bound: float) -> None:
     """Both packages' swing and final error of each law differ by rounding when calm, in gusts by a held force."""
     pytest.importorskip("cranebench")
-    cells = campaign.measure(2, [wind])["campaigns"][wind]["cells"]
+    cells = campaign.measure_campaign(2, [wind])["campaigns"][wind]["cells"]
     for law, metrics in cells.items():
         for name in ("peak_swing", "rms_swing", "residual_swing", "final_pos_err"):
             assert metrics[name][3] < bound, (law, name)

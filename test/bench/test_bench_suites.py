@@ -35,7 +35,7 @@ def test_a_ratio_is_taken_round_by_round() -> None:
 @pytest.mark.long
 def test_lockstep_is_compared_with_both_echoes() -> None:
     """Every kind has a speed per round and a ratio to each echo, that of an echo to itself being 1."""
-    results = without_machine(lockstep.measure(duration=0.2, rounds=1, recorder=False))
+    results = without_machine(lockstep.measure_lockstep(duration=0.2, rounds=1, recorder=False))
     assert results["steps_per_round"] == 20
     for key in ("steps_per_second", "ratio_to_echo", "ratio_to_packed_echo"):
         assert set(results[key]) == {"echo", "packed echo", "lockstep"}
@@ -50,7 +50,7 @@ def test_lockstep_is_compared_with_both_echoes() -> None:
 @pytest.mark.long
 def test_a_recording_has_a_size_and_a_cost() -> None:
     """Files of both kinds are measured against the same run without a recorder."""
-    results = without_machine(recording.measure(duration=0.2, rounds=1, labels=("none", "rrd and mcap")))
+    results = without_machine(recording.measure_recording(duration=0.2, rounds=1, labels=("none", "rrd and mcap")))
     assert set(results["added_us_per_step"]) == {"rrd and mcap"}
     assert results["ratio_to_unrecorded"]["none"]["rounds"] == [1.0]
     assert set(results["bytes_per_simulated_minute"]) == {"rrd", "mcap"}
@@ -61,7 +61,7 @@ def test_a_recording_has_a_size_and_a_cost() -> None:
 @pytest.mark.slow
 def test_real_time_is_compared_with_a_loop_that_only_sleeps() -> None:
     """Both have the quantiles of their period errors and lateness, in order, their rate and their overruns."""
-    results = without_machine(realtime.measure(period=0.01, duration=0.2, rounds=1))
+    results = without_machine(realtime.measure_real_time(period=0.01, duration=0.2, rounds=1))
     for kind in ("bare", "plant"):
         for key in ("period_error_us", "lateness_us"):
             values = [results[kind][key][name]["median"] for name in ("p50", "p99", "max")]
@@ -72,7 +72,7 @@ def test_real_time_is_compared_with_a_loop_that_only_sleeps() -> None:
 @pytest.mark.long
 def test_memory_is_sampled_for_every_node_until_the_end() -> None:
     """Plant and controller are sampled over the whole time, at least once a second, and the run ends in order."""
-    results = without_machine(memory.measure(seconds=1.2, warm_up=0.5, recorder=False))
+    results = without_machine(memory.measure_memory(seconds=1.2, warm_up=0.5, recorder=False))
     assert set(results["resident"]) == {"plant", "controller"}
     assert results["steps"] > 0 and len(results["sample_times_s"]) >= 2
     for metrics in results["resident"].values():
@@ -103,7 +103,7 @@ def test_memory_of_a_node_that_comes_late_or_exits(monkeypatch: pytest.MonkeyPat
 @pytest.mark.long
 def test_starts_are_separate_processes() -> None:
     """The first step of a new process is timed warm, beside its imports and an empty program."""
-    results = without_machine(start.measure("overhead_swing", rounds=1, cold_rounds=1))
+    results = without_machine(start.measure_start("overhead_swing", rounds=1, cold_rounds=1))
     assert all(results[key]["least"] > 0.0 for key in start.LABELS)
 
 
@@ -111,7 +111,7 @@ def test_starts_are_separate_processes() -> None:
 def test_a_group_has_a_cost_and_states() -> None:
     """A prescribed trolley: as many states; times per evaluation and step whose difference and ratio fit."""
     (case,) = (case for case in CASES if case.group == "trolley, prescribed")
-    (row,) = without_machine(groups.measure(rounds=1, repetitions=12, cases=[case]))["cases"]
+    (row,) = without_machine(groups.measure_groups(rounds=1, repetitions=12, cases=[case]))["cases"]
     assert (row["states"], row["states_added"]) == (
         4,
         1,
@@ -182,12 +182,12 @@ def test_the_sum_of_parts() -> None:
 @pytest.mark.long
 def test_twelve_falls_are_measured_against_real_time() -> None:
     """Every setting has an error, smaller for finer tolerances, and a rate; the fastest within 1e-4 m counts."""
-    results = without_machine(reeving.measure(rounds=1, duration=2.0))
+    results = without_machine(reeving.measure_reeving(rounds=1, duration=2.0))
     rows = results["rows"]
     assert all(row["times_real_time"]["least"] > 0.0 for row in rows)
     for first in (0, 3):
         assert rows[first]["error"] > rows[first + 1]["error"] > rows[first + 2]["error"] > 0.0
-    assert rows[-1]["error"] < reeving.LIMIT and "within 1e-04 m" in reeving.format_lines(results)[-1]
+    assert rows[-1]["error"] < reeving.LIMIT and "within 1e-04 m" in reeving.format_reeving(results)[-1]
 
 
 def test_rows_of_other_cranes_stay() -> None:
@@ -209,7 +209,7 @@ def test_rows_of_other_cranes_stay() -> None:
         ("mobile", "old"),
         ("tower", "new"),
     }
-    assert groups.format_lines(joined)[-2:] == ["on old: knuckle, mobile", "on new: tower"]
+    assert groups.format_groups(joined)[-2:] == ["on old: knuckle, mobile", "on new: tower"]
 
 
 def test_quantiles_of_period_errors() -> None:

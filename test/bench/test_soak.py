@@ -61,7 +61,7 @@ def test_an_unresolved_drift_has_a_wide_interval() -> None:
 
 def test_steps_without_ros_leak_no_memory() -> None:
     """Neither way of simulating grows over twenty thousand steps, and each is sampled in equal blocks to the end."""
-    metrics, data = inprocess.soak(STEPS)
+    metrics, data = inprocess.soak_inprocess(STEPS)
     assert set(data) == {"Plant.advance", "simulate"}
     for method, samples in data.items():
         named = {metric.what: metric for metric in metrics}
@@ -75,7 +75,7 @@ def test_steps_without_ros_leak_no_memory() -> None:
 @pytest.mark.long
 def test_a_run_over_ros_is_sampled_to_its_end() -> None:
     """A few seconds of lockstep: every node is sampled as often as the rate, and growth is judged for each."""
-    metrics, data = memory.soak(6.0)
+    metrics, data = memory.soak_memory(6.0)
     named = {metric.what: metric for metric in metrics}
     assert set(data["memory_MB"]) == {"plant", "controller", "recorder"}
     for node, samples in data["memory_MB"].items():
@@ -103,7 +103,7 @@ def test_the_mean_rate_is_that_of_all_messages() -> None:
 def test_overruns_are_those_that_a_subscriber_counts() -> None:
     """At 1 kHz the plant's own count of overruns is that of a subscriber, which only has the times of sending."""
     for _ in range(5):  # a busy machine holds steps up after their last message, which only the plant can count
-        metrics, data = realtime.soak(3.0)
+        metrics, data = realtime.soak_real_time(3.0)
         if data["monitored"][0]["deadline_misses"] <= data["counted"][0] + data["near_deadline"][0] + 3:
             break
     named = {metric.what: metric for metric in metrics}
@@ -211,7 +211,7 @@ def test_a_plot_of_former_data_is_not_linked(tmp_path: Path, monkeypatch: pytest
 def test_a_requirement_not_passed_is_an_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command ends with 1 where a requirement was not passed, prints that, and saves its metrics nevertheless."""
     metrics = [at_least("rate", 0.5, 1.0, "Hz"), KEPT]
-    monkeypatch.setattr("crane_bench.soak.determinism.soak", lambda count: (metrics[:], {}))
+    monkeypatch.setattr("crane_bench.soak.determinism.soak_determinism", lambda count: (metrics[:], {}))
     arguments = ["determinism", "--count", "4", "--save", str(tmp_path)]
     result = CliRunner().invoke(soak, arguments)
     assert result.exit_code == 1 and "at least 1 Hz  failed" in result.output

@@ -4,8 +4,7 @@ import sys
 
 import pytest
 
-from crane_bench.soak.determinism import KILTED, Setup, busy, determinism_scene, setups, state_sha256
-from crane_bench.soak.determinism import soak as determinism_soak
+from crane_bench.soak.determinism import KILTED, Setup, busy, determinism_scene, setups, soak_determinism, state_sha256
 from crane_sim import simulate
 
 SCENE = determinism_scene(3.0)
@@ -58,6 +57,6 @@ def test_every_mixture_is_planned() -> None:
 @pytest.mark.slow
 def test_fifty_runs_are_one() -> None:
     """Fifty runs over every mixture of processes, executors and load have one hash."""
-    metrics, data = determinism_soak(50)
+    metrics, data = soak_determinism(50)
     assert all(metric.passed for metric in metrics), metrics
     assert len(data["took_s"]) == 50

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from mcap_samples import read, stamp_of
 
-from crane_bench.soak.kill import Kill, back_after
-from crane_bench.soak.kill import soak as kill_soak
+from crane_bench.soak.kill import Kill, back_after, soak_kills
 from crane_bench.soak.monitor import Received
 from crane_bench.soak.realtime import completion_delays
 from crane_sim import Scene, load_scene, orchestration, read_recording
@@ -145,7 +144,7 @@ def test_overruns_are_counted_from_outside() -> None:
 @pytest.mark.parametrize("count", [20, 200])
 def test_kills_in_real_time(count: int) -> None:
     """The soak passes every requirement: steps of plant, subscriber and recording, control back in time, no leak."""
-    metrics, data = kill_soak(count, seed=1)
+    metrics, data = soak_kills(count, seed=1)
     assert data["summary"]["restarts"] == {"controller": count // 2, "recorder": count // 2}
     failed = [metric for metric in metrics if not metric.passed]
     machines = ("publish call", "longest gap")  # a busy machine may break these, too

@@ -15,8 +15,7 @@ from mcap_samples import read
 from process_helpers import has_exited, next_line, nodes_of, run_to_completion, started_program, wait_until
 
 from crane_bench.soak.monitor import MonitorFile, monitor
-from crane_bench.soak.signals import DURATION, RUN_KINDS, SCENE, Interruption, interrupt_run, plan
-from crane_bench.soak.signals import soak as signal_soak
+from crane_bench.soak.signals import DURATION, RUN_KINDS, SCENE, Interruption, interrupt_run, plan, soak_signals
 from crane_sim import load_scene, orchestration
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.recording.rerun.reader import read_curves
@@ -194,5 +193,5 @@ def test_the_plan_covers_start_run_and_end() -> None:
 @pytest.mark.slow
 def test_fifty_interruptions() -> None:
     """The soak of fifty random instants has no failure, and every run exits within 3 s."""
-    metrics, _ = signal_soak(50, seed=2)
+    metrics, _ = soak_signals(50, seed=2)
     assert all(metric.passed for metric in metrics), metrics
