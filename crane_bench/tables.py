@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
+
+from crane_sim.cli.tables import print_table
 
 Shown = float | str
 Tables = Mapping[str, Sequence[Any]]
@@ -19,10 +19,8 @@ def print_tables(tables: Tables) -> None:
     """Print the rows of each item as a table whose columns are the rows' fields."""
     console = Console(width=None if sys.stdout.isatty() else _WIDE)
     for item, rows in tables.items():
-        table = Table(*(rows[0]._fields if rows else ()), title=item, title_justify="left")
-        for row in rows:
-            table.add_row(*(escape(format_value(value)) for value in row))
-        console.print(table, highlight=False)
+        head = rows[0]._fields if rows else ()
+        print_table(console, item, head, ([*map(format_value, row)] for row in rows))
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -6,7 +6,6 @@ from typing import Any
 
 import click
 from rich.console import Console
-from rich.table import Table
 
 from crane_bench.speed import groups, scenes
 from crane_bench.speed.cases import ERROR_LEVELS
@@ -17,6 +16,7 @@ from crane_bench.speed.store import merge_suite, read_store, write_store
 from crane_bench.speed.suites import SUITES
 from crane_sim.cli.help_lines import HELP
 from crane_sim.cli.package_groups import install_groups
+from crane_sim.cli.tables import print_table
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.output import write_text
 from crane_sim.report.plotting import save_figure
@@ -78,7 +78,7 @@ def bench(
             )
         data = merge_suite(data, suite, measured)
         for case in measured["scenes"]:
-            Console().print(_format_cheapest(case, data["scenes"]["scenes"][case]))
+            _print_cheapest(case, data["scenes"]["scenes"][case])
     elif suite != "page":
         with Console(stderr=True).status(f"measuring: {SUITES[suite].title}"):
             data = merge_suite(data, suite, _measure_groups(data, cranes) if cranes else SUITES[suite].measure())
@@ -118,14 +118,11 @@ def _write(data: dict[str, Any], folder: Path) -> None:
     Console(stderr=True).print(f"written to {folder}: {', '.join(written)}", markup=False)
 
 
-def _format_cheapest(case: str, scene: dict[str, Any]) -> Table:
-    """Return the cheapest setting of every engine, and of every method of this simulator."""
-    table = Table(
-        title=f"{case}: {scene['title']}\nµs of wall time per simulated second, at errors of", title_justify="left"
-    )
-    table.add_column("engine")
-    for level in ERROR_LEVELS:
-        table.add_column(f"{level:.0e} m", justify="right")
-    for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items():
-        table.add_row(engine, *("—" if p is None else f"{p.us_per_s:.3g} {p.method} {p.setting:.2g}" for p in points))
-    return table
+def _print_cheapest(case: str, scene: dict[str, Any]) -> None:
+    """Print the cheapest setting of every engine, and of every method of this simulator."""
+    title = f"{case}: {scene['title']}\nµs of wall time per simulated second, at errors of"
+    rows = [
+        (engine, *("—" if p is None else f"{p.us_per_s:.3g} {p.method} {p.setting:.2g}" for p in points))
+        for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items()
+    ]
+    print_table(Console(), title, ("engine", *(f"{level:.0e} m" for level in ERROR_LEVELS)), rows)

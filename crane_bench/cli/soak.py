@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 from rich.console import Console
-from rich.table import Table
 
 from crane_bench.soak.metrics import Metric
 from crane_sim.cli.help_lines import HELP, CommandGroup, FiniteRange, IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.report import json_value
 from crane_sim.cli.run_options import ensure_writable_folder
+from crane_sim.cli.tables import print_table
 
 _OUTPUT = ("as_json", "folder")  # options of the output, which change no metric
 _Command = Callable[..., None]
@@ -127,7 +127,7 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
     if as_json:
         print(json.dumps(json_value({"part": part, "metrics": [metric._asdict() for metric in metrics], "data": data})))
     else:
-        Console().print(_format_table(part, metrics))
+        print_table(Console(), f"soak: {part}", ("metric", "measured", "required"), map(_cells, metrics))
     if not all(metric.passed for metric in metrics):
         raise SystemExit(1)
 
@@ -143,9 +143,5 @@ def _shorten(value: float) -> str:
     return str(value) if isinstance(value, int) else f"{value:.10g}"
 
 
-def _format_table(part: str, metrics: Sequence[Metric]) -> Table:
-    table = Table("metric", "measured", "required", title=f"soak: {part}", title_justify="left")
-    for metric in metrics:
-        verdict = "" if metric.passed else "  failed"
-        table.add_row(metric.what, metric.format_value(), metric.requirement + verdict)
-    return table
+def _cells(metric: Metric) -> tuple[str, str, str]:
+    return metric.what, metric.format_value(), metric.requirement + ("" if metric.passed else "  failed")

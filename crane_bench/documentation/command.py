@@ -6,10 +6,10 @@ import sys
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.table import Table
 
 from crane_bench.documentation.pages import PAGES
 from crane_bench.documentation.site import source_tree
+from crane_sim.cli.tables import print_table
 from crane_sim.files.errors import SceneError, unknown_key
 
 PICTURES = "pictures"
@@ -49,8 +49,10 @@ def check_names(names: Sequence[str]) -> None:
 
 def print_pages() -> None:
     """Print each page, its command, how long that takes, and what measures the data behind it."""
-    table = Table("page", "written by", "minutes", "from what these measure", title="docs", title_justify="left")
-    for name, page in PAGES.items():
-        table.add_row(f"{name}.md", f"crane {page.command}", f"{page.minutes:g}", "\n".join(page.measured))
-    table.add_row("*.png", f"crane docs {PICTURES}", "1", "runs of the catalogue, drawn by the viewer")
-    Console(width=None if sys.stdout.isatty() else WIDE).print(table, highlight=False)
+    rows = [
+        (f"{name}.md", f"crane {page.command}", f"{page.minutes:g}", "\n".join(page.measured))
+        for name, page in PAGES.items()
+    ]
+    rows.append(("*.png", f"crane docs {PICTURES}", "1", "runs of the catalogue, drawn by the viewer"))
+    console = Console(width=None if sys.stdout.isatty() else WIDE)
+    print_table(console, "docs", ("page", "written by", "minutes", "from what these measure"), rows)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Column, Table
 
 from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
+from crane_sim.cli.tables import print_table
 from crane_sim.cli.viewing import check_output, find_recording
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.metric_units import metric_row, shown_unit
@@ -118,14 +117,9 @@ def print_comparison(comparison: Comparison) -> None:
             console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True, markup=False)
         if run.real_time_violation:
             console.print(f"{name}: {run.real_time_violation}", highlight=False, soft_wrap=True, markup=False)
-    title = f"differences from {escape(first)}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
-    table = _make_table("run", "quantity", "largest", "at [s]", "RMS", "unit", title=title)
-    for name, differences in zip(others, comparison.differences, strict=True):
-        for quantity, each in differences.items():
-            unit, factor = shown_unit(each.unit)
-            largest, rms = _format_number(factor * each.largest), _format_number(factor * each.rms)
-            table.add_row(escape(name), quantity, largest, f"{each.at:g}", rms, unit)
-    console.print(table)
+    title = f"differences from {first}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
+    head = ("run", "quantity", "largest", "at [s]", "RMS", "unit")
+    print_table(console, title, head, _difference_rows(comparison))
     for name, left_out in zip(others, comparison.not_compared, strict=True):
         if left_out:
             line = f"{name}, not compared, has no finite values in one of the runs: {', '.join(left_out)}"
@@ -135,18 +129,15 @@ def print_comparison(comparison: Comparison) -> None:
 def _print_metrics(comparison: Comparison, console: Console) -> None:
     """Print the metrics of every run, and their differences from the first."""
     first, *others = comparison.names
-    header = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
-    table = _make_table(*header, title="metrics")
-    for key, values in comparison.metrics.items():
-        label, unit, shown = metric_row(key, comparison.runs, values)
-        table.add_row(escape(label), *shown, unit)
-    console.print(table)
+    head = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
+    metrics = (metric_row(key, comparison.runs, values) for key, values in comparison.metrics.items())
+    print_table(console, "metrics", head, ((label, *shown, unit) for label, unit, shown in metrics))
 
 
-def _make_table(*header: str, title: str) -> Table:
-    """Return a table in which long names are broken, not cut."""
-    return Table(*(Column(escape(name), overflow="fold") for name in header), title=title, title_justify="left")
-
-
-def _format_number(value: float) -> str:
-    return f"{value:.5g}"
+def _difference_rows(comparison: Comparison) -> Iterator[tuple[str, ...]]:
+    """Yield the differences of every quantity of each run from the first."""
+    for name, differences in zip(comparison.names[1:], comparison.differences, strict=True):
+        for quantity, each in differences.items():
+            unit, factor = shown_unit(each.unit)
+            numbers = f"{factor * each.largest:.5g}", f"{each.at:g}", f"{factor * each.rms:.5g}"
+            yield name, quantity, *numbers, unit

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 import click
 import yaml
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from crane_sim.cli import report
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
+from crane_sim.cli.tables import print_table
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import require
 from crane_sim.files.output import write_text
@@ -113,18 +112,15 @@ def save(found: Identification, folder: Path) -> list[Path]:
 
 def print_identification(found: Identification, console: Console) -> None:
     """Print the estimates and the scene's values, their correlation, the residual of each joint, and warnings."""
-    columns = ("parameter", "scene", "estimate", "from", "to", "deviation")
-    table = Table(*columns, title="estimates, 95 % intervals", title_justify="left")
-    for each in found.estimates:
-        numbers = (each.start, each.value, each.low, each.high)
-        table.add_row(escape(each.key), *(f"{x:.6g}" for x in numbers), f"{each.deviation:.2g}")
-    console.print(table)
+    head = ("parameter", "scene", "estimate", "from", "to", "deviation")
+    rows = [
+        (e.key, *(f"{x:.6g}" for x in (e.start, e.value, e.low, e.high)), f"{e.deviation:.2g}") for e in found.estimates
+    ]
+    print_table(console, "estimates, 95 % intervals", head, rows)
     if len(found.estimates) > 1:
         keys = [each.key for each in found.estimates]
-        table = Table("correlation", *map(escape, keys), title_justify="left")
-        for key, row in zip(keys, found.correlation, strict=True):
-            table.add_row(escape(key), *(f"{x:.2f}" for x in row))
-        console.print(table)
+        rows = [(key, *(f"{x:.2f}" for x in row)) for key, row in zip(keys, found.correlation, strict=True)]
+        print_table(console, "", ("correlation", *keys), rows)
     residuals = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
     samples = f"{len(found.data.t)} samples in {len(found.segments)} segments"
     console.print(f"data less fit, rms [m, rad]: {residuals}; {samples}", markup=False, highlight=False, soft_wrap=True)

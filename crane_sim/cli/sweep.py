@@ -22,6 +22,7 @@ from crane_sim.cli import report
 from crane_sim.cli.help_lines import IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option
+from crane_sim.cli.tables import make_table
 
 if TYPE_CHECKING:
     from crane_sim.study.execution import Progress as OnProgress
@@ -156,13 +157,13 @@ def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], des
     """Return the table of how a metric depends on the parameters."""
     from crane_sim.study.sensitivity import COLUMN_HEADINGS
 
-    title = f"sensitivity of {escape(metric)} ({design.capitalize()})"
-    table = Table("variant", "parameter", *COLUMN_HEADINGS[design], title=title, title_justify="left")
-    for variant, rows in by_variant.items():
-        for row in rows:
-            numbers = row["strength"], row["interval"], row["interaction"]
-            table.add_row(escape(variant), escape(row["parameter"]), *map(format_cell, numbers))
-    return table
+    rows = [
+        (variant, row["parameter"], *(format_cell(row[key]) for key in ("strength", "interval", "interaction")))
+        for variant, own in by_variant.items()
+        for row in own
+    ]
+    title = f"sensitivity of {metric} ({design.capitalize()})"
+    return make_table(title, ("variant", "parameter", *COLUMN_HEADINGS[design]), rows)
 
 
 def format_cell(value: float | None) -> str:

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Column, Table
 
 from crane_sim.cli.help_lines import IntAtLeast
 from crane_sim.cli.package_groups import install_groups
@@ -18,6 +16,7 @@ from crane_sim.cli.report import json_value
 from crane_sim.cli.run_options import ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.cli.sweep import format_cell, show_progress
+from crane_sim.cli.tables import print_table
 from crane_sim.files.errors import SceneError
 
 if TYPE_CHECKING:
@@ -90,23 +89,22 @@ def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, co
         f"{summary['trials']} trials, {summary['infeasible']} of them infeasible; {len(result.front)} Pareto-optimal"
     )
     console.print(counts, highlight=False)
-    gains = Table(Column("gain", no_wrap=True), *map(escape, summary["chosen"]), title="gains", title_justify="left")
-    for key in next(iter(result.chosen.values())).gains:
-        gains.add_row(escape(key), *(format_cell(each["gains"][key]) for each in summary["chosen"].values()))
-    console.print(gains)
+    chosen = summary["chosen"]
+    gains = [
+        (key, *(format_cell(each["gains"][key]) for each in chosen.values()))
+        for key in next(iter(result.chosen.values())).gains
+    ]
+    print_table(console, "gains", ("gain", *chosen), gains)
     for objective, rows in summary["held_out"].items():
         title = f"{objective} on {summary['samples']} held-out samples, and the difference from {summary['baseline']}"
-        console.print(_comparison_table(escape(title), rows))
+        head = ("gains", "runs", "mean", "difference", "from", "to", "")
+        print_table(console, title, head, (_objective_row(*row) for row in rows.items()))
     console.print(
         f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report", highlight=False, markup=False
     )
 
 
-def _comparison_table(title: str, rows: dict[str, Any]) -> Table:
-    """Return the table of one objective: its mean, and the mean difference with its 95 % interval."""
-    columns = (Column("gains", no_wrap=True), "runs", "mean", "difference", "from", "to", "")
-    table = Table(*columns, title=title, title_justify="left")
-    for variant, row in rows.items():
-        numbers = (row.get(key) for key in ("mean", "difference", "low", "high"))
-        table.add_row(escape(variant), str(row["runs"]), *map(format_cell, numbers), row.get("verdict", ""))
-    return table
+def _objective_row(variant: str, row: dict[str, Any]) -> tuple[str, ...]:
+    """Return an objective of some gains: its mean, and the mean difference with its 95 % interval."""
+    numbers = (row.get(key) for key in ("mean", "difference", "low", "high"))
+    return variant, str(row["runs"]), *map(format_cell, numbers), row.get("verdict", "")

@@ -85,6 +85,8 @@ LAYERS = (
     "crane_sim.report",
     "crane_sim.cli",
     "crane_sim.recording.picture",
+    "crane_bench.page",
+    "crane_bench.tables",
     "crane_bench.reproduce",
     "crane_bench.speed",
     "crane_bench.league",

@@ -40,6 +40,8 @@ def test_colcon_builds_an_installable_tree(tmp_path: Path) -> None:
     assert (tree / "share" / "ament_index" / "resource_index" / "packages" / "crane_sim").is_file()
     assert all((tree / "lib" / "crane_sim" / name).is_file() for name in NODES)
     modules = next(tree.glob("lib/python3*/site-packages"))
+    assert (modules / "crane_sim" / "report" / "assets" / "study.html").is_file()
+    assert (modules / "crane_bench" / "pages" / "league.md").is_file()
     environment = os.environ | {"PYTHONPATH": str(modules)}
     code = "import crane_sim.files.catalogue as c; print(c.__file__, c.scene_files()['knuckle_setpoint'])"
     run = [sys.executable, "-c", code]
