@@ -41,6 +41,12 @@ class MetricUnit(NamedTuple):
     factor: float
 
 
+def metric_label(key: str) -> str:
+    """Return what a metric is called where it is shown with its unit."""
+    ending = next((each for each in _UNIT_SUFFIXES if key.endswith(each)), "")
+    return key.removesuffix(ending).replace("_", " ")
+
+
 def plain_unit(key: str, path: str) -> str:
     """Return the unit of a metric that is one number, empty: none; `path` is the unit of the path's coordinates."""
     if key in _PATH_POWERS:
@@ -56,8 +62,7 @@ def metric_unit(name: str, run: RecordedRun) -> MetricUnit:
     """Return how a metric of a run's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
     crane = run.crane
     key, _, part = name.partition(".")
-    ending = next((each for each in _UNIT_SUFFIXES if key.endswith(each)), "")
-    label = " ".join([key.removesuffix(ending).replace("_", " "), *[part] * bool(part)])
+    label = " ".join([metric_label(key), *[part] * bool(part)])
     if key in _POSITION_METRICS:
         units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
         return MetricUnit(label, *shown_unit(units.get(part, "")))

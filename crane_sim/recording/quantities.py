@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crane_sim.recording.layout import label
+from crane_sim.recording.metric_units import shown_unit
 from crane_sim.recording.suspension import COORDINATES
 
 if TYPE_CHECKING:
@@ -71,10 +72,10 @@ class CurveSet(NamedTuple):
     alone: str = ""  # title of the first curve by itself, empty where runs are not compared by it
 
 
-def shown_unit(unit: str) -> tuple[str, float]:
-    """Return the unit that is shown for an SI unit, and the factor to it."""
-    shown = unit.replace("rad", "°")
-    return shown, 1.0 if shown == unit else 180.0 / np.pi
+def drawn_unit(unit: str) -> tuple[str, float]:
+    """Return the unit that is written at an axis for an SI unit, and the factor to it."""
+    shown, factor = shown_unit(unit)
+    return shown.replace("deg", "°"), factor
 
 
 def shown_joints(run: RecordedRun) -> list[str]:
@@ -119,7 +120,7 @@ def _positions(run: RecordedRun) -> Iterator[CurveSet]:
         si = run.crane.joint_units[i]
         if name.startswith("swing_") or si not in POSITIONS:
             continue
-        unit, factor = shown_unit(si)
+        unit, factor = drawn_unit(si)
         curves = [QuantityCurve(label(name), factor * run.q[:, i], hue)]
         if run.reference is not None and name in run.crane.actuated:
             target = factor * run.reference[:, run.crane.actuated.index(name)]
@@ -131,7 +132,7 @@ def _positions(run: RecordedRun) -> Iterator[CurveSet]:
 def _rates(run: RecordedRun) -> Iterator[CurveSet]:
     for name, i, hue in _joints(run):
         si = f"{run.crane.joint_units[i]}/s"
-        unit, factor = shown_unit(si)
+        unit, factor = drawn_unit(si)
         curve = QuantityCurve(label(name), factor * run.v[:, i], hue)
         yield CurveSet(RATES[si], unit, (curve, *_measured(label(name), hue, factor, run.v, run.v_measured, i)))
 
@@ -148,7 +149,7 @@ def _efforts(run: RecordedRun) -> Iterator[CurveSet]:
     """Yield the efforts of the actuated joints, with commands in their units where they differ."""
     hues, crane = {name: hue for name, _, hue in _joints(run)}, run.crane
     for k, (name, si) in enumerate(zip(crane.actuated, crane.effort_units, strict=True)):
-        unit, factor = shown_unit(si)
+        unit, factor = drawn_unit(si)
         curves = [QuantityCurve(label(name), factor * run.u[:, k], hues.get(name))]
         if si == crane.command_units[k] and _differs(run.commands[:, k], run.u[:, k]):
             command = factor * run.commands[:, k]
@@ -167,7 +168,7 @@ def _swing(run: RecordedRun) -> Iterator[CurveSet]:
     yield CurveSet(SWING, "°", (vertical,), "swing from the vertical")
     for name, i, hue in _joints(run):
         if name.startswith("swing_"):
-            short, factor = _short_swing(name), shown_unit("rad")[1]
+            short, factor = _short_swing(name), drawn_unit("rad")[1]
             curve = QuantityCurve(short, np.degrees(run.q[:, i]), hue)
             measured = _measured(short, hue, factor, run.q, run.q_measured, i)
             yield CurveSet(SWING, "°", (curve, *measured), label(name))

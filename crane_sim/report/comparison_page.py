@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.metric_units import metric_row
-from crane_sim.recording.quantities import common_quantities
+from crane_sim.recording.quantities import common_quantities, drawn_unit
 from crane_sim.report.page_data import MAX_EVENTS, curve_points, frames_of, page_data, state_rows
 from crane_sim.report.panels import RUN_COLORS
 from crane_sim.report.robot import parse_robot, used_coordinates
@@ -121,6 +120,5 @@ def _difference_rows(comparison: Comparison) -> list[list[str]]:
 
 def _angle(value: float, unit: str) -> str:
     """Return a value with its unit, angles in degrees."""
-    if unit.startswith("rad"):
-        value, unit = degrees(value), unit.replace("rad", "°")
-    return f"{value:.4g} {unit}"
+    unit, factor = drawn_unit(unit)
+    return f"{factor * value:.4g} {unit}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.layout import label
-from crane_sim.recording.metric_units import plain_unit
+from crane_sim.recording.metric_units import metric_label, plain_unit
 from crane_sim.report.panels import PREFIXES, UNITS_WITH_PREFIX
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def headlines(run: RecordedRun) -> list[tuple[str, str]]:
 def plain_metrics(run: RecordedRun) -> list[tuple[str, str]]:
     """Return (name, value with its unit) of all single metrics of a run's summary."""
     single = {key: value for key, value in run.summary.items() if isinstance(value, str | int | float) or value is None}
-    return [(_display_name(key), _format(value, _unit(key, run))) for key, value in single.items() if key not in HIDDEN]
+    return [(metric_label(key), _format(value, _unit(key, run))) for key, value in single.items() if key not in HIDDEN]
 
 
 def joint_table(run: RecordedRun) -> list[list[str]]:
@@ -47,10 +47,6 @@ def joint_table(run: RecordedRun) -> list[list[str]]:
         for name in crane.actuated
     ]
     return [["joint", *(JOINTS[key] for key in kinds)], *rows] if kinds else []
-
-
-def _display_name(key: str) -> str:
-    return key.removesuffix("_deg").replace("_", " ")
 
 
 def _unit(key: str, run: RecordedRun) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from crane_sim.recording.metric_units import plain_unit
+from crane_sim.recording.metric_units import metric_label, plain_unit
 from crane_sim.simulation.flat_summary import leaves
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def summary_table(title: str, summary: Mapping[str, Any], path_unit: str) -> str
     `path_unit` is the unit of the path's coordinates, empty where they have different ones.
     """
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
-    rows = [[_label(key), _format_quantity(summary[key], _unit(key, path_unit))] for key in plain]
+    rows = [[metric_label(key), _format_quantity(summary[key], _unit(key, path_unit))] for key in plain]
     parts = [f"# {title}", markdown_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
@@ -34,8 +34,11 @@ def summary_table(title: str, summary: Mapping[str, Any], path_unit: str) -> str
             groups.setdefault(tuple(value), []).append(key)
     for entries, keys in groups.items():
         units = [_unit(key, path_unit) for key in keys]
-        heads = [f"{_label(key)} [{unit}]" if unit else _label(key) for key, unit in zip(keys, units, strict=True)]
-        rows = [[_label(entry), *(_format_quantity(summary[key][entry]) for key in keys)] for entry in entries]
+        heads = [
+            f"{metric_label(key)} [{unit}]" if unit else metric_label(key)
+            for key, unit in zip(keys, units, strict=True)
+        ]
+        rows = [[metric_label(entry), *(_format_quantity(summary[key][entry]) for key in keys)] for entry in entries]
         parts.append(markdown_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
 
@@ -53,10 +56,6 @@ def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def _unit(key: str, path_unit: str) -> str:
     return _UNITS.get(key) or plain_unit(key, path_unit).replace("deg", "°")
-
-
-def _label(key: str) -> str:
-    return key.removesuffix("_deg").replace("_", " ")
 
 
 def _format_quantity(value: Any, unit: str = "") -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crane_sim.recording.layout import label
-from crane_sim.recording.quantities import COMMANDS, EFFORTS, ERROR, RATES, shown_unit
+from crane_sim.recording.quantities import COMMANDS, EFFORTS, ERROR, RATES, drawn_unit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +41,7 @@ class JointQuantity(NamedTuple):
     def _of_unit(self, layout: Layout, unit: str) -> UnitPlot:
         columns = [i for i, own in enumerate(self.units) if own == unit]
         coordinates = tuple(self.coordinates[i] for i in columns)
-        shown, _ = shown_unit(unit)
+        shown, _ = drawn_unit(unit)
         word = shown.replace("°", "deg").replace("/", "_").replace("²", "2").replace(" ", "")
         names = tuple(label(layout.joints[i]) for i in coordinates)
         convert = np.asarray if shown == unit else np.degrees
