@@ -84,7 +84,7 @@ def monitor(scene: Scene, domain: int) -> Iterator[MonitorFile]:
         file, scene_file = Path(folder, "monitor.txt"), Path(folder, "scene.yaml")
         scene.dump(scene_file)
         settings = {"scene": str(scene_file), "file": str(file)}
-        child = group.start("monitor", "crane_sim.ros.monitor_node", scene.crane, settings)
+        child = group.start("monitor", "crane_bench.nodes.monitor_node", scene.crane, settings)
         while not child.ready:
             if not group.listen(_START_TIMEOUT) or child.fault:
                 raise RuntimeError(f"monitor: {child.fault or 'it did not start'}")

@@ -35,8 +35,8 @@ def echo(scene: "Scene", packed: bool = False) -> float:
         scene_file = Path(folder, "scene.yaml")
         scene.dump(scene_file)
         common = {"scene": str(scene_file), "steps": scene.steps, "packed": packed}
-        ping = group.start("ping", "crane_sim.ros.echo_node", scene.crane, common | {"role": "ping"})
-        pong = group.start("pong", "crane_sim.ros.echo_node", scene.crane, common | {"role": "pong"})
+        ping = group.start("ping", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "ping"})
+        pong = group.start("pong", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "pong"})
         while not (ping.ready and pong.ready):
             _wait(group)
         ping.send("go")

@@ -85,6 +85,7 @@ LAYERS = (
     "crane_sim.report",
     "crane_sim.cli",
     "crane_sim.recording.picture",
+    "crane_bench.nodes",
     "crane_bench.page",
     "crane_bench.tables",
     "crane_bench.reproduce",
@@ -234,7 +235,7 @@ def test_the_simulator_imports_no_law() -> None:
 @pytest.mark.parametrize(
     ("packages", "folders"),
     [
-        (ROS, ("crane_sim.ros.", "crane_control.nodes.")),
+        (ROS, ("crane_sim.ros.", "crane_control.nodes.", "crane_bench.nodes.")),
         (("rerun",), ("crane_sim.recording.rerun.",)),
         (("llvmlite",), ("crane_sim.tracing.",)),
         (("gymnasium",), ("crane_sim.gym.",)),

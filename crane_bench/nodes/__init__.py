@@ -1,0 +1,1 @@
+"""Nodes of the laboratory, parts of no run: a bare echo, and an independent subscriber."""
