@@ -21,7 +21,7 @@ setup(
     packages=find_packages(include=["crane_sim*", "crane_control*", "crane_bench*"]),
     package_data={
         "crane_bench": ["pages/*"],
-        "crane_bench.speed": ["floor/*", "peers/*.cpp"],
+        "crane_bench.speed": ["groups.yaml", "floor/*", "peers/*.cpp"],
         "crane_sim.report.assets": ["*.*"],
     },
     data_files=[
