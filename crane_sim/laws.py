@@ -240,7 +240,7 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
     """
     try:
         answer = law(t, q, v)
-        if isinstance(answer, Iterator):  # its items are the law's own code
+        if type(answer) is not tuple and isinstance(answer, Iterator):  # its items are the law's own code
             answer = tuple(answer)
     except Exception as error:
         raise LawError(f"the law failed at t = {t:g} s: {type(error).__name__}: {join_lines(error)}") from error

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from math import isfinite, isnan
-from operator import gt
+from operator import le
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -215,9 +215,9 @@ class CommandValidator:
         if len(efforts) != len(self._actuated):
             line = f"command with {len(efforts)} efforts for {len(self._actuated)} joints"
             return self.refuse(Refusal.LENGTH, line)
+        if all(map(le, map(abs, efforts), self._largest)):
+            return tuple(efforts)
         if not all(map(isfinite, efforts)):
             return self.refuse(Refusal.NOT_FINITE, f"command with efforts {list(efforts)}")
-        if any(map(gt, map(abs, efforts), self._largest)):
-            most = [float(f"{largest:.3g}") for largest in self._largest]
-            return self.refuse(Refusal.HUGE, f"command with efforts {list(efforts)}, the largest are {most}")
-        return tuple(efforts)
+        most = [float(f"{largest:.3g}") for largest in self._largest]
+        return self.refuse(Refusal.HUGE, f"command with efforts {list(efforts)}, the largest are {most}")
