@@ -19,9 +19,9 @@ from crane_sim.tracing.frame import read_leaves, write_leaves
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Value
 from crane_sim.tracing.instructions import Kind
-from crane_sim.tracing.llvm import module_text
+from crane_sim.tracing.llvm import module_text, module_texts
 from crane_sim.tracing.machine_code import Optimisation, compile_text
-from crane_sim.tracing.memory import allocates
+from crane_sim.tracing.memory import RELEASE, allocates
 from crane_sim.tracing.results import take_result
 from crane_sim.tracing.trace_error import TraceError
 
@@ -50,16 +50,18 @@ def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[typ
 
     block = graph.trace_block(run, (Kind.ARRAY,))
     graph.has_allocations = True
-    text = module_text(Function("entry", function, graph, block, None, False, False)) + _RUN
-    machine_code = compile_text(text, getattr(function, "optimisation", Optimisation.FULL))
+    entry = Function("entry", function, graph, block, None, False, False)
+    optimisation = getattr(function, "optimisation", Optimisation.FULL)
+    text, loops = module_texts(entry) if optimisation is Optimisation.FULL else (module_text(entry), "")
+    machine_code = compile_text(text + _RUN, optimisation, loops)
     return Code(machine_code, tuple(results), structure[0], allocates(block)), calls.functions
 
 
-_RUN = """
-define void @run(ptr %memory) nounwind {
+_RUN = f"""{RELEASE}
+define void @run(ptr %memory) nounwind {{
  call void @entry(ptr %memory, ptr %memory)
  ret void
-}
+}}
 """
 
 
