@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.models.moving_base import pose_at, rotate_to_base
-from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation
+from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation, seldom_called
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.energy_balance import EnergyBalance
@@ -187,7 +187,7 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
 
 
 @entry_point
-@optimisation(NONE)
+@seldom_called
 def read_meters(p, x):
     """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
     return system.kinetic(p, x) + system.potential(p, x), system.energy_supplied(p, x)
