@@ -15,7 +15,6 @@ from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.varied import SceneColumns
 from crane_sim.simulation.columns import group_indices, kind_of, make_driven, stack_columns
 from crane_sim.simulation.energy_balance import empty_balance
 from crane_sim.simulation.extremes import Extremes, joint_margins
@@ -154,20 +153,6 @@ def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
         RunEnd(dict(zip(names, row, strict=True)) | flatten(scene.notes), error, ())
         for scene, row, error in zip(scenes, values, ended.errors, strict=True)
     ]
-
-
-def run_columns(scenes: SceneColumns) -> EndColumns | None:
-    """Run the scenes that columns cover; None where compiled code cannot gather all their metrics."""
-    scene, numbers = scenes.scene, np.flatnonzero(scenes.covered)
-    if not len(numbers) or not has_compiled_metrics(first := scenes.at(int(numbers[0]))):
-        return None
-    cranes = scenes.arrays(make_driven(scene))
-    q, v = (np.stack(scenes.arrays(part), axis=1) for part in (scene.initial_q, scene.initial_v))
-    target = None if scene.reference is None else np.stack(scenes.arrays(scene.reference), axis=1)
-    limits = {limit.joint: scenes.arrays((limit.low, limit.high)) for limit in scene.limits}
-    ended = _run(RunStarts(first, cranes, q, v, target, limits, lambda i: scenes.at(int(numbers[i])).model))
-    notes = {key: np.array([value] * len(numbers), object) for key, value in flatten(first.notes).items()}
-    return ended._replace(metrics=ended.metrics | notes)
 
 
 def _run(starts: RunStarts) -> EndColumns:

@@ -7,9 +7,8 @@ import pytest
 
 from crane_sim import SceneError, SimulationError, load_scene, simulate, simulate_batch
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.varied import load_columns
 from crane_sim.simulation import batch_metrics
-from crane_sim.simulation.batch_metrics import has_compiled_metrics, run_all, run_columns
+from crane_sim.simulation.batch_metrics import has_compiled_metrics, run_all
 from crane_sim.simulation.flat_summary import flatten
 from crane_sim.simulation.metric_lanes import LaneBuffers
 
@@ -120,12 +119,6 @@ def test_metrics_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypat
 def test_metrics_of_other_cranes_compile() -> None:
     """Metrics of a crane that is not watched in lanes are gathered by compiled code, too, and are those of its run."""
     check_metrics([load_scene("pendulum_free", {"duration": 0.1})])
-
-
-def test_columns_of_which_no_scene_is_possible_do_not_run() -> None:
-    """Where every scene of columns has to be made alone, nothing runs."""
-    found = load_columns("overhead_swing", {}, {"payload.mass": [1.0, 2.0]})
-    assert found is not None and run_columns(found._replace(covered=np.zeros(2, bool))) is None
 
 
 def check_metrics(scenes: list[Scene]) -> None:
