@@ -11,6 +11,7 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten, unknown_key
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.columns import stack_columns
+from crane_sim.simulation.derived import world_points
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_state import (
     make_initial,
@@ -19,7 +20,7 @@ from crane_sim.simulation.initial_state import (
     resume,
     with_initial,
 )
-from crane_sim.simulation.metrics import Metrics, world_points
+from crane_sim.simulation.metrics import Metrics
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.periods import RunUnderWay, StoredIntegration, continuous_step, entries, zero_order_hold_step
 from crane_sim.stepping.rows import row_width

@@ -115,12 +115,6 @@ def write(rows, i, p, t, x, u):
 
 
 @generic
-def write_instant(out, i, p, t, x, u):
-    """Write instant i of an output, the start of a period or the end: state x at t under the source u."""
-    write(out.rows, i, p, t, x, u)
-
-
-@generic
 def integrate_source_to(u, method, p, integration, t, latest):
     """Return the result of `integrate_to` under a source u; steps pass neither `latest` nor a breakpoint of u."""
     return integrate_to(method, p, u, integration, t, latest)
@@ -230,7 +224,7 @@ def continuous_step(run, source, k):
 def finish(method, p, u, integration, end, out, i):
     """Write the row and the samples at the very end of a run."""
     x = dense_output(method, p, u, integration, end)
-    write_instant(out, len(out.rows) - 1, p, end, x, u)
+    write(out.rows, len(out.rows) - 1, p, end, x, u)
     while i < len(out.times):
         write(out.samples, i, p, end, x, u)
         i += 1
@@ -262,7 +256,7 @@ def hold_each_period(method, p, law, integration, period, out):
         store(out.commands, k, 0, command)
         u = system.saturate(p, command)
         integration = apply_pending_events(system.switching(p), p, u, integration)
-        write_instant(out, k, p, integration.t, integration.x, u)
+        write(out.rows, k, p, integration.t, integration.x, u)
         end = (k + 1) * period
         integration, i = integrate_period(method, p, u, integration, end, end, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
@@ -288,7 +282,7 @@ def pass_each_period(method, p, source, integration, period, out):
         t, end = k * period, (k + 1) * period
         x = dense_output(method, p, source, integration, t)
         store(out.commands, k, 0, system.demand(source, p, t, x))
-        write_instant(out, k, p, t, x, source)
+        write(out.rows, k, p, t, x, source)
         latest = latest_step_end(method, k, steps, period)
         integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:

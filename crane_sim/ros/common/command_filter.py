@@ -14,7 +14,7 @@ import numpy as np
 
 from crane_sim.ros.common.command_stamps import StampRange
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 
 _ACCELERATION = 1e5  # rad/s² or m/s² of a joint with its load; the bound itself, in units other than N m and N
 _LOAD_FACTOR = 1e3  # times the effort that holds a joint against gravity
