@@ -16,6 +16,7 @@ from crane_sim.models.guards import Guard, decode, friction_event
 from crane_sim.models.moving_base import base_state
 from crane_sim.models.stops import WINCH, make_switching
 from crane_sim.models.supports.backlash import mean_of_drives
+from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.friction import friction_of, step_control_of
 from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_entry, hoist_modes, limit_hoist
@@ -99,10 +100,15 @@ def with_meter(p, held):
 def works_between_samples(p: Any) -> bool:
     """Return whether work is done besides that of held efforts at samples: by motions, losses, forces and exchanges."""
     imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
-    imposed = imposed or isinstance(p.support.structure, DrivenPoint)
+    imposed = imposed or moves_by_itself(p.support.structure) or hoist_modes(p.hoist) > 0
     damped = isinstance(p, FallsCrane) and bool(np.any(p.falls.relaxation))
-    others = ("drag", "force", "wind", "base", "exchange", "torsion", "contact")
+    others = ("drag", "force", "forces", "wind", "base", "exchange", "torsion", "contact")
     return imposed or damped or takes_energy(p.support) or any(getattr(p, name, None) is not None for name in others)
+
+
+def moves_by_itself(structure: Any) -> bool:
+    """Return whether a drive of a structure prescribes a motion."""
+    return isinstance(structure, DrivenPoint) or (isinstance(structure, Bridge) and structure.moves_by_itself())
 
 
 @system.project.register(*HANGING)
@@ -153,8 +159,8 @@ def switching(p):
 
 
 def rope_switching(p):
-    """Return how the equations switch by falls, by friction of a winch over sheaves, or by the stops."""
-    if isinstance(p, FallsCrane) or isinstance(p.hoist, ReevedHoist):
+    """Return how the equations switch by falls, by friction of a winch, or by the stops."""
+    if isinstance(p, FallsCrane) or isinstance(p.hoist, ReevedHoist) or hoist_modes(p.hoist) > 0:
         return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(friction_of(p.hoist)))
     return make_switching(p.stops, 0)
 

@@ -25,13 +25,12 @@ from crane_sim.models.cables.chain import Chain
 from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
 from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.loads import PointLoad, RigidLoad
-from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis, Fixed
 from crane_sim.models.supports.driven_point import DrivenPoint, Lift, Servo
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
-from crane_sim.models.supports.rails import FixedAxis, ForceAxis
 from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.support import constraint_effort as constraint_effort_of
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
@@ -250,13 +249,14 @@ def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
 def test_a_locked_slew_makes_a_bridge_crane() -> None:
     """A tower crane whose slew is locked has the accelerations of a trolley on a fixed bridge, moving base included."""
     cable, forces = Chain(np.array(MASSES), np.array(LENGTHS)), (35.0, -110.0)
-    bridge = SpatialCrane(ForceAxis(8.0), FixedAxis(), cable, ForceHoist(1.5), base=base())
+    axes = Bridge(BridgeAxis(8.0), BridgeAxis(0.0, None, Fixed()))
+    bridge = SuspendedCrane(Support(axes), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=base())
     tower = TowerCrane(LockedSlew(), JibTrolley(8.0))
     crane = SuspendedCrane(Support(tower), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=base())
     n, u = np.array([[0.6, 0.0, -0.8], [0.0, 0.6, -0.8], [0.48, -0.36, -0.8]]), np.zeros((3, 3))
     u[0], u[1], u[2] = (0.0, 0.5, 0.0), (0.3, 0.0, 0.0), (0.3, 0.4, 0.0)
     q, v = np.array([2.0, 0.0, 2.2, *n.ravel()]), np.array([0.3, 0.0, 0.1, *u.ravel()])
-    x, y = system.state(bridge, 0.7, q, v), np.array([0.0, 2.0, *q[2:], 0.0, 0.3, *v[2:]])
+    x, y = np.concatenate([q, v]), np.array([0.0, 2.0, *q[2:], 0.0, 0.3, *v[2:]])
     expected, got = system.rhs(bridge, 0.7, x, forces), system.rhs(crane, 0.7, y, (0.0, *forces))
     np.testing.assert_allclose(got[12:], [0.0, expected[12], *expected[14:]], rtol=1e-12, atol=1e-12)  # rounding
 

@@ -227,7 +227,7 @@ def solve_dynamics(p, t, x, tau):
     pull, flow = sum_falls(p, x, *kinematics), airflow_at(p.wind, p.base, t, 0.0)
     given = load_force(p, body, t, flow, base, load)
     tip_force = scale(-1.0, to_tree_axes(pose.kinematics.turn, pull.force))
-    dynamics, efforts, net, qdd = solve_support(p, pose, tau, flow, base, pull.couple, tip_force)
+    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, pull.couple, tip_force)
     at = nq + coordinate_count(p.support), winch_index(p)
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, (*motion, p.gravity))
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
@@ -265,7 +265,7 @@ def falls_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     load, pull, motion = solved.load, solved.pull, (*rope_length(p, x), solved.length)
     given, moment = solved.given
-    power = drive_power(solved.pose, solved.tau, solved.tip_force)
+    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support)
     power += play_power(p.support.drives, solved.command, solved.pose.state)
     winch = winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, pull.paid, p.gravity)
     power += winch + imposed_load_power(solved.base, load_of(p, x), load)

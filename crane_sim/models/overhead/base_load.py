@@ -15,11 +15,11 @@ from crane_sim.models.cables.chain import (
     SIN,
     add_couple,
 )
-from crane_sim.models.cables.chain_3d import follow_link, row_of
+from crane_sim.models.cables.chain_3d import row_of
 from crane_sim.models.moving_base import imposed_acceleration, pose_at, to_world
 from crane_sim.models.overhead import first_link, trolley_motion
 from crane_sim.models.supports.rails import axis_mass
-from crane_sim.multibody.vectors import ZERO, add, dot
+from crane_sim.multibody.vectors import ZERO
 
 NO_LOAD = -0.0
 """Contribution of a base at rest: adding -0.0 does not even change the sign of a zero."""
@@ -90,23 +90,6 @@ def add_rods_load(rods, base, w):
             pull = -force * w[COS, 0]
         add_couple(w, k, force)
     return Load(pull, NO_LOAD, power)
-
-
-def add_nodes_load(base, p, x, links, acc):
-    """Add the accelerations imposed on the nodes of a chain in space to acc (N + 1, 3); return their power [W].
-
-    `links` are `chain_3d.Directions`.
-    """
-    if base is None:
-        return NO_LOAD
-    (r, v), power, paid = trolley_motion(p, x), 0.0, first_link(p, x)[1]
-    for k in range(len(links.squared_rates)):
-        r, v = follow_link(links, k, r, v, paid)
-        imposed = imposed_acceleration(base, r, v)
-        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = add(row_of(acc, k + 1), imposed)
-        power += dot(imposed, v) / links.inv_masses[k]
-        paid = 0.0
-    return power
 
 
 def to_world_in_place(base, t, out):

@@ -12,14 +12,14 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim import system
+from crane_sim.models.effects import NodeForce
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration
 from crane_sim.models.overhead import count_axes, first_link, layout_of, trolley_motion
 from crane_sim.models.overhead.base_load import NO_LOAD, axes_load
 from crane_sim.models.overhead.modes import EventLimits, get_mode, mass_of
-from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.payload_wind import payload_force
-from crane_sim.models.supports.hoist import Hoist, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_mode, hoist_response
 from crane_sim.models.supports.rails import Axis, input_count
 from crane_sim.models.wind_load import Windage
 from crane_sim.multibody.vectors import dot, scale, subtract
@@ -220,7 +220,7 @@ def drive_upper_end(p, t, x, tau, base, n, tension, out):
         out[nq + 1] = bias_acc + inv_mass * tension * n[1] + inv_mass * load.y
         supplied += p.bridge.power(tau, input_count(p.trolley), x[nq + 1], tension * n[1])
     if first == d:
-        inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x, nq + first - 1)
+        inv_mass, bias_acc = hoist_response(p.hoist, t, tau, x[nq + first - 1], hoist_mode(x))
         out[nq + first - 1] = bias_acc + inv_mass * tension
         supplied += p.hoist.power(tau, x[nq + first - 1], tension)
     return supplied

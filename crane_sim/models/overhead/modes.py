@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
-from crane_sim.models.stops import describe_length_event
+from crane_sim.models.stops import describe_cable_event
 from crane_sim.models.supports.friction import friction_of
-from crane_sim.models.supports.hoist import hoist_modes
+from crane_sim.models.supports.hoist import HOIST, hoist_modes
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
@@ -146,17 +146,11 @@ def slack_guard(limits, best, tensions, n):
 def describe_switch(p: Any, number: int) -> tuple[str, str]:
     """Return texts (meaning of a guard or event, what a user can change)."""
     kind, index, outcome = decode(number)
-    if kind == Guard.LINK:
-        return (
-            f"link {index + 1} went slack, and a rigid link must be taut",
-            "take cable.model: elastic with tension_only, or cable.slack: allow if the links are rods",
-        )
     if kind == Guard.PAYLOAD:
         return "the payload changed", ""
-    if kind == Guard.LENGTH:
-        shortest = p.event_limits.shortest if p.event_limits is not None else 0.0
-        return describe_length_event("hoisted link", "hoist", index, shortest)
-    axis = ("trolley", "bridge", "hoist")[index]
+    if kind in (Guard.LINK, Guard.LENGTH) or (kind == Guard.FRICTION and index == HOIST):
+        return describe_cable_event(number, p.event_limits.shortest if p.event_limits is not None else 0.0)
+    axis = ("trolley", "bridge")[index]
     if kind == Guard.TRAVEL:
         return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
     return describe_friction(axis, outcome), ""

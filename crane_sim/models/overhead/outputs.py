@@ -13,25 +13,23 @@ from crane_sim.models.overhead.events import switching_of
 from crane_sim.models.overhead.modes import describe_switch, initial_modes
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
-from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.hoist import PrescribedHoist, hoist_entry, limit_hoist
 from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, input_count
 from crane_sim.models.wind_kink import kink_guard, pressed_point
 
 OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
-OF_RIGID_LINKS = PlanarCrane, SpatialCrane
-OF_ARRAYS = *OF_RIGID_LINKS, ElasticCrane
+OF_ARRAYS = PlanarCrane, ElasticCrane
 ALL = *OF_TUPLES, *OF_ARRAYS
 
-system.state.register(*OF_RIGID_LINKS)(rigid_links.initial_state)
-system.kinetic.register(*OF_RIGID_LINKS)(rigid_links.kinetic_energy)
-system.power.register(*OF_RIGID_LINKS)(rigid_links.external_power)
-system.tensions.register(*OF_RIGID_LINKS)(rigid_links.write_tensions)
-system.guard.register(*OF_RIGID_LINKS)(rigid_links.smallest_guard)
-system.apply_reset_map.register(*OF_RIGID_LINKS)(rigid_links.switch)
+system.state.register(PlanarCrane)(rigid_links.initial_state)
+system.kinetic.register(PlanarCrane)(rigid_links.kinetic_energy)
+system.power.register(PlanarCrane)(rigid_links.external_power)
+system.tensions.register(PlanarCrane)(rigid_links.write_tensions)
+system.guard.register(PlanarCrane)(rigid_links.smallest_guard)
+system.apply_reset_map.register(PlanarCrane)(rigid_links.switch)
 system.kink_guard.register(*OF_ARRAYS)(kink_guard)
-system.describe_event.register(RodCrane, *OF_RIGID_LINKS)(describe_switch)
+system.describe_event.register(RodCrane, PlanarCrane)(describe_switch)
 for crane in OF_ARRAYS:
     pressed_point.register(crane)(crane.payload_position)
 
@@ -122,7 +120,7 @@ def limit_efforts(p, u):
     return limit_hoist(p.hoist, u)
 
 
-@system.switching.register(RodCrane, *OF_RIGID_LINKS)
+@system.switching.register(RodCrane, PlanarCrane)
 def switching(p):
     """Return how the equations switch: by friction, limits and the kink of a wind."""
     return switching_of(p, False)

@@ -4,12 +4,11 @@ A crane in the plane takes the part of the force in its plane; what holds it the
 """
 
 from crane_sim.models.cables.chain import COS, INV_MASS, LENGTH, RATE, SIN, add_node_acceleration
-from crane_sim.models.cables.chain_3d import follow_link, row_of
 from crane_sim.models.moving_base import airspeed
 from crane_sim.models.overhead import first_link, trolley_motion
 from crane_sim.models.overhead.base_load import NO_LOAD
 from crane_sim.models.wind_load import add_wind, airflow_at
-from crane_sim.multibody.vectors import ZERO, add, dot, scale
+from crane_sim.multibody.vectors import ZERO
 
 
 def payload_force(p, base, t, r, v):
@@ -38,16 +37,3 @@ def add_links_wind(p, base, t, x, w):
     inverse = w[INV_MASS, n - 1]
     add_node_acceleration(w, n, fx * inverse, fz * inverse)
     return fx * vx + fz * vz
-
-
-def add_nodes_wind(p, base, t, x, links, acc):
-    """Add the payload's acceleration by the wind to acc (N + 1, 3) of a chain in space; return its power [W]."""
-    if p.wind is None:
-        return NO_LOAD
-    (r, v), paid, n = trolley_motion(p, x), first_link(p, x)[1], len(links.squared_rates)
-    for k in range(n):
-        r, v = follow_link(links, k, r, v, paid)
-        paid = 0.0
-    force = payload_force(p, base, t, r, v)
-    acc[n, 0], acc[n, 1], acc[n, 2] = add(row_of(acc, n), scale(links.inv_masses[n - 1], force))
-    return dot(force, v)

@@ -33,15 +33,15 @@ from crane_sim.models.cables.chain import (
     solve_links,
     work_array,
 )
+from crane_sim.models.effects import NodeForce
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import first_link, layout_of
 from crane_sim.models.overhead.base_load import add_links_load, to_world_in_place
 from crane_sim.models.overhead.modes import EventLimits, get_mode, get_payload_mass
-from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.payload_wind import add_links_wind
 from crane_sim.models.overhead.rigid_links import Solution, write_others
-from crane_sim.models.supports.hoist import Hoist, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_mode, hoist_response
 from crane_sim.models.supports.rails import Axis
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
@@ -81,7 +81,7 @@ class PlanarCrane(NamedTuple):
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
         inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
-        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x, nq + first - 1)
+        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x[nq + first - 1], hoist_mode(x))
         assemble_rhs(w, bias_acc, self.gravity)
         rate = first_link(self, x)[1]
         base = base_kinematics_at(self.base, self.gravity, t)

@@ -10,6 +10,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.cables.chain import rod_energy
+from crane_sim.models.effects import force_power
 from crane_sim.models.guards import Guard, decode, friction_event
 from crane_sim.models.overhead import count_axes, first_link, layout_of
 from crane_sim.models.overhead.events import (
@@ -19,7 +20,6 @@ from crane_sim.models.overhead.events import (
     smallest_drive_guard,
 )
 from crane_sim.models.overhead.modes import count_modes, initial_modes, slack_guard, write_mode_rate
-from crane_sim.models.overhead.node_forces import force_power
 from crane_sim.models.supports.hoist import HOIST, hoist_modes, hoist_reflected_mass
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import routine

@@ -24,7 +24,14 @@ from crane_sim.models.overhead.events import (
     smallest_drive_guard,
 )
 from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_mode, get_payload_mass, mode_rate
-from crane_sim.models.supports.hoist import HOIST, Hoist, MasslessHoist, hoist_reflected_mass, hoist_response
+from crane_sim.models.supports.hoist import (
+    HOIST,
+    Hoist,
+    MasslessHoist,
+    hoist_mode,
+    hoist_reflected_mass,
+    hoist_response,
+)
 from crane_sim.models.supports.rails import Axis, axis_mass
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.states import replace_entry
@@ -126,7 +133,7 @@ def solve_swing(p, t, x, tau):
     inv_mass, bias_acc = p.trolley.response(t, tau, 0, v, get_mode(p.event_limits, x, modes, 0))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
-    of_hoist = hoist_response(p.hoist, t, tau, x, nq + 1)
+    of_hoist = hoist_response(p.hoist, t, tau, x[nq + 1], hoist_mode(x))
     a, tension, paid = solve_pull(p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist)
     turning = -(first / second) * (c * a + across_acc)
     return Swing(s, c, a, paid, turning, tension, (tension * s - across_mass * (c * a + across_acc) * c,))

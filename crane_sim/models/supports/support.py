@@ -80,8 +80,7 @@ class Mechanism(NamedTuple):
     yaw: tuple[int, ...] = (0,)  # coordinates whose sum is the angle about the vertical of what hangs at the tip
     outline: tuple[Point, ...] = ()  # points of its polyline before the tip
     pressed: tuple[Pressed, ...] = ()
-    prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries, and has no mass
-    # of its own where it moves; empty: none does
+    prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries; empty: none does
     bending: int = 0  # number of the coordinates that bend: the last ones
 
 
@@ -284,9 +283,12 @@ def _entry_if(condition: Any, entry: Any) -> Any:
 
 
 def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the efforts (n,) of drives, springs and friction at commands; those of prescribed motions mean nothing."""
+    """Return the efforts (n,) of drives, springs and friction at commands; drives that prescribe motions have none."""
     state, mechanism = posture.state, posture.mechanism
-    efforts = replace_by_pushes(support.drives, _by_coordinate(mechanism, command), state)
+    efforts = _by_coordinate(mechanism, command)
+    if mechanism.prescribed:
+        efforts = tuple(0 if p else effort for p, effort in zip(mechanism.prescribed, efforts, strict=True))
+    efforts = replace_by_pushes(support.drives, efforts, state)
     for spring in mechanism.springs:
         efforts = linear.add(efforts, _spring_efforts(spring, state.q, state.v))
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
@@ -294,12 +296,12 @@ def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) 
     return efforts
 
 
-def prescribed_accelerations(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the accelerations (n,) that drives prescribe at commands, 0 of others; an empty tuple where none does."""
+def prescribed_accelerations(support: Support, posture: Posture, t: Any, command: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the accelerations (n,) that drives prescribe at time t [s] and commands, 0 of others; () without any."""
     state, mechanism = posture.state, posture.mechanism
     if not mechanism.prescribed:
         return ()
-    return support.structure.prescribe(_by_coordinate(mechanism, command), state.q, state.v)
+    return support.structure.prescribe(t, _by_coordinate(mechanism, command), state.q, state.v)
 
 
 def _by_coordinate(mechanism: Mechanism, command: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -432,7 +434,7 @@ def tip_rate(posture: Posture, rates: tuple[Any, ...]) -> Vector:
 
 
 def constraint_effort(dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...], i: int) -> Any:
-    """Return what friction bears [N or N m] where it holds coordinate i: what would accelerate it."""
+    """Return what holds coordinate i bears [N or N m]: what would accelerate it."""
     others = tuple(0 if k == i else qdd[k] for k in range(len(qdd)))
     return net[i] - linear.product(dynamics.matrix, others)[i]
 
@@ -440,18 +442,30 @@ def constraint_effort(dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, 
 # power and energy
 
 
-def drive_power(posture: Posture, efforts: tuple[Any, ...], force: Vector) -> Any:
-    """Return the power [W] of efforts (n,), less that which springs store; force (3,) [N] on the tip.
+def drive_power(
+    posture: Posture, dynamics: Dynamics, efforts: tuple[Any, ...], net: tuple[Any, ...], qdd: tuple[Any, ...]
+) -> Any:
+    """Return the power [W] of efforts (n,) and prescribed motions, less that which springs store.
 
-    A coordinate that is prescribed takes what the tip pulls it with.
+    `net` (n,) is all that accelerates the coordinates, by qdd (n,).
     """
     state, mechanism = posture.state, posture.mechanism
     for spring in mechanism.springs:
         efforts = linear.add(efforts, linear.scale(spring.stiffness * _deflection(spring, state.q), spring.lever))
-    if mechanism.prescribed:
-        pulls = linear.scale(-1.0, tip_efforts(posture, force))
-        efforts = tuple(b if p else a for p, a, b in zip(mechanism.prescribed, efforts, pulls, strict=True))
-    return linear.inner(efforts, state.v)
+    return linear.inner(efforts, state.v) - prescribed_power(posture, dynamics, net, qdd)
+
+
+def prescribed_power(posture: Posture, dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...]) -> Any:
+    """Return the power [W] that drives of prescribed motions take, from what `drive_power` does.
+
+    Of impulses and the jumps of velocities that they cause it is the energy [J].
+    """
+    power: Any = 0
+    for i, prescribed in enumerate(posture.mechanism.prescribed):
+        if prescribed:
+            effort = constraint_effort(dynamics, net, qdd, i) - dynamics.matrix[i][i] * qdd[i]
+            power = power + effort * posture.state.v[i]
+    return power
 
 
 def kinetic_energy(posture: Posture, dynamics: Dynamics) -> Any:

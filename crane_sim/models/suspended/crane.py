@@ -23,7 +23,7 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
-from crane_sim.models.effects import PayloadDrag, PayloadForce, add_drag
+from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, add_drag, force_on_node
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.moving_base import airspeed, base_kinematics_at, imposed_acceleration, pose_at, to_base
@@ -88,6 +88,10 @@ from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
 
+class OverheadJoints(NamedTuple):
+    """The presence of an overhead crane's joints: directions of all links, and a `hoist` that changes the first one."""
+
+
 class SuspendedCrane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
 
@@ -104,6 +108,8 @@ class SuspendedCrane(NamedTuple):
     wind: Wind | None = None
     exchange: Exchange | None = None  # of the load
     torsion: Torsion | None = None  # of the rope, above a load that is a body
+    forces: tuple[NodeForce, ...] | None = None
+    overhead: OverheadJoints | None = None
 
     def hanging_coordinates(self):
         """Return the number of coordinates of what hangs: unit vectors of links, and the load's own."""
@@ -141,7 +147,7 @@ class SuspendedSolution(NamedTuple):
     command: Any  # efforts of the drives
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
-    base_power: float  # W, that the base supplies to nodes and load
+    outside_power: float  # W, that base and forces supply to nodes, and the base to the load
     given: Any  # by `load_force`
     moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
     twist: Any  # `Twist` of the rope, None without torsion
@@ -174,17 +180,18 @@ def next_node(links, k, rate, node):
     return add(position, scale(length, unit)), velocity
 
 
-def fill_node_accelerations(p, base, links, rate, node, acc):
+def fill_node_accelerations(p, base, pushes, links, rate, node, acc):
     """Fill the accelerations of the nodes above the load, without tensions.
 
     Args:
         p, base, links: the crane, base and links.
+        pushes: values of the forces on nodes.
         rate: of the first link's length [m/s].
         node: (position, velocity) of the tip.
         acc: (N + 1, 3) to fill.
 
     Returns:
-        (position, velocity) of the last link's lower end, power [W] that the base supplies to the nodes.
+        (position, velocity) of the last link's lower end, power [W] that base and forces supply to the nodes.
     """
     power, n = 0.0, len(links.squared_rates)
     for k in range(n - 1):
@@ -193,7 +200,17 @@ def fill_node_accelerations(p, base, links, rate, node, acc):
         x, y, z = imposed_acceleration(base, node[0], node[1])
         acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = x, y, z - p.gravity
         power += dot((x, y, z), node[1]) * p.cable.masses[k]
+        power += push_node(p.forces, pushes, k, node[1], links.inv_masses[k], acc)
     return next_node(links, n - 1, rate, node), power
+
+
+def push_node(forces, pushes, k, velocity, inv_mass, acc):
+    """Add what forces on the lower end of link k do to its acceleration; return their power [W]."""
+    if forces is None:
+        return -0.0
+    push = force_on_node(forces, pushes, k + 1)
+    acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = add(row_of(acc, k + 1), scale(inv_mass, push))
+    return dot(push, velocity)
 
 
 def load_force(p, body, t, flow, base, load):
@@ -210,6 +227,12 @@ def load_force(p, body, t, flow, base, load):
     return add(force, wind), moment
 
 
+def add_push(forces, pushes, n, given):
+    """Return (force (3,) [N], moment (3,) [N m]) on the load with the forces on the cable's last node n."""
+    force, moment = given
+    return given if forces is None else (add(force, force_on_node(forces, pushes, n)), moment)
+
+
 def add_given_force(given, force, base, t):
     """Return the force (3,) [N] plus the given one on the payload at time t, in the axes of the base."""
     if given is None:
@@ -218,11 +241,11 @@ def add_given_force(given, force, base, t):
     return add(force, to_base(pose_at(base, t), whole))
 
 
-def solve_support(p, pose, tau, flow, base, couple, force):
+def solve_support(p, t, pose, tau, flow, base, couple, force):
     """Return (Dynamics, efforts, what accelerates the coordinates, their accelerations) of the support.
 
     Args:
-        p, pose: the crane, and the posture of its support.
+        p, t, pose: the crane, time [s], and the posture of its support.
         tau, flow, base: efforts of drives, wind in the base's axes, base.
         couple, force: about the vertical [N m], and (3,) [N] on the tip, in the tree's axes: of what hangs.
     """
@@ -231,7 +254,7 @@ def solve_support(p, pose, tau, flow, base, couple, force):
     efforts = linear.add(efforts, wind_efforts(pose, flow, base))
     efforts = linear.add(efforts, yaw_efforts(pose, couple))
     net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, force))
-    return dynamics, efforts, net, accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
+    return dynamics, efforts, net, accelerations(dynamics, net, prescribed_accelerations(p.support, pose, t, tau))
 
 
 @routine
@@ -245,19 +268,20 @@ def solve_dynamics(p, t, x, tau, work):
     fill_directions(p, x, links)
     n, (length, rate) = len(tension), rope_length(p, x)
     pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
-    node, power = fill_node_accelerations(p, base, links, rate, bare_tip(pose), acc)
+    pushes = tuple(value_at(force.channel, t) for force in p.forces or ())
+    node, power = fill_node_accelerations(p, base, pushes, links, rate, bare_tip(pose), acc)
     load = load_state(body, x, nq, node)
     last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(body, load, last)
     twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
     push_nodes(twist, links, acc)
     flow = airflow_at(p.wind, p.base, t, 0.0)
-    given = load_force(p, body, t, flow, base, load)
+    given = add_push(p.forces, pushes, n, load_force(p, body, t, flow, base, load))
     force, moment = twist_load(twist, links, body, load, *given)
     free = centre_acceleration(body, base, load, force, p.gravity)
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
     pulled = twist_couple(twist), to_tree_axes(pose.kinematics.turn, twist_tip(twist, links, ZERO))
-    dynamics, efforts, net, qdd = solve_support(p, pose, tau, flow, base, *pulled)
+    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, *pulled)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
     levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
     answer = responses(dynamics, levers)
@@ -318,8 +342,7 @@ def suspended_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     motion, load = (*rope_length(p, x), solved.length), solved.load
     force, moment = solved.given
-    pull = to_tree_axes(solved.pose.kinematics.turn, solved.tip_force)
-    power = drive_power(solved.pose, solved.tau, pull) + solved.base_power
+    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support) + solved.outside_power
     mode = winch_mode(p.hoist, x, winch_index(p))
     power += winch_power(p.hoist, solved.command, mode, motion, solved.paid, p.gravity)
     power += play_power(p.support.drives, solved.command, solved.pose.state)

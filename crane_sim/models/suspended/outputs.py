@@ -5,7 +5,7 @@ from crane_sim.models.cables.chain_3d import align
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import added_energy, pose_at, to_world
-from crane_sim.models.stops import Stops, describe_stop, length_guard
+from crane_sim.models.stops import WINCH, Stops, describe_cable_event, describe_stop, length_guard
 from crane_sim.models.supports.backlash import describe_drive, drive_energies
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.joint_modes import any_joint_sticks, sticking_guard, support_guard
@@ -189,6 +189,8 @@ def twist_guard(p, best, x, links):
 def describe_event(p, number):
     """Return texts (what an event was, what a user can change)."""
     kind, link, outcome = decode(number)
+    if p.overhead is not None and (kind in (Guard.LINK, Guard.LENGTH) or (kind == Guard.FRICTION and link == WINCH)):
+        return describe_cable_event(number, (p.stops or Stops()).shortest)
     if kind == Guard.BACKLASH:
         return describe_drive(p.support, link, outcome), ""
     if kind == Guard.PAYLOAD and p.exchange is not None:

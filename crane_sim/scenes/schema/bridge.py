@@ -4,8 +4,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from crane_sim.files.types import Positive, Real, Tilt
-from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.files.types import Positive, Range, Real, Tilt
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.scenes.schema.backlash import SupportJoints
 from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
@@ -14,6 +14,13 @@ from crane_sim.scenes.schema.rigging import RiggingStart
 from crane_sim.scenes.schema.supported import JointMobility, SupportedFile, Tip
 from crane_sim.scenes.schema.suspended import SuspendedFile
 from crane_sim.trajectories.inputs import Constant
+
+
+class DrivenAxis(Group):
+    """A trolley or a bridge that takes a force command."""
+
+    mass: Positive  # kg, that moves with it, the trolley's apart from the bridge's
+    limits: Range | None = None  # m, of its position; a run ends where one is reached
 
 
 class Initial(Group):
@@ -67,7 +74,7 @@ class BridgeGroups(SupportedFile):
 
     def support(self) -> Bridge:
         """Return the parameters of the support."""
-        return Bridge(self.trolley, self.bridge)
+        return Bridge(*(BridgeAxis(axis.mass, axis.limits) for axis in (self.trolley, self.bridge)))
 
 
 class BridgeFile(BridgeGroups, SuspendedFile):

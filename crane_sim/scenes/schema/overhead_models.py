@@ -6,19 +6,23 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
+from crane_sim.models.effects import NodeForce
+from crane_sim.models.loads import PointLoad
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
 from crane_sim.models.overhead.elastic import ElasticCrane, Springs
 from crane_sim.models.overhead.modes import EventLimits
-from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import Line, RodCrane
-from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import Spring, SpringCrane
-from crane_sim.models.stops import MIN_LENGTH
-from crane_sim.models.supports.friction import Friction
+from crane_sim.models.stops import MIN_LENGTH, Stops
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis, Fixed
+from crane_sim.models.supports.friction import Friction, friction_of
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
+from crane_sim.models.supports.support import Support
+from crane_sim.models.suspended.crane import OverheadJoints, SuspendedCrane
+from crane_sim.models.suspended.exchange import COLUMNS, Exchange
 from crane_sim.numerics.column import as_float
 from crane_sim.scenes.schema.base_motion import Mount
 from crane_sim.scenes.schema.friction_checks import check_friction
@@ -44,7 +48,7 @@ def crane_of(file: OverheadCrane) -> Any:
     |----------|------------|-------|-------|-----------------------------------------------|----------------|
     | elastic  | 2          | 1     | rests | plain, no hoist, steady, explicit method      | `SpringCrane`  |
     | elastic  | 2 or 3     | any   | any   |                                               | `ElasticCrane` |
-    | rigid    | 3          | any   | any   |                                               | `SpatialCrane` |
+    | rigid    | 3          | any   | any   |                                               | `SuspendedCrane` |
     | straight | 2          | any   | rests | plain                                         | `RodCrane`     |
     | rigid    | 2          | 1     | rests | plain                                         | `RodCrane`     |
     | rigid    | 2          | 2     | rests | plain, steady                                 | `DoubleCrane`  |
@@ -57,7 +61,7 @@ def crane_of(file: OverheadCrane) -> Any:
         return _elastic_crane(file)
     refuse_springs(file)
     if file.dimensions == 3:
-        return _spatial_crane(file)
+        return _suspended_crane(file)
     straight, links, rests = file.cable_model == "straight", len(file.parts.lengths), file.base_motion is None
     plain = not (_bends(file) or file.cable.inertia or file.forces or file.is_windy)
     if straight and not plain:
@@ -103,21 +107,66 @@ def _double_crane(file: OverheadCrane) -> DoubleCrane:
     return DoubleCrane(axis_of(file, "trolley"), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity)
 
 
-def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
+def _is_suspended(file: OverheadCrane) -> bool:
+    return file.dimensions == 3 and file.cable_model != "elastic"
+
+
+def _suspended_crane(file: OverheadCrane) -> SuspendedCrane:
     for name, group in (("joints", _bends(file)), ("cable.inertia", file.cable.inertia)):
         if group is not None:
             raise SceneError(f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as rods")
     if file.cable_model == "straight":
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
-    cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
-    return SpatialCrane(
-        axis_of(file, "trolley"),
-        axis_of(file, "bridge"),
-        cable,
+    limits = make_event_limits(file)
+    load = PointLoad(as_float(file.parts.masses[-1]))
+    return SuspendedCrane(
+        _bridge_of(file),
+        Chain(np.array(file.parts.masses), np.array(file.parts.lengths)),
+        load,
         hoist_of(file),
         file.gravity,
-        forces_of(file),
-        make_event_limits(file),
+        forces=forces_of(file),
+        stops=None if limits is None else _stops_of(limits),
+        exchange=_exchange_of(limits) if limits is not None and file.events else None,
+        overhead=OverheadJoints(),
+    )
+
+
+def _stops_of(limits: EventLimits) -> Stops:
+    return Stops(limits.shortest, limits.longest, taut=limits.taut)
+
+
+def _exchange_of(limits: EventLimits) -> Exchange:
+    """Return the changes of the payload, which takes its velocity along."""
+    n = len(limits.times)
+    return Exchange(
+        limits.times,
+        velocities=np.zeros((n, 3)),
+        carried=np.ones(n),
+        masses=limits.masses,
+        bodies=np.zeros((n + 1, COLUMNS)),
+        windages=np.zeros((n + 1, 2)),
+    )
+
+
+def _bridge_of(file: OverheadCrane) -> Support:
+    """Return the support of a crane in space."""
+    axes = [axis_of(file, name) for name in ("trolley", "bridge")]
+    frictions, motors = [friction_of(axis) for axis in axes], [axis_motor(file, name) for name in ("trolley", "bridge")]
+    trolley, bridge = (getattr(file, name) or AxisGroup(drive="fixed") for name in ("trolley", "bridge"))
+    carried = axis_mass(file, "trolley") if trolley.drive == "force" else trolley.mass or 0.0
+    own = bridge.mass or 0.0
+    if bridge.drive == "force" and not carried + own > 0.0:
+        own = axis_mass(file, "bridge")
+    motions = [getattr(axis, "motion", Fixed()) if not isinstance(axis, ForceAxis) else None for axis in axes]
+    structure = Bridge(
+        BridgeAxis(carried, trolley.limits, motions[0]),
+        BridgeAxis(own, bridge.limits, motions[1]),
+    )
+    return Support(
+        structure,
+        tuple(motors) if any(motors) else None,
+        tuple(frictions) if any(friction is not None for friction in frictions) else None,
     )
 
 
@@ -217,7 +266,7 @@ def axis_motor(file: OverheadCrane, name: str) -> float:
         SceneError: the motor does not fit the axis, or its axis is on a base that moves.
     """
     reflected = reflected_inertia(file, name)
-    if reflected > 0.0 and file.base_motion is not None:
+    if reflected > 0.0 and file.base_motion is not None and not _is_suspended(file):
         raise SceneError(f"actuators.{name}.motor.inertia: belongs to a base that rests, here is base_motion")
     return reflected
 
@@ -295,7 +344,7 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     return EventLimits(
         lower=(ends[0][0], ends[1][0]),
         upper=(ends[0][1], ends[1][1]),
-        shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH,
+        shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH if has_hoist else 0.0,
         longest=hoist[1] if hoist else np.inf,
         taut=float(file.cable.slack == "stop"),
         times=np.array([event.at for event in events]),
@@ -316,6 +365,8 @@ def on_base(file: OverheadCrane, crane: Any) -> Any:
         _check_plane(base.vessel if isinstance(base, MountedBase) else base)
         _check_mount(file.base_motion.mount)
         return crane._replace(base=base)
+    if isinstance(crane, SuspendedCrane):
+        return crane._replace(base=base)
     carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
     return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
 
@@ -329,7 +380,14 @@ def in_wind(file: OverheadCrane, crane: Any) -> Any:
     wind = file.airflow()
     if wind is None or file.payload is None:
         return crane
-    return crane._replace(wind=wind, windage=file.payload.windage)
+    windage = file.payload.windage
+    if not isinstance(crane, SuspendedCrane):
+        return crane._replace(wind=wind, windage=windage)
+    crane = crane._replace(wind=wind, load=crane.load._replace(windage=windage))
+    if crane.exchange is None or windage is None:
+        return crane
+    windages = np.tile(np.array(windage), (len(crane.exchange.masses), 1))
+    return crane._replace(exchange=crane.exchange._replace(windages=windages))
 
 
 def _check_plane(base: Base | SplineBase) -> None:
