@@ -91,8 +91,15 @@ class NodeForce(NamedTuple):
     channel: Any  # N, of time: an input of `trajectories.inputs`
 
 
+def values_of(forces, t):
+    """Return the values [N] of forces on nodes at time t, as a tuple."""
+    return tuple(value_at(force.channel, t) for force in forces or ())
+
+
 def force_on_node(forces, values, k):
-    """Return the force (3,) [N] on node k, given the values of all forces at one instant."""
+    """Return the force (3,) [N] on node k, given the values of all forces at one instant: `values_of`."""
+    if forces is None:
+        return 0, 0, 0
     total = ZERO
     for force, value in zip(forces, values, strict=True):
         own = value if force.node == k else 0.0

@@ -9,14 +9,13 @@ from crane_sim import system
 from crane_sim.models.cables.chain import RATE
 from crane_sim.models.cables.chain_3d import row_of
 from crane_sim.models.moving_base import added_energy, added_spin, base_state
-from crane_sim.models.overhead.elastic import ElasticCrane
 from crane_sim.models.overhead.modes import mass_of
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.numerics.jit import routine
 
 
-@system.base_energy.register(ElasticCrane, PlanarCrane)
+@system.base_energy.register(PlanarCrane)
 def base_energy(p, t, x):
     """Return what a moving base adds to the energies of axes and nodes."""
     base = base_state(p.base, t, 0.0)

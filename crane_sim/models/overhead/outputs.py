@@ -8,7 +8,6 @@ from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.overhead import count_axes, layout_of, rigid_links
 from crane_sim.models.overhead.double import DoubleCrane
-from crane_sim.models.overhead.elastic import ElasticCrane
 from crane_sim.models.overhead.events import switching_of
 from crane_sim.models.overhead.modes import describe_switch, initial_modes
 from crane_sim.models.overhead.planar import PlanarCrane
@@ -19,8 +18,7 @@ from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, input_cou
 from crane_sim.models.wind_kink import kink_guard, pressed_point
 
 OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
-OF_ARRAYS = PlanarCrane, ElasticCrane
-ALL = *OF_TUPLES, *OF_ARRAYS
+ALL = *OF_TUPLES, PlanarCrane
 
 system.state.register(PlanarCrane)(rigid_links.initial_state)
 system.kinetic.register(PlanarCrane)(rigid_links.kinetic_energy)
@@ -28,10 +26,9 @@ system.power.register(PlanarCrane)(rigid_links.external_power)
 system.tensions.register(PlanarCrane)(rigid_links.write_tensions)
 system.guard.register(PlanarCrane)(rigid_links.smallest_guard)
 system.apply_reset_map.register(PlanarCrane)(rigid_links.switch)
-system.kink_guard.register(*OF_ARRAYS)(kink_guard)
+system.kink_guard.register(PlanarCrane)(kink_guard)
 system.describe_event.register(RodCrane, PlanarCrane)(describe_switch)
-for crane in OF_ARRAYS:
-    pressed_point.register(crane)(crane.payload_position)
+pressed_point.register(PlanarCrane)(PlanarCrane.payload_position)
 
 
 @system.state.register(*OF_TUPLES)
@@ -56,27 +53,27 @@ def entries_of_acceleration(p, t, x, u):
     return system.rhs(p, t, x, u)[nq : 2 * nq]
 
 
-@system.joints.register(*OF_ARRAYS)
+@system.joints.register(PlanarCrane)
 def copies_of_joints(p, x):
     """Return positions and velocities of a state that is an array."""
     nq, _, _ = layout_of(p)
     return x[:nq].copy(), x[nq : 2 * nq].copy()
 
 
-@system.acceleration.register(*OF_ARRAYS)
+@system.acceleration.register(PlanarCrane)
 def copies_of_acceleration(p, t, x, u):
     """Return the accelerations of a model whose state is an array."""
     nq, _, _ = layout_of(p)
     return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
 
 
-@system.position_count.register(*OF_ARRAYS)
+@system.position_count.register(PlanarCrane)
 def count_positions(p):
     """Return the number of positions."""
     return layout_of(p)[0]
 
 
-@system.link_count.register(*OF_ARRAYS)
+@system.link_count.register(PlanarCrane)
 def count_links(p):
     """Return the number of links."""
     return len(p.cable.masses)
@@ -114,7 +111,7 @@ def actuated_entries(p, row, trolley, bridge, hoist):
     return (*[row[i] for axis, i in axes if isinstance(axis, ForceAxis)], *hoist_entry(p.hoist, row, hoist))
 
 
-@system.saturate.register(RodCrane, *OF_ARRAYS)
+@system.saturate.register(RodCrane, PlanarCrane)
 def limit_efforts(p, u):
     """Return what the hoist can apply."""
     return limit_hoist(p.hoist, u)

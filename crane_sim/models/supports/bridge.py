@@ -3,7 +3,8 @@
     m x'' = F_x + f_x,    (m + M) y'' = F_y + f_y
 
 with the masses m of the trolley, M of the bridge, and the force f of the cable on the trolley, whose rail is at height
-0. The bridge's centre of mass is at x = 0. Each of the two takes a force command, moves as prescribed, or stays.
+0. The bridge's centre of mass is at x = 0. Each of the two takes a force command, moves as prescribed, or stays. In
+the plane there is a trolley alone.
 """
 
 from typing import Any, NamedTuple
@@ -33,7 +34,12 @@ class Bridge(NamedTuple):
     """Parameters of the support."""
 
     trolley: BridgeAxis
-    bridge: BridgeAxis
+    bridge: BridgeAxis | None = None
+
+    @property
+    def axes(self) -> tuple[BridgeAxis, ...]:
+        """The trolley, and the bridge where there is one: in the order of coordinates."""
+        return (self.trolley,) if self.bridge is None else (self.trolley, self.bridge)
 
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
@@ -41,22 +47,23 @@ class Bridge(NamedTuple):
 
     def mechanism(self) -> Mechanism:
         """Return the joints and bodies: the bridge, and the trolley on it."""
-        bridge = Joint(Y, ((1, 1),), slides=True, bodies=(Body(self.bridge.mass),))
-        trolley = Joint(X, ((0, 1),), slides=True, parent=0, bodies=(Body(self.trolley.mass),))
-        limits, prescribed = tuple(axis.limits for axis in self), tuple(axis.motion is not None for axis in self)
-        actuated = tuple(i for i in range(2) if not prescribed[i])
+        carried, joints = Body(self.trolley.mass), ()
+        if self.bridge is not None:
+            joints = (Joint(Y, ((1, 1),), slides=True, bodies=(Body(self.bridge.mass),)),)
+        trolley = Joint(X, ((0, 1),), slides=True, parent=len(joints) - 1, bodies=(carried,))
+        prescribed = tuple(axis.motion is not None for axis in self.axes)
         return Mechanism(
-            Tree((bridge, trolley), Point(1)),
-            limits,
-            actuated,
+            Tree((*joints, trolley), Point(len(joints))),
+            limits=tuple(axis.limits for axis in self.axes),
+            actuated=tuple(i for i, given in enumerate(prescribed) if not given),
             yaw=(),
             prescribed=prescribed if any(prescribed) else (),
         )
 
     def prescribe(self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return the accelerations (2,) [m/s²] of prescribed motions at time t [s], 0 of others."""
-        return self.trolley.acceleration(t), self.bridge.acceleration(t)
+        """Return the accelerations (n,) [m/s²] of prescribed motions at time t [s], 0 of others."""
+        return tuple(axis.acceleration(t) for axis in self.axes)
 
     def moves_by_itself(self) -> bool:
         """Return whether the motion of an axis is prescribed and not at rest."""
-        return any(isinstance(axis.motion, Motion) for axis in self)
+        return any(isinstance(axis.motion, Motion) for axis in self.axes)

@@ -23,7 +23,7 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
-from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, add_drag, force_on_node
+from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, add_drag, force_on_node, values_of
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.moving_base import airspeed, base_kinematics_at, imposed_acceleration, pose_at, to_base
@@ -180,12 +180,12 @@ def next_node(links, k, rate, node):
     return add(position, scale(length, unit)), velocity
 
 
-def fill_node_accelerations(p, base, pushes, links, rate, node, acc):
+def fill_node_accelerations(p, base, values, links, rate, node, acc):
     """Fill the accelerations of the nodes above the load, without tensions.
 
     Args:
         p, base, links: the crane, base and links.
-        pushes: values of the forces on nodes.
+        values: of the forces on nodes, by `values_of`.
         rate: of the first link's length [m/s].
         node: (position, velocity) of the tip.
         acc: (N + 1, 3) to fill.
@@ -197,20 +197,11 @@ def fill_node_accelerations(p, base, pushes, links, rate, node, acc):
     for k in range(n - 1):
         node = next_node(links, k, rate, node)
         rate = 0.0
-        x, y, z = imposed_acceleration(base, node[0], node[1])
-        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = x, y, z - p.gravity
-        power += dot((x, y, z), node[1]) * p.cable.masses[k]
-        power += push_node(p.forces, pushes, k, node[1], links.inv_masses[k], acc)
+        (x, y, z), push = imposed_acceleration(base, node[0], node[1]), force_on_node(p.forces, values, k + 1)
+        free = add((x, y, z - p.gravity), scale(links.inv_masses[k], push))
+        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = free
+        power += dot((x, y, z), node[1]) * p.cable.masses[k] + dot(push, node[1])
     return next_node(links, n - 1, rate, node), power
-
-
-def push_node(forces, pushes, k, velocity, inv_mass, acc):
-    """Add what forces on the lower end of link k do to its acceleration; return their power [W]."""
-    if forces is None:
-        return -0.0
-    push = force_on_node(forces, pushes, k + 1)
-    acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = add(row_of(acc, k + 1), scale(inv_mass, push))
-    return dot(push, velocity)
 
 
 def load_force(p, body, t, flow, base, load):
@@ -225,12 +216,6 @@ def load_force(p, body, t, flow, base, load):
     force = add_given_force(p.force, add_drag(p.drag, ZERO, air), p.base, t)
     wind, moment = wind_on_load(flow, base, body, load)
     return add(force, wind), moment
-
-
-def add_push(forces, pushes, n, given):
-    """Return (force (3,) [N], moment (3,) [N m]) on the load with the forces on the cable's last node n."""
-    force, moment = given
-    return given if forces is None else (add(force, force_on_node(forces, pushes, n)), moment)
 
 
 def add_given_force(given, force, base, t):
@@ -268,15 +253,16 @@ def solve_dynamics(p, t, x, tau, work):
     fill_directions(p, x, links)
     n, (length, rate) = len(tension), rope_length(p, x)
     pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
-    pushes = tuple(value_at(force.channel, t) for force in p.forces or ())
-    node, power = fill_node_accelerations(p, base, pushes, links, rate, bare_tip(pose), acc)
+    values = values_of(p.forces, t)
+    node, power = fill_node_accelerations(p, base, values, links, rate, bare_tip(pose), acc)
     load = load_state(body, x, nq, node)
     last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(body, load, last)
     twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
     push_nodes(twist, links, acc)
     flow = airflow_at(p.wind, p.base, t, 0.0)
-    given = add_push(p.forces, pushes, n, load_force(p, body, t, flow, base, load))
+    force, moment = load_force(p, body, t, flow, base, load)
+    given = add(force, force_on_node(p.forces, values, n)), moment
     force, moment = twist_load(twist, links, body, load, *given)
     free = centre_acceleration(body, base, load, force, p.gravity)
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)

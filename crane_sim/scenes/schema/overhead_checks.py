@@ -6,8 +6,9 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
+from crane_sim.scenes.schema.overhead_drives import drum_friction
 from crane_sim.scenes.schema.overhead_groups import AxisGroup
-from crane_sim.scenes.schema.overhead_models import check_straight, drum_friction
+from crane_sim.scenes.schema.overhead_models import check_straight
 
 LENGTH_TOLERANCE = 1e-9  # relative; largest difference of the first link's length from the start of its hoist's profile
 

@@ -7,39 +7,36 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
 from crane_sim.models.effects import NodeForce
+from crane_sim.models.elastic.crane import ElasticCrane, Slack, Springs
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
-from crane_sim.models.overhead.elastic import ElasticCrane, Springs
 from crane_sim.models.overhead.modes import EventLimits
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import Line, RodCrane
 from crane_sim.models.overhead.spring import Spring, SpringCrane
 from crane_sim.models.stops import MIN_LENGTH, Stops
-from crane_sim.models.supports.bridge import Bridge, BridgeAxis, Fixed
-from crane_sim.models.supports.friction import Friction, friction_of
-from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
-from crane_sim.models.supports.lugre import LuGre
-from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
-from crane_sim.models.supports.support import Support
+from crane_sim.models.supports.hoist import Hoist, MasslessHoist
 from crane_sim.models.suspended.crane import OverheadJoints, SuspendedCrane
 from crane_sim.models.suspended.exchange import COLUMNS, Exchange
+from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.column import as_float
 from crane_sim.scenes.schema.base_motion import Mount
+from crane_sim.scenes.schema.exchange import NO_WINDAGE
 from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
-from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
-from crane_sim.scenes.schema.overhead_groups import AxisGroup, JointsGroup
-from crane_sim.scenes.schema.overhead_stiffness import axis_mass, massless_axes, stiffest
-from crane_sim.trajectories.base_motion import AXES, Base, MountedBase, SplineBase
-from crane_sim.trajectories.profiles import Shape
+from crane_sim.scenes.schema.overhead_drives import axis_of, hoist_of, support_of
+from crane_sim.scenes.schema.overhead_groups import JointsGroup
+from crane_sim.scenes.schema.overhead_stiffness import massless_axes, stiffest
+from crane_sim.trajectories.base_motion import AXES, AnyBase, Base, MountedBase, SplineBase
+from crane_sim.trajectories.wind import Wind
 
 IN_PLANE = ("surge", "heave", "pitch")  # motions of a base that keep a crane in its plane
 ELASTIC_KEYS = ("stiffness", "damping", "tension_only")  # of a cable: only an elastic one has them
 
 
 def crane_of(file: OverheadCrane) -> Any:
-    """Return the parameters of a scene's crane, its base at rest; their type chooses the equations.
+    """Return the parameters of a scene's crane; their type chooses the equations.
 
     The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes, no wind; `steady`: nothing
     that switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are merged.
@@ -88,8 +85,20 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
         raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
     rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
     cable = Chain(np.array(file.parts.masses), lengths)
-    trolley = axis_of(file, "trolley")
-    return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), make_event_limits(file))
+    trolley, (wind, windage) = axis_of(file, "trolley"), _wind_of(file)
+    return PlanarCrane(
+        trolley,
+        cable,
+        hoist,
+        file.gravity,
+        joints,
+        rods,
+        forces_of(file),
+        make_event_limits(file),
+        base=_base_of(file),
+        wind=wind,
+        windage=windage,
+    )
 
 
 def _rod_crane(file: OverheadCrane) -> RodCrane:
@@ -107,36 +116,45 @@ def _double_crane(file: OverheadCrane) -> DoubleCrane:
     return DoubleCrane(axis_of(file, "trolley"), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity)
 
 
-def _is_suspended(file: OverheadCrane) -> bool:
-    return file.dimensions == 3 and file.cable_model != "elastic"
-
-
 def _suspended_crane(file: OverheadCrane) -> SuspendedCrane:
     for name, group in (("joints", _bends(file)), ("cable.inertia", file.cable.inertia)):
         if group is not None:
             raise SceneError(f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as rods")
     if file.cable_model == "straight":
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
-    limits = make_event_limits(file)
-    load = PointLoad(as_float(file.parts.masses[-1]))
-    return SuspendedCrane(
-        _bridge_of(file),
-        Chain(np.array(file.parts.masses), np.array(file.parts.lengths)),
-        load,
-        hoist_of(file),
-        file.gravity,
-        forces=forces_of(file),
-        stops=None if limits is None else _stops_of(limits),
-        exchange=_exchange_of(limits) if limits is not None and file.events else None,
-        overhead=OverheadJoints(),
-    )
+    cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
+    return SuspendedCrane(support_of(file), cable, hoist=hoist_of(file), gravity=file.gravity, **_hanging_parts(file))
 
 
-def _stops_of(limits: EventLimits) -> Stops:
-    return Stops(limits.shortest, limits.longest, taut=limits.taut)
+def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
+    hoist = hoist_of(file)
+    for name in massless_axes(file):
+        raise SceneError(f"{name}.mass = 0: belongs to rigid links; above an elastic cable a {name} has a mass")
+    springs, parts = springs_of(file, hoist), _hanging_parts(file)
+    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None
+    plain = all(parts[name] is None for name in ("forces", "stops", "base", "wind"))
+    if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
+        cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
+        return SpringCrane(axis_of(file, "trolley"), Spring(*(as_float(part[0]) for part in cable)), file.gravity)
+    return ElasticCrane(support_of(file), springs, hoist=hoist, gravity=file.gravity, **parts)
 
 
-def _exchange_of(limits: EventLimits) -> Exchange:
+def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
+    """Return what cranes with a support have besides support, cable and hoist."""
+    limits, (wind, windage) = make_event_limits(file), _wind_of(file)
+    stops = None if limits is None else Stops(limits.shortest, limits.longest, taut=limits.taut)
+    return {
+        "load": PointLoad(as_float(file.parts.masses[-1]), windage),
+        "base": _base_of(file),
+        "wind": wind,
+        "forces": forces_of(file),
+        "stops": stops,
+        "exchange": _exchange_of(limits, windage) if limits is not None and file.events else None,
+        "overhead": OverheadJoints(),
+    }
+
+
+def _exchange_of(limits: EventLimits, windage: Windage | None) -> Exchange:
     """Return the changes of the payload, which takes its velocity along."""
     n = len(limits.times)
     return Exchange(
@@ -145,43 +163,8 @@ def _exchange_of(limits: EventLimits) -> Exchange:
         carried=np.ones(n),
         masses=limits.masses,
         bodies=np.zeros((n + 1, COLUMNS)),
-        windages=np.zeros((n + 1, 2)),
+        windages=np.tile(np.array(windage or NO_WINDAGE), (n + 1, 1)),
     )
-
-
-def _bridge_of(file: OverheadCrane) -> Support:
-    """Return the support of a crane in space."""
-    axes = [axis_of(file, name) for name in ("trolley", "bridge")]
-    frictions, motors = [friction_of(axis) for axis in axes], [axis_motor(file, name) for name in ("trolley", "bridge")]
-    trolley, bridge = (getattr(file, name) or AxisGroup(drive="fixed") for name in ("trolley", "bridge"))
-    carried = axis_mass(file, "trolley") if trolley.drive == "force" else trolley.mass or 0.0
-    own = bridge.mass or 0.0
-    if bridge.drive == "force" and not carried + own > 0.0:
-        own = axis_mass(file, "bridge")
-    motions = [getattr(axis, "motion", Fixed()) if not isinstance(axis, ForceAxis) else None for axis in axes]
-    structure = Bridge(
-        BridgeAxis(carried, trolley.limits, motions[0]),
-        BridgeAxis(own, bridge.limits, motions[1]),
-    )
-    return Support(
-        structure,
-        tuple(motors) if any(motors) else None,
-        tuple(frictions) if any(friction is not None for friction in frictions) else None,
-    )
-
-
-def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
-    hoist, trolley = hoist_of(file), axis_of(file, "trolley")
-    bridge = axis_of(file, "bridge") if file.dimensions == 3 else None
-    for name in massless_axes(file):
-        raise SceneError(f"{name}.mass = 0: belongs to rigid links; above an elastic cable a {name} has a mass")
-    springs, forces, limits = springs_of(file, hoist), forces_of(file), make_event_limits(file)
-    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and limits is None
-    plain = not (file.base_motion or file.is_windy)
-    if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
-        cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
-        return SpringCrane(trolley, Spring(*(as_float(part[0]) for part in cable)), file.gravity)
-    return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, limits)
 
 
 def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
@@ -206,7 +189,8 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
     stiffness, damping = fill_list(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
     damping = fill_list(damping, n, "cable.damping")
     masses, lengths = np.array(parts.masses), np.array(parts.lengths)
-    return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
+    slack = Slack() if group.tension_only else None
+    return Springs(masses, lengths, np.array(stiffness), np.array(damping), slack)
 
 
 def stretched_lengths(file: OverheadCrane, lengths: tuple[float, ...]) -> tuple[float, ...]:
@@ -221,96 +205,6 @@ def refuse_springs(file: OverheadCrane) -> None:
     for name in ELASTIC_KEYS:
         if getattr(file.cable, name):
             raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
-
-
-def rail_friction(file: OverheadCrane, name: str) -> Friction | LuGre | None:
-    """Return the friction of an axis on its rail, None without one.
-
-    Raises:
-        SceneError: the axis has two, or is not driven by force, the cable is elastic, or values do not fit.
-    """
-    by_events, by_bristles = getattr(file.friction, name, None), getattr(file.lugre, name, None)
-    if by_events is None and by_bristles is None:
-        return None
-    if by_events is not None and by_bristles is not None:
-        raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
-    key, drive = "lugre" if by_events is None else "friction", (getattr(file, name) or AxisGroup(drive="fixed")).drive
-    if drive != "force":
-        raise SceneError(f"{key}.{name}: belongs to a drive by force, here it is {drive!r}")
-    if by_bristles is not None and file.cable_model == "elastic":
-        raise SceneError(f"lugre.{name}: belongs to rigid links, here cable.model is 'elastic'")
-    return check_friction(f"{key}.{name}", by_events or by_bristles)
-
-
-def axis_of(file: OverheadCrane, name: str) -> Axis:
-    """Return the trolley or the bridge.
-
-    Raises:
-        SceneError: mass, motor, friction or motion do not fit the drive.
-    """
-    group: AxisGroup = getattr(file, name) or AxisGroup(drive="fixed")
-    friction, reflected = rail_friction(file, name), axis_motor(file, name)
-    motion = group.motion
-    _check_shape(f"{name}.motion", motion, group.drive)
-    if group.drive == "force":
-        if group.mass is None:
-            raise SceneError(f"{name}.mass = None: a {name} driven by force has one, which may be 0")
-        return ForceAxis(axis_mass(file, name) + reflected, friction)
-    return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
-
-
-def axis_motor(file: OverheadCrane, name: str) -> float:
-    """Return the mass [kg] that an axis' motor adds to it.
-
-    Raises:
-        SceneError: the motor does not fit the axis, or its axis is on a base that moves.
-    """
-    reflected = reflected_inertia(file, name)
-    if reflected > 0.0 and file.base_motion is not None and not _is_suspended(file):
-        raise SceneError(f"actuators.{name}.motor.inertia: belongs to a base that rests, here is base_motion")
-    return reflected
-
-
-def _check_shape(name: str, shape: Shape | None, drive: str) -> None:
-    if shape is None and drive == "prescribed":
-        raise SceneError(f"{name}: is missing, a prescribed drive needs one")
-    if shape is not None and drive != "prescribed":
-        raise SceneError(f"{name}: belongs to a prescribed drive, here it is {drive!r}")
-
-
-def hoist_of(file: OverheadCrane) -> Hoist | None:
-    """Return the hoist of a scene.
-
-    Raises:
-        SceneError: profile or inertia do not fit the drive.
-    """
-    if file.hoist is None:
-        return None
-    drive, profile, inertia = file.hoist.drive, file.hoist.profile, file.hoist.inertia
-    _check_shape("hoist.profile", profile, drive)
-    if profile is not None:
-        if inertia is not None:
-            raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
-        return PrescribedHoist(profile.motion())
-    friction = drum_friction(file)
-    reflected = reflected_inertia(file, "hoist")
-    if reflected > 0.0 and not inertia:
-        raise SceneError("actuators.hoist.motor.inertia: belongs to a hoist.inertia greater than 0, here is none")
-    return ForceHoist(inertia + reflected, friction) if inertia else MasslessHoist(float(file.hoist.push))
-
-
-def drum_friction(file: OverheadCrane) -> Friction | None:
-    """Return the friction of the hoist.
-
-    Raises:
-        SceneError: no drum has it, or its values do not fit each other.
-    """
-    friction = file.friction.hoist if file.friction is not None else None
-    if friction is not None and not (file.hoist and file.hoist.drive == "force" and file.hoist.inertia):
-        raise SceneError("friction.hoist: belongs to a hoist driven by force with a hoist.inertia, here is none")
-    if friction is not None and file.cable_model == "elastic":
-        raise SceneError("friction.hoist: belongs to rigid links, here cable.model is 'elastic'")
-    return check_friction("friction.hoist", friction)
 
 
 def forces_of(file: OverheadCrane) -> tuple[NodeForce, ...] | None:
@@ -352,42 +246,29 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     )
 
 
-def on_base(file: OverheadCrane, crane: Any) -> Any:
-    """Return the crane on the scene's base: as it is where the base rests.
+def _base_of(file: OverheadCrane) -> AnyBase | None:
+    """Return the motion of the scene's base, None where it rests.
 
     Raises:
         SceneError: the base leaves the plane of a crane in the plane, or its group cannot be used.
     """
     if file.base_motion is None:
-        return crane
+        return None
     base = file.base_motion.base(file.seed, file.duration)
     if file.dimensions == 2:
         _check_plane(base.vessel if isinstance(base, MountedBase) else base)
         _check_mount(file.base_motion.mount)
-        return crane._replace(base=base)
-    if isinstance(crane, SuspendedCrane):
-        return crane._replace(base=base)
-    carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
-    return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
+    return base
 
 
-def in_wind(file: OverheadCrane, crane: Any) -> Any:
-    """Return the crane in the scene's wind: as it is where none presses on its payload.
+def _wind_of(file: OverheadCrane) -> tuple[Wind | None, Windage | None]:
+    """Return the wind and the payload's windage, None where no wind presses on it.
 
     Raises:
         SceneError: groups contradict each other.
     """
     wind = file.airflow()
-    if wind is None or file.payload is None:
-        return crane
-    windage = file.payload.windage
-    if not isinstance(crane, SuspendedCrane):
-        return crane._replace(wind=wind, windage=windage)
-    crane = crane._replace(wind=wind, load=crane.load._replace(windage=windage))
-    if crane.exchange is None or windage is None:
-        return crane
-    windages = np.tile(np.array(windage), (len(crane.exchange.masses), 1))
-    return crane._replace(exchange=crane.exchange._replace(windages=windages))
+    return (None, None) if wind is None or file.payload is None else (wind, file.payload.windage)
 
 
 def _check_plane(base: Base | SplineBase) -> None:
