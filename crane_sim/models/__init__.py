@@ -7,14 +7,13 @@ Importing any module of this package imports all models, so that every model is 
 from crane_sim.models import hanging
 from crane_sim.models.elastic import bands
 from crane_sim.models.falls import outputs as falls_outputs
-from crane_sim.models.overhead import base_energies
 from crane_sim.models.overhead import outputs as overhead_outputs
+from crane_sim.models.overhead import planar_outputs
 from crane_sim.models.single_rope import crane, modes
 from crane_sim.models.suspended import joints, outputs
 
 __all__ = [
     "bands",
-    "base_energies",
     "crane",
     "falls_outputs",
     "hanging",
@@ -22,4 +21,5 @@ __all__ = [
     "modes",
     "outputs",
     "overhead_outputs",
+    "planar_outputs",
 ]

@@ -6,7 +6,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
-from crane_sim.models.overhead import count_axes, layout_of, rigid_links
+from crane_sim.models.overhead import layout_of
 from crane_sim.models.overhead.double import DoubleCrane
 from crane_sim.models.overhead.events import switching_of
 from crane_sim.models.overhead.modes import describe_switch, initial_modes
@@ -14,18 +14,12 @@ from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.hoist import PrescribedHoist, hoist_entry, limit_hoist
-from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, input_count
+from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis
 from crane_sim.models.wind_kink import kink_guard, pressed_point
 
 OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
 ALL = *OF_TUPLES, PlanarCrane
 
-system.state.register(PlanarCrane)(rigid_links.initial_state)
-system.kinetic.register(PlanarCrane)(rigid_links.kinetic_energy)
-system.power.register(PlanarCrane)(rigid_links.external_power)
-system.tensions.register(PlanarCrane)(rigid_links.write_tensions)
-system.guard.register(PlanarCrane)(rigid_links.smallest_guard)
-system.apply_reset_map.register(PlanarCrane)(rigid_links.switch)
 system.kink_guard.register(PlanarCrane)(kink_guard)
 system.describe_event.register(RodCrane, PlanarCrane)(describe_switch)
 pressed_point.register(PlanarCrane)(PlanarCrane.payload_position)
@@ -35,7 +29,7 @@ pressed_point.register(PlanarCrane)(PlanarCrane.payload_position)
 def state_tuple(p, t, q, v):
     """Return the state, a tuple, with the modes that follow from velocities."""
     n = range(layout_of(p)[0])
-    rates = (*[v[i] for i in n], *meter_entry(p.energy_meter, 0.0), *initial_modes(p, 1, t, v))
+    rates = (*[v[i] for i in n], *meter_entry(p.energy_meter, 0.0), *initial_modes(p, t, v))
     return (*[q[i] for i in n], *rates)
 
 
@@ -94,21 +88,20 @@ def energy_supplied(p, x):
 @system.actuated_joints.register(*ALL)
 def actuated_joints(p, x):
     """Return positions and velocities of what takes an effort."""
-    (nq, _, _), axes = layout_of(p), count_axes(p)
-    return actuated_entries(p, x, 0, 1, axes), actuated_entries(p, x, nq, nq + 1, nq + axes)
+    nq, _, _ = layout_of(p)
+    return actuated_entries(p, x, 0, 1), actuated_entries(p, x, nq, nq + 1)
 
 
 @system.efforts_from_row.register(*ALL)
 def efforts_from_row(p, row):
-    """Return the efforts on axes and hoist."""
-    first = input_count(p.trolley)
-    return actuated_entries(p, row, 0, first, first + input_count(p.bridge))
+    """Return the efforts on trolley and hoist."""
+    return actuated_entries(p, row, 0, 1 if isinstance(p.trolley, ForceAxis) else 0)
 
 
-def actuated_entries(p, row, trolley, bridge, hoist):
-    """Return those of three entries of a row, by their indices, that are of joints which take an effort."""
-    axes = (p.trolley, trolley), (p.bridge, bridge)
-    return (*[row[i] for axis, i in axes if isinstance(axis, ForceAxis)], *hoist_entry(p.hoist, row, hoist))
+def actuated_entries(p, row, trolley, hoist):
+    """Return those of two entries of a row, by their indices, that are of joints which take an effort."""
+    first = (row[trolley],) if isinstance(p.trolley, ForceAxis) else ()
+    return (*first, *hoist_entry(p.hoist, row, hoist))
 
 
 @system.saturate.register(RodCrane, PlanarCrane)
@@ -120,7 +113,7 @@ def limit_efforts(p, u):
 @system.switching.register(RodCrane, PlanarCrane)
 def switching(p):
     """Return how the equations switch: by friction, limits and the kink of a wind."""
-    return switching_of(p, False)
+    return switching_of(p)
 
 
 @system.with_meter.register(*ALL)
@@ -134,7 +127,7 @@ def works_between_samples(p: Any) -> bool:
 
     That is by motions, friction, forces, base, wind and dampers.
     """
-    parts = p.trolley, p.bridge, p.hoist
+    parts = p.trolley, p.hoist
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
     others = ("joints", "forces", "event_limits", "base", "wind")

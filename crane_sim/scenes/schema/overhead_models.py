@@ -233,11 +233,11 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     switches = has_hoist or has_friction or file.events or file.cable.tension_only or file.is_in_kinked_wind
     if not (any(axes) or switches or file.cable.slack == "stop"):
         return None
-    ends = [limits or (-np.inf, np.inf) for limits in axes]
+    trolley = axes[0] or (-np.inf, np.inf)
     events = sorted(file.events, key=lambda event: event.at)
     return EventLimits(
-        lower=(ends[0][0], ends[1][0]),
-        upper=(ends[0][1], ends[1][1]),
+        lower=trolley[0],
+        upper=trolley[1],
         shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH if has_hoist else 0.0,
         longest=hoist[1] if hoist else np.inf,
         taut=float(file.cable.slack == "stop"),

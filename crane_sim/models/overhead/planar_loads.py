@@ -1,6 +1,7 @@
-"""An overhead crane on a moving base: inertial forces on axes and nodes, whose states are relative to the base.
+"""Loads on a chain in the plane: inertial forces of a moving base, and wind on the payload, its last node.
 
-Each function takes the base as of `moving_base.base_kinematics_at`, and does nothing for a base at rest (None).
+States are relative to the base, which is that of `moving_base.base_kinematics_at`, None at rest. A crane in the plane
+takes the part of the wind's force in its plane; what holds it there carries the rest.
 """
 
 from typing import NamedTuple
@@ -14,11 +15,12 @@ from crane_sim.models.cables.chain import (
     RHS_ALONG,
     SIN,
     add_couple,
+    add_node_acceleration,
 )
-from crane_sim.models.cables.chain_3d import row_of
-from crane_sim.models.moving_base import imposed_acceleration, pose_at, to_world
-from crane_sim.models.overhead import first_link, trolley_motion
+from crane_sim.models.moving_base import airspeed, imposed_acceleration
+from crane_sim.models.overhead import first_link, layout_of
 from crane_sim.models.supports.rails import axis_mass
+from crane_sim.models.wind_load import add_wind, airflow_at
 from crane_sim.multibody.vectors import ZERO
 
 NO_LOAD = -0.0
@@ -26,24 +28,19 @@ NO_LOAD = -0.0
 
 
 class Load(NamedTuple):
-    """Inertial forces of the base on the axes, and their power."""
+    """Inertial force of the base on the trolley, and its power."""
 
-    x: float  # N, on the trolley along its rail
-    y: float  # N, on the bridge
+    x: float  # N, along its rail
     power: float  # W
 
 
-REST = Load(NO_LOAD, NO_LOAD, NO_LOAD)
+REST = Load(NO_LOAD, NO_LOAD)
 
 
-def axes_load(base, p, x):
-    """Return the Load of trolley and bridge alone; an axis with prescribed motion has none."""
-    if base is None:
-        return REST
-    (rx, ry, _), (vx, vy, _) = motion = trolley_motion(p, x)
-    along = axis_mass(p.trolley) * imposed_acceleration(base, *motion)[0]
-    across = axis_mass(p.bridge) * imposed_acceleration(base, (p.share * rx, ry, 0.0), (p.share * vx, vy, 0.0))[1]
-    return Load(along, across, along * vx + across * vy)
+def trolley_motion(p, x):
+    """Return position [m] and velocity [m/s] (3,) of the trolley relative to the base."""
+    nq, _, _ = layout_of(p)
+    return (x[0], 0.0, 0.0), (x[nq], 0.0, 0.0)
 
 
 def imposed_gradient(base, r, v):
@@ -74,7 +71,7 @@ def add_links_load(base, p, x, w):
         w[RHS_ALONG, k] += s * ex - c * ez
         w[RHS_ACROSS, k] += c * ex + s * ez
         paid = 0.0
-    return Load(load + couples.x, NO_LOAD, power)
+    return Load(load + couples.x, power)
 
 
 def add_rods_load(rods, base, w):
@@ -89,12 +86,32 @@ def add_rods_load(rods, base, w):
         if k == 0:
             pull = -force * w[COS, 0]
         add_couple(w, k, force)
-    return Load(pull, NO_LOAD, power)
+    return Load(pull, power)
 
 
-def to_world_in_place(base, t, out):
-    """Transform points (N, 3) [m] in `out` from the base to the world at time t [s]."""
-    if base is not None:
-        pose = pose_at(base, t)
-        for k in range(len(out)):
-            out[k, 0], out[k, 1], out[k, 2] = to_world(pose, row_of(out, k))
+def payload_force(p, base, t, r, v):
+    """Return the force (3,) [N] of the wind at time t on the payload of crane p.
+
+    Args:
+        p: the crane.
+        base: see `moving_base.base_kinematics_at`.
+        t: s.
+        r, v: position [m] of the payload and its velocity [m/s] relative to the base (3,).
+    """
+    return add_wind(airflow_at(p.wind, p.base, t, 0.0), p.windage, ZERO, r, airspeed(base, r, v))
+
+
+def add_links_wind(p, base, t, x, w):
+    """Add the payload's acceleration by the wind to the work array w of a chain in the plane; return its power [W]."""
+    if p.wind is None:
+        return NO_LOAD
+    n, ((rx, _, rz), (vx, _, vz)), paid = w.shape[1] - 1, trolley_motion(p, x), first_link(p, x)[1]
+    for k in range(n):
+        s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
+        rx, rz = rx + w[LENGTH, k] * s, rz - w[LENGTH, k] * c
+        vx, vz = vx + paid * s + swing * c, vz + swing * s - paid * c
+        paid = 0.0
+    fx, _, fz = payload_force(p, base, t, (rx, 0.0, rz), (vx, 0.0, vz))
+    inverse = w[INV_MASS, n - 1]
+    add_node_acceleration(w, n, fx * inverse, fz * inverse)
+    return fx * vx + fz * vz
