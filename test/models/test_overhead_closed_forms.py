@@ -112,7 +112,7 @@ def test_one_spring_is_the_elastic_cable() -> None:
 
 
 def test_stiff_springs_hold_a_drum_as_rigid_links_do() -> None:
-    """A drum with friction sticks and slips above an elastic cable, at the instants of rigid links up to the stretch."""
+    """A drum with friction sticks and slips above an elastic cable when it does above rigid links."""
     groups = {"hoist": {"drive": "force", "inertia": 3.0}, "friction": {"hoist": {"coulomb": 6.0, "static": 9.0}}}
     pull = {"kind": "sine", "amplitude": 40.0, "frequency": 6.0, "offset": -5.0 * 9.81}
     groups |= {"inputs": {"hoist": pull}, "duration": 0.6, "integrator": {"method": "dop853", "rtol": 1e-8}}

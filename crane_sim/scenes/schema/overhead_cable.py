@@ -154,7 +154,7 @@ def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
         velocities.append(start.vy)
     for i, axis in enumerate((file.trolley, file.bridge)[: len(positions)]):
         if axis is not None and axis.motion is not None:
-            positions[i], velocities[i] = _initial_motion(axis.motion)
+            positions[i], velocities[i] = initial_motion(axis.motion)
     if file.hoist is not None:
         length, rate = hoist_at_start(file)
         positions.append(length)
@@ -167,11 +167,11 @@ def hoist_at_start(file: "OverheadCrane") -> tuple[float, float]:
     """Return the length [m] of the first link of a crane with a hoist, and its rate [m/s], at t = 0."""
     profile = file.hoist and file.hoist.profile
     if profile is not None:
-        return _initial_motion(profile)
+        return initial_motion(profile)
     return file.initial.length or file.parts.lengths[0], file.initial.length_rate
 
 
-def _initial_motion(shape: Shape) -> tuple[float, float]:
+def initial_motion(shape: Shape) -> tuple[float, float]:
     """Return position and velocity at t = 0."""
     motion = shape.motion()
     piece = max(0, int(np.searchsorted(motion.starts, 0.0, side="right")) - 1)

@@ -84,7 +84,7 @@ def axis_of(file: OverheadCrane, name: str) -> Axis:
     group: AxisGroup = getattr(file, name) or AxisGroup(drive="fixed")
     friction, reflected = rail_friction(file, name), axis_motor(file, name)
     motion = group.motion
-    _check_shape(f"{name}.motion", motion, group.drive)
+    check_shape(f"{name}.motion", motion, group.drive)
     if group.drive == "force":
         if group.mass is None:
             raise SceneError(f"{name}.mass = None: a {name} driven by force has one, which may be 0")
@@ -105,7 +105,8 @@ def axis_motor(file: OverheadCrane, name: str) -> float:
     return reflected
 
 
-def _check_shape(name: str, shape: Shape | None, drive: str) -> None:
+def check_shape(name: str, shape: Shape | None, drive: str) -> None:
+    """Raise SceneError when a prescribed drive has no motion over time, or another one has one."""
     if shape is None and drive == "prescribed":
         raise SceneError(f"{name}: is missing, a prescribed drive needs one")
     if shape is not None and drive != "prescribed":
@@ -121,7 +122,7 @@ def hoist_of(file: OverheadCrane) -> Hoist | None:
     if file.hoist is None:
         return None
     drive, profile, inertia = file.hoist.drive, file.hoist.profile, file.hoist.inertia
-    _check_shape("hoist.profile", profile, drive)
+    check_shape("hoist.profile", profile, drive)
     if profile is not None:
         if inertia is not None:
             raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")

@@ -1,0 +1,97 @@
+"""Trolley and bridge that a force drives, that move as prescribed, or stay: one meaning of their keys on all cranes."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import crane_sim
+from crane_sim.files.errors import SceneError
+
+pytestmark = pytest.mark.interpreted
+
+MOTION = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
+PUSH = {"kind": "sine", "amplitude": 60.0, "frequency": 3.0}
+DRY = {"coulomb": 3.0, "static": 5.0, "viscous": 2.0}
+COMMON = {"duration": 1.0, "integrator": {"method": "dop853", "rtol": 1e-10, "atol": 1e-12}}
+SWUNG = (0.3, 0.2)  # rad, tangential and radial
+ROPE = {"rope": {"drive": "locked"}, "payload": {"mass": 5.0}}
+FALLS = {
+    "payload": {"mass": 5.0, "inertia": [0.5, 0.6, 0.7], "attachment": [0.0, 0.0, 0.3]},
+    "falls": {
+        "top": [[0.3, 0.3, 0.0], [-0.3, 0.3, 0.0], [-0.3, -0.3, 0.0], [0.3, -0.3, 0.0]],
+        "bottom": [[0.3, 0.3, 0.3], [-0.3, 0.3, 0.3], [-0.3, -0.3, 0.3], [0.3, -0.3, 0.3]],
+        "axial_stiffness": 1e5,
+    },
+}
+AXES: dict[str, dict[str, Any]] = {
+    "driven": {"trolley": {"mass": 8.0}, "bridge": {"mass": 3.0}},
+    "fixed bridge": {"trolley": {"mass": 8.0}, "bridge": {"drive": "fixed"}},
+    "fixed trolley": {"trolley": {"drive": "fixed", "mass": 8.0}, "bridge": {"mass": 3.0}},
+    "both fixed": {"trolley": {"drive": "fixed"}, "bridge": {"drive": "fixed"}},
+    "moved trolley": {"trolley": {"drive": "prescribed", "mass": 8.0, "motion": MOTION}, "bridge": {"mass": 3.0}},
+    "moved bridge": {"trolley": {"mass": 8.0}, "bridge": {"drive": "prescribed", "motion": MOTION}},
+    "dry": {"trolley": {"mass": 8.0}, "bridge": {"mass": 3.0}, "friction": {"trolley": DRY, "bridge": DRY}},
+}
+
+
+def simulate(kind: str, axes: dict[str, Any]) -> Any:
+    """Return a run of a point mass on 2 m of rope, or of a body on falls below a `gantry`, pushed where it can be."""
+    driven = [name for name in ("trolley", "bridge") if axes[name].get("drive", "force") == "force"]
+    document: dict[str, Any] = COMMON | axes | {"crane": kind}
+    if driven:
+        document["inputs"] = dict.fromkeys(driven, PUSH)
+    (s1, s2), (c1, c2) = np.sin(SWUNG), np.cos(SWUNG)
+    if kind == "overhead":
+        cable = {"lengths": [2.0], "node_masses": [5.0]}
+        document |= {"dimensions": 3, "cable": cable, "initial": {"directions": [[s2, c2 * s1, -c2 * c1]]}}
+    elif kind == "bridge":
+        document |= ROPE | {"initial": {"q": [0.0, 0.0, 2.0, *SWUNG]}}
+    else:
+        document |= FALLS | {"hoist": {"drive": "rate"}, "initial": {"length": 2.0, "velocity": [0.3, 0.1, 0.0]}}
+    return crane_sim.simulate(document)
+
+
+@pytest.mark.parametrize("case", AXES)
+def test_overhead_and_bridge_are_one_crane(case: str) -> None:
+    """The same trolley and bridge carry the same load along the same path, whatever drives them."""
+    overhead, bridge = (simulate(kind, AXES[case]) for kind in ("overhead", "bridge"))
+    assert overhead.scene.actuated == bridge.scene.actuated
+    np.testing.assert_allclose(bridge.payload, overhead.payload, rtol=0.0, atol=1e-12)  # rounding of 100 steps
+    np.testing.assert_allclose(bridge.q[:, :2], overhead.q[:, :2], rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("case", ["both fixed", "moved trolley", "fixed bridge"])
+def test_a_gantry_has_these_axes_too(case: str) -> None:
+    """Below axes that move as prescribed, or stay, a gantry's energy is what its drives supply."""
+    run = simulate("gantry", AXES[case])
+    for i, name in enumerate(("trolley", "bridge")):
+        motion = 0.3 * np.sin(2.0 * run.t) if AXES[case][name].get("drive") == "prescribed" else 0.0
+        if name not in run.scene.actuated:
+            np.testing.assert_allclose(run.q[:, i], motion, rtol=0.0, atol=1e-9)
+    assert run.summary["energy_audit_error"] < 1e-8
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "input": ({"inputs": {"bridge": PUSH}}, "inputs.bridge: drives nothing, bridge.drive = 'fixed'"),
+    "friction": ({"friction": {"bridge": DRY}}, "friction.bridge: belongs to a drive by force"),
+    "speed": ({"initial": {"q": [0, 0, 2, 0, 0], "v": [0, 1, 0, 0, 0]}}, r"initial.v\[1\] = 1: a fixed bridge"),
+    "target": ({"reference": {"q": [1.0, 2.0, 2.0]}}, r"reference.q: has 3 values, actuated are \('trolley', 'rope'\)"),
+    "length": ({"reference": {"q": [1.0, 0.0]}}, r"reference.q\[1\] = 0: is a length"),
+    "massless": ({"trolley": {"mass": 0.0}}, "trolley.mass = 0.0: .* must be greater than 0"),
+    "mass": ({"bridge": {"drive": "fixed", "mass": 3.0}}, "bridge.mass = 3.0: nothing moves it"),
+    "no motion": ({"bridge": {"drive": "prescribed"}}, "bridge.motion: is missing"),
+    "start": (
+        {"bridge": {"drive": "prescribed", "motion": MOTION | {"offset": 1.0}}},
+        "the bridge is at 0 m, bridge.motion starts at 1 m",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_contradicts_an_axis_is_named(case: str) -> None:
+    """What a fixed or a prescribed axis cannot have is refused in one line."""
+    groups, match = REFUSED[case]
+    document = COMMON | ROPE | AXES["fixed bridge"] | {"crane": "bridge", "initial": {"q": [0, 0, 2, 0, 0]}} | groups
+    with pytest.raises(SceneError, match=match):
+        crane_sim.load_scene(document)
