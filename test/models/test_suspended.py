@@ -32,7 +32,7 @@ from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.support import Support
-from crane_sim.models.supports.support import constraint_effort as constraint_effort_of
+from crane_sim.models.supports.support_dynamics import constraint_effort as constraint_effort_of
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane, solve_dynamics

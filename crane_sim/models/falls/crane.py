@@ -33,16 +33,15 @@ from crane_sim.models.supports.backlash import play_power
 from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
 from crane_sim.models.supports.support import (
-    Dynamics,
     Posture,
     Support,
     arm_of,
     bare_tip,
     compute_posture,
     coordinate_count,
-    drive_power,
     read_state,
 )
+from crane_sim.models.supports.support_dynamics import Dynamics, drive_power
 from crane_sim.models.suspended.crane import load_force, solve_support, write_common_rates
 from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, load_of
 from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index

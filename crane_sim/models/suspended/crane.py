@@ -33,26 +33,28 @@ from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.joint_modes import write_friction_rates
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.support import (
-    Dynamics,
     Posture,
     Support,
-    accelerations,
     bare_tip,
-    base_efforts,
-    compute_dynamics,
     compute_posture,
     coordinate_count,
+    read_state,
+    tip_acceleration,
+    tip_rate,
+    yaw,
+)
+from crane_sim.models.supports.support_dynamics import (
+    Dynamics,
+    accelerations,
+    base_efforts,
+    compute_dynamics,
     drive_power,
     joint_efforts,
     net_efforts,
     prescribed_accelerations,
-    read_state,
     responses,
-    tip_acceleration,
     tip_efforts,
-    tip_rate,
     wind_efforts,
-    yaw,
     yaw_efforts,
 )
 from crane_sim.models.suspended.exchange import Exchange, load_of

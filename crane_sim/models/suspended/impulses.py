@@ -29,16 +29,13 @@ from crane_sim.models.supports.joint_modes import reset_friction_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.support import (
     bare_tip,
-    compute_dynamics,
     compute_posture,
     coordinate_count,
     friction_state_count,
-    prescribed_power,
     read_state,
-    responses,
-    tip_efforts,
     tip_rate,
 )
+from crane_sim.models.supports.support_dynamics import compute_dynamics, prescribed_power, responses, tip_efforts
 from crane_sim.models.suspended.crane import fill_directions, next_node
 from crane_sim.models.suspended.exchange import DONE, carried_energy, join, load_of, vector_at
 from crane_sim.models.suspended.layout import exchange_index, layout_of, rope_length

@@ -10,17 +10,12 @@ from crane_sim.models.supports.backlash import describe_drive, drive_energies
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.joint_modes import any_joint_sticks, sticking_guard, support_guard
 from crane_sim.models.supports.reeved_hoist import winch_energy
-from crane_sim.models.supports.support import (
-    bare_tip,
+from crane_sim.models.supports.support import bare_tip, compute_posture, polyline, polyline_size, read_state, yaw
+from crane_sim.models.supports.support_dynamics import (
     compute_dynamics,
-    compute_posture,
     energy_by_base,
     kinetic_energy,
-    polyline,
-    polyline_size,
     potential_energy,
-    read_state,
-    yaw,
 )
 from crane_sim.models.suspended import load_dynamics
 from crane_sim.models.suspended.crane import SuspendedCrane, fill_directions, next_node, solve_dynamics

@@ -135,7 +135,7 @@ class BridgeFile(BridgeGroups, SuspendedFile):
 
     crane: Literal["bridge"]  # the kind of crane
     initial: Initial  # the state at t = 0
-    reference: ReferenceGroup | None = None  # where the crane should go; of trolley and bridge `q` has those driven by force
+    reference: ReferenceGroup | None = None  # where the crane should go: `q` without axes that are fixed or prescribed
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property

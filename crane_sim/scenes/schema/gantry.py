@@ -40,7 +40,7 @@ class GantryFile(BridgeGroups, HoistedFile):
     legs: Range | None = None  # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
     # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore crane
     initial: Initial  # the state at t = 0
-    reference: ReferenceGroup | None = None  # where the crane should go; of trolley and bridge `q` has those driven by force
+    reference: ReferenceGroup | None = None  # where the crane should go: `q` without axes that are fixed or prescribed
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
