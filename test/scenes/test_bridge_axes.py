@@ -1,5 +1,6 @@
 """Trolley and bridge that a force drives, that move as prescribed, or stay: one meaning of their keys on all cranes."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import crane_sim
 from crane_sim.files.errors import SceneError
+from crane_sim.recording.layout import layout_of_scene
 
 pytestmark = pytest.mark.interpreted
 
@@ -70,6 +72,20 @@ def test_a_gantry_has_these_axes_too(case: str) -> None:
         if name not in run.scene.actuated:
             np.testing.assert_allclose(run.q[:, i], motion, rtol=0.0, atol=1e-9)
     assert run.summary["energy_audit_error"] < 1e-8
+
+
+def test_a_law_moves_the_joint_that_is_driven() -> None:
+    """With a fixed trolley laws move the bridge towards its target, or hold it; a picture finds all that it needs."""
+    follow = {"drive": "velocity", "servo": {"gain": math.inf, "max_speed": 1.0, "max_acceleration": 0.5}}
+    law = {"control": {"law": "anti_swing", "period": 0.1, "damping": 0.1}, "actuators": {"bridge": follow}}
+    axes = {"trolley": {"drive": "fixed"}, "bridge": {"mass": 30.0}, "reference": {"q": [2.0, 2.0]}}
+    document = COMMON | ROPE | axes | law | {"crane": "bridge", "initial": {"q": [0.5, 0.0, 2.0, 0.0, 0.0]}}
+    run = crane_sim.simulate(document | {"duration": 3.0, "integrator": {"method": "rk4", "step": 0.1}})
+    assert run.q[-1, 0] == 0.5
+    assert 0.5 < run.q[-1, 1] < 2.0
+    assert layout_of_scene(run.scene, "").framing.size > 0.0
+    follow_path = document | {"control": {"law": "joint_trajectory", "period": 0.1}, "duration": 0.1}
+    assert crane_sim.simulate(follow_path | {"reference": None}).q[-1, 1] == pytest.approx(0.0, abs=1e-3)
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
