@@ -28,6 +28,7 @@ WINDY = {
     "wind": {"speed": 12.0, "direction": "20 deg"},
     "payload": {"mass": 9.0, "windage": {"area": 1.3, "drag_coefficient": 1.1}},
 }
+FORCE = {"x": WAVE, "z": {"kind": "constant", "value": -6.0}}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "rod": ("RodCrane", {"cable": ONE}),
     "rod, fixed": ("RodCrane", {"cable": ONE, "trolley": {"drive": "fixed"}}),
@@ -43,6 +44,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "planar, events": ("PlanarCrane", {"cable": MANY, "events": EVENTS}),
     "planar, pushed": ("PlanarCrane", {"cable": MANY, "forces": PUSH}),
     "planar, at sea": ("PlanarCrane", {"cable": MANY, "base_motion": SEA, "hoist": {"drive": "force", "inertia": 3.0}}),
+    "planar, in air": ("PlanarCrane", {"cable": ONE, "payload_drag": {"coefficient": 2.0}, "payload_force": FORCE}),
     "planar, in wind": ("PlanarCrane", {"cable": MANY, "base_motion": SEA, "wind": WINDY["wind"]} | WINDY),
 }
 

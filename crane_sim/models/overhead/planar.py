@@ -31,13 +31,13 @@ from crane_sim.models.cables.chain import (
     solve_links,
     work_array,
 )
-from crane_sim.models.effects import NodeForce, force_power
+from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_power
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import first_link, layout_of
 from crane_sim.models.overhead.events import drives_power
 from crane_sim.models.overhead.modes import EventLimits, get_payload_mass, mode_rate, trolley_mode
-from crane_sim.models.overhead.planar_loads import add_links_load, add_links_wind
+from crane_sim.models.overhead.planar_loads import add_links_load, add_payload_force
 from crane_sim.models.supports.hoist import Hoist, hoist_mode, hoist_response
 from crane_sim.models.supports.rails import Axis
 from crane_sim.models.wind_load import Windage
@@ -72,6 +72,8 @@ class PlanarCrane(NamedTuple):
     base: AnyBase | None = None
     wind: Wind | None = None
     windage: Windage | None = None  # of the payload
+    drag: PayloadDrag | None = None
+    force: PayloadForce | None = None
 
     def cable_coordinates(self):
         """Return the number of angles."""
@@ -93,7 +95,7 @@ class PlanarCrane(NamedTuple):
         w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
         w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
         add_node_forces(self.forces, t, w)
-        wind_power = add_links_wind(self, base, t, x, w)
+        wind_power = add_payload_force(self, base, t, x, w)
         rhs_along = w[RHS_ALONG, 0]
         solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
         pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(self.rods, w) + twist

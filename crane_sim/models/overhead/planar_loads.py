@@ -1,7 +1,7 @@
-"""Loads on a chain in the plane: inertial forces of a moving base, and wind on the payload, its last node.
+"""Loads on a chain in the plane: inertial forces of a moving base, and those on the payload, its last node.
 
 States are relative to the base, which is that of `moving_base.base_kinematics_at`, None at rest. A crane in the plane
-takes the part of the wind's force in its plane; what holds it there carries the rest.
+takes the part of these forces in its plane; what holds it there carries the rest.
 """
 
 from typing import NamedTuple
@@ -17,10 +17,13 @@ from crane_sim.models.cables.chain import (
     add_couple,
     add_node_acceleration,
 )
-from crane_sim.models.moving_base import airspeed, imposed_acceleration
+from crane_sim.models.loads import PointLoad
+from crane_sim.models.moving_base import imposed_acceleration
 from crane_sim.models.overhead import first_link, layout_of
 from crane_sim.models.supports.rails import axis_mass
-from crane_sim.models.wind_load import add_wind, airflow_at
+from crane_sim.models.suspended.crane import load_force
+from crane_sim.models.suspended.load_dynamics import PointState
+from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody.vectors import ZERO
 
 NO_LOAD = -0.0
@@ -89,21 +92,9 @@ def add_rods_load(rods, base, w):
     return Load(pull, power)
 
 
-def payload_force(p, base, t, r, v):
-    """Return the force (3,) [N] of the wind at time t on the payload of crane p.
-
-    Args:
-        p: the crane.
-        base: see `moving_base.base_kinematics_at`.
-        t: s.
-        r, v: position [m] of the payload and its velocity [m/s] relative to the base (3,).
-    """
-    return add_wind(airflow_at(p.wind, p.base, t, 0.0), p.windage, ZERO, r, airspeed(base, r, v))
-
-
-def add_links_wind(p, base, t, x, w):
-    """Add the payload's acceleration by the wind to the work array w of a chain in the plane; return its power [W]."""
-    if p.wind is None:
+def add_payload_force(p, base, t, x, w):
+    """Add the payload's acceleration by air, wind and a given force to a chain's work array w; return their power."""
+    if p.wind is None and p.drag is None and p.force is None:
         return NO_LOAD
     n, ((rx, _, rz), (vx, _, vz)), paid = w.shape[1] - 1, trolley_motion(p, x), first_link(p, x)[1]
     for k in range(n):
@@ -111,7 +102,8 @@ def add_links_wind(p, base, t, x, w):
         rx, rz = rx + w[LENGTH, k] * s, rz - w[LENGTH, k] * c
         vx, vz = vx + paid * s + swing * c, vz + swing * s - paid * c
         paid = 0.0
-    fx, _, fz = payload_force(p, base, t, (rx, 0.0, rz), (vx, 0.0, vz))
-    inverse = w[INV_MASS, n - 1]
+    inverse, load = w[INV_MASS, n - 1], PointState((rx, 0.0, rz), (vx, 0.0, vz))
+    flow = airflow_at(p.wind, p.base, t, 0.0)
+    (fx, _, fz), _ = load_force(p, PointLoad(1.0 / inverse, p.windage), t, flow, base, load)
     add_node_acceleration(w, n, fx * inverse, fz * inverse)
     return fx * vx + fz * vz

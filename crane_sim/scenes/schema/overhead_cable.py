@@ -129,9 +129,7 @@ def choose_cable_model(file: "OverheadCrane") -> str:
     requested, cable = file.cable.model, file.parts
     if requested != "auto":
         return requested
-    other_groups = (
-        file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion or file.is_windy
-    )
+    other_groups = file.joints or file.cable.joints or file.cable.inertia or file.base_motion or file.pushes_nodes
     plain = file.dimensions == 2 and not other_groups
     light = max(cable.masses[:-1], default=0.0) * STRAIGHT_MASS_RATIO <= cable.masses[-1]
     return "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"
@@ -247,6 +245,11 @@ class OverheadCrane(OverheadGroups):
     def cable_model(self) -> str:
         """The cable's model: rigid, elastic or straight."""
         return choose_cable_model(self)
+
+    @property
+    def pushes_nodes(self) -> bool:
+        """Whether forces act on nodes or on the payload: given ones, wind or drag."""
+        return bool(self.forces or self.is_windy or self.payload_drag or self.payload_force)
 
     @property
     def axes(self) -> tuple[str, ...]:

@@ -49,6 +49,8 @@ def _check_plane(file: OverheadCrane) -> None:
             raise SceneError(f"{key}.bridge: belongs to 3 dimensions, here are 2")
     if file.inputs is not None and "bridge" in file.inputs.model_fields_set:
         raise SceneError("inputs.bridge: belongs to 3 dimensions, here are 2")
+    if file.payload_force is not None and "y" in file.payload_force.model_fields_set:
+        raise SceneError("payload_force.y: leaves the plane; 2 dimensions have x and z")
     for name in ("y", "vy"):
         if name in file.initial.model_fields_set:
             raise SceneError(f"initial.{name} = {getattr(file.initial, name)}: belongs to 3 dimensions, here are 2")

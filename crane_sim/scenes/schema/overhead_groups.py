@@ -5,10 +5,11 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.files.types import NonNegative, Positive, Real, Tilt, as_list, reject_bool
+from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
-from crane_sim.scenes.schema.groups import BY_SPEED, Channel, Group, Profile
+from crane_sim.scenes.schema.groups import BY_SPEED, Channel, Group, PayloadForceGroup, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant
@@ -183,6 +184,8 @@ class OverheadGroups(SceneFile):
     friction: FrictionGroup | None = None  # of rails and drum
     lugre: BristleGroup | None = None  # the same by bristles, of rails without `friction`
     forces: tuple[ForceGroup, ...] = ()  # given forces on nodes
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
     events: tuple[Event, ...] = ()  # changes of the payload at given times
     initial: Start = Start()  # the state at t = 0
     reference: ReferenceGroup | None = None  # where the crane should go

@@ -6,7 +6,7 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
-from crane_sim.models.effects import NodeForce
+from crane_sim.models.effects import NodeForce, PayloadForce
 from crane_sim.models.elastic.crane import ElasticCrane, Slack, Springs
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
@@ -38,8 +38,9 @@ ELASTIC_KEYS = ("stiffness", "damping", "tension_only")  # of a cable: only an e
 def crane_of(file: OverheadCrane) -> Any:
     """Return the parameters of a scene's crane; their type chooses the equations.
 
-    The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes, no wind; `steady`: nothing
-    that switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are merged.
+    The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes or payload; `steady`:
+    nothing that switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are
+    merged.
 
     | cable    | dimensions | links | base  | besides                                       | model          |
     |----------|------------|-------|-------|-----------------------------------------------|----------------|
@@ -60,9 +61,9 @@ def crane_of(file: OverheadCrane) -> Any:
     if file.dimensions == 3:
         return _suspended_crane(file)
     straight, links, rests = file.cable_model == "straight", len(file.parts.lengths), file.base_motion is None
-    plain = not (_bends(file) or file.cable.inertia or file.forces or file.is_windy)
+    plain = not (_bends(file) or file.cable.inertia or file.pushes_nodes)
     if straight and not plain:
-        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes nor wind")
+        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces, wind or drag on nodes")
     if (straight or links == 1) and plain and rests:
         return _rod_crane(file)
     if links == 2 and plain and rests and make_event_limits(file) is None:
@@ -98,6 +99,8 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
         base=_base_of(file),
         wind=wind,
         windage=windage,
+        drag=file.payload_drag,
+        force=_force_of(file),
     )
 
 
@@ -132,7 +135,7 @@ def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
         raise SceneError(f"{name}.mass = 0: belongs to rigid links; above an elastic cable a {name} has a mass")
     springs, parts = springs_of(file, hoist), _hanging_parts(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None
-    plain = all(parts[name] is None for name in ("forces", "stops", "base", "wind"))
+    plain = all(parts[name] is None for name in ("forces", "stops", "base", "wind", "drag", "force"))
     if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
         return SpringCrane(axis_of(file, "trolley"), Spring(*(as_float(part[0]) for part in cable)), file.gravity)
@@ -147,6 +150,8 @@ def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
         "load": PointLoad(as_float(file.parts.masses[-1]), windage),
         "base": _base_of(file),
         "wind": wind,
+        "drag": file.payload_drag,
+        "force": _force_of(file),
         "forces": forces_of(file),
         "stops": stops,
         "exchange": _exchange_of(limits, windage) if limits is not None and file.events else None,
@@ -261,6 +266,11 @@ def _base_of(file: OverheadCrane) -> AnyBase | None:
     return base
 
 
+def _force_of(file: OverheadCrane) -> PayloadForce | None:
+    """Return the given force on the payload, None without one."""
+    return None if file.payload_force is None else file.payload_force.force()
+
+
 def _wind_of(file: OverheadCrane) -> tuple[Wind | None, Windage | None]:
     """Return the wind and the payload's windage, None where no wind presses on it.
 
@@ -293,7 +303,7 @@ def check_straight(file: OverheadCrane) -> None:
 
 def method_requirements_of(file: OverheadCrane, sampled: bool) -> MethodRequirements:
     """Return the scene's requirements on its integration method."""
-    smooth = not sampled and make_event_limits(file) is None
+    smooth = not (sampled or file.payload_drag) and make_event_limits(file) is None
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
     swing_angle = as_float(file.duration * np.sqrt(file.gravity / sum(file.parts.lengths)))
