@@ -112,7 +112,7 @@ def works_between_samples(p: Any) -> bool:
     imposed = imposed or moves_by_itself(p.support.structure) or hoist_modes(p.hoist) > 0
     damped = isinstance(p, FallsCrane) and bool(np.any(p.falls.relaxation))
     damped = damped or (isinstance(p, ElasticCrane) and bool(np.any(p.cable.damping)))
-    others = ("drag", "force", "forces", "wind", "base", "exchange", "torsion", "contact")
+    others = ("drag", "force", "forces", "wind", "base", "exchange", "torsion", "contact", "swing_friction")
     return imposed or damped or takes_energy(p.support) or any(getattr(p, name, None) is not None for name in others)
 
 

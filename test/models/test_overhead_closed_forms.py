@@ -7,6 +7,8 @@ import pytest
 
 import crane_sim
 from crane_sim import system
+from crane_sim.files.errors import SceneError
+from crane_sim.models.guards import Guard, encode
 
 pytestmark = pytest.mark.interpreted
 
@@ -127,3 +129,17 @@ def test_stiff_springs_hold_a_drum_as_rigid_links_do() -> None:
     times = [[event[0] for event in run.events] for run in (rigid, elastic)]
     np.testing.assert_allclose(times[1], times[0], rtol=0.0, atol=1e-3)  # 8e-6 m at some 0.01 m/s
     np.testing.assert_allclose(elastic.q[:, 1], rigid.q[:, 1], rtol=0.0, atol=2e-5)
+
+
+def test_what_is_taken_up_at_rest_jerks_an_elastic_cable() -> None:
+    """A load taken up at rest shares the momentum of the payload, whose velocity jumps; the energy balance holds."""
+    spring = ONE | {"model": "elastic", "stiffness": 5e3}
+    event = {"at": 0.1, "velocity": [0.0, 0.0, 0.0], "set": {"payload": {"mass": 7.0}}}
+    groups = {"cable": spring, "duration": 0.2, "initial": {"angles": [0.4], "rates": [1.5]}, "events": [event]}
+    run = crane_sim.simulate(scene_of(groups | {"integrator": {"method": "dop853", "rtol": 1e-11, "atol": 1e-13}}))
+    p, q, v = run.scene.model, np.array(run.scene.initial_q), np.array([0.3, 1.0, -2.0])
+    y, _, _ = system.apply_reset_map(p, 0.1, system.state(p, 0.0, q, v), (0.0,), encode(Guard.PAYLOAD, 0))
+    np.testing.assert_allclose(system.joints(p, y)[1], [0.3, 5.0 / 7.0, -10.0 / 7.0], rtol=1e-15)
+    assert run.summary["energy_audit_max"] < 1e-9
+    with pytest.raises(SceneError, match=r"events\[0\].velocity: takes 3 dimensions or an elastic cable"):
+        scene_of({"cable": ONE, "events": [event]})

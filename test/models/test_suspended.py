@@ -23,7 +23,7 @@ from point_masses import (
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
-from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.effects import LinearFriction, PayloadDrag, QuadraticFriction
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.single_rope.crane import Crane
 from crane_sim.models.supports.bridge import Bridge, BridgeAxis, Fixed
@@ -229,13 +229,16 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
 
 
-def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
+@pytest.mark.parametrize("swing", [None, LinearFriction(3.0, 2.0), QuadraticFriction(3.0, 2.0)], ids=str)
+def test_one_link_and_a_point_mass_are_the_crane_with_one_rope(swing: Any) -> None:
     """Below a boom, both models have the same accelerations and tension, by a winch's force and imposed motion."""
     q, v = (0.3, 0.6, -0.2, 2.5, 0.4, -0.3), (0.2, -0.1, 0.3, 0.2, -0.5, 0.4)
     for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (MotionRope(0.4), MotionHoist(0.4), 0.3)):
         simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
+        simple = simple._replace(swing_friction=swing)
         cable = Chain(np.array([1.4]), np.array([2.5]))
         crane = SuspendedCrane(Support(simple.support), cable, simple.load, hoist, drag=simple.drag, base=simple.base)
+        crane = crane._replace(swing_friction=swing)
         u, results = (3.0, 40.0, 15.0, winch), []
         for p in (simple, crane):
             x, tensions = system.state(p, 0.7, np.array(q), np.array(v)), np.empty((1, 1))

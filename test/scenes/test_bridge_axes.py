@@ -111,3 +111,14 @@ def test_what_contradicts_an_axis_is_named(case: str) -> None:
     document = COMMON | ROPE | AXES["fixed bridge"] | {"crane": "bridge", "initial": {"q": [0, 0, 2, 0, 0]}} | groups
     with pytest.raises(SceneError, match=match):
         crane_sim.load_scene(document)
+
+
+@pytest.mark.parametrize("links", [0, 1], ids=["one rope", "a further link"])
+def test_friction_of_the_swing_takes_its_energy(links: int) -> None:
+    """Below any support the swing joints' friction damps a body on rope and links, and the energy balance holds."""
+    friction = {"swing_friction": {"model": "linear", "tangential": 4.0, "radial": 6.0}}
+    chain = {"payload": FALLS["payload"], "rope": {"drive": "locked"}, "links": [{"mass": 2.0, "length": 0.5}] * links}
+    axes = AXES["driven"] | {"crane": "bridge", "initial": {"q": [0.0, 0.0, 2.0, *SWUNG]}}
+    run, free = (crane_sim.simulate(COMMON | axes | chain | more) for more in (friction, {}))
+    assert run.energy[-1] < free.energy[-1] - 0.1
+    assert run.summary["energy_audit_max"] < 1e-9  # of the tolerance of 1e-10 a step

@@ -139,7 +139,6 @@ class FallsSolution(NamedTuple):
     load: BodyState
     pull: Pull
     given: Any  # by `load_force`
-    tip_force: tuple[float, float, float]  # N, of all falls on the tip, in the tree's axes
     tau: Any  # efforts on the coordinates of drives, springs, base, wind and falls
     net: Any  # what accelerates the coordinates: `net_efforts`
     paid: float  # N, pull of all falls on their length
@@ -231,7 +230,7 @@ def solve_dynamics(p, t, x, tau):
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, (*motion, p.gravity))
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
     centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    solution = pose, dynamics, qdd, length, centre, alpha, load, pull, given, tip_force, efforts, net, pull.paid, tau
+    solution = pose, dynamics, qdd, length, centre, alpha, load, pull, given, efforts, net, pull.paid, tau
     return FallsSolution(*solution, base, normal_forces)
 
 

@@ -23,7 +23,15 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
-from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, add_drag, force_on_node, values_of
+from crane_sim.models.effects import (
+    NodeForce,
+    PayloadDrag,
+    PayloadForce,
+    SwingFriction,
+    add_drag,
+    force_on_node,
+    values_of,
+)
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.moving_base import airspeed, base_kinematics_at, imposed_acceleration, pose_at, to_base
@@ -71,6 +79,7 @@ from crane_sim.models.suspended.load_dynamics import (
     wind_on_load,
     write_load_acceleration,
 )
+from crane_sim.models.suspended.swing_friction import pull_first_node, pull_load, swing_pull
 from crane_sim.models.suspended.torsion import (
     Torsion,
     add_twist_power,
@@ -83,7 +92,7 @@ from crane_sim.models.suspended.torsion import (
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody import linear
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.multibody.vectors import ZERO, add, dot, scale
+from crane_sim.multibody.vectors import ZERO, add, dot, scale, subtract
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
@@ -111,6 +120,7 @@ class SuspendedCrane(NamedTuple):
     exchange: Exchange | None = None  # of the load
     torsion: Torsion | None = None  # of the rope, above a load that is a body
     forces: tuple[NodeForce, ...] | None = None
+    swing_friction: SwingFriction | None = None  # of the first link
     overhead: OverheadJoints | None = None
 
     def hanging_coordinates(self):
@@ -142,7 +152,6 @@ class SuspendedSolution(NamedTuple):
     dynamics: Dynamics
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the first link's length
-    tip_force: tuple[float, float, float]  # N, of rope and torsion on the tip, in the axes of the base
     tau: Any  # efforts on the coordinates of drives, springs, base, wind and torsion
     net: Any  # what accelerates the coordinates: `net_efforts`, with those of the rope
     paid: float  # N, pull of the first link on its length
@@ -153,6 +162,7 @@ class SuspendedSolution(NamedTuple):
     given: Any  # by `load_force`
     moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
     twist: Any  # `Twist` of the rope, None without torsion
+    swing: Any  # `SwingPull`, None without friction of the swing
 
 
 @system.workspace.register(SuspendedCrane)
@@ -261,14 +271,19 @@ def solve_dynamics(p, t, x, tau, work):
     last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(body, load, last)
     twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
+    swing = swing_pull(p.swing_friction, pose, links)
     push_nodes(twist, links, acc)
+    pull_first_node(swing, links, acc)
     flow = airflow_at(p.wind, p.base, t, 0.0)
     force, moment = load_force(p, body, t, flow, base, load)
     given = add(force, force_on_node(p.forces, values, n)), moment
-    force, moment = twist_load(twist, links, body, load, *given)
+    force, moment = pull_load(swing, links, body, load, *twist_load(twist, links, body, load, *given))
     free = centre_acceleration(body, base, load, force, p.gravity)
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
-    pulled = twist_couple(twist), to_tree_axes(pose.kinematics.turn, twist_tip(twist, links, ZERO))
+    couple, at_tip = twist_couple(twist), twist_tip(twist, links, ZERO)
+    if swing is not None:
+        couple, at_tip = couple + swing.couple, subtract(at_tip, swing.force)
+    pulled = couple, to_tree_axes(pose.kinematics.turn, at_tip)
     dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, *pulled)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
     levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
@@ -278,7 +293,6 @@ def solve_dynamics(p, t, x, tau, work):
     top = SupportEnd(linear.inner(levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     length_acc = hoisted_length_acceleration(links, top, acc, tension)
-    pull = twist_tip(twist, links, scale(tension[0], upper))
     net = linear.add(net, linear.scale(tension[0], levers))
     qdd = linear.add(qdd, linear.scale(tension[0], answer))
     moved = tip_rate(pose, answer)
@@ -287,9 +301,8 @@ def solve_dynamics(p, t, x, tau, work):
         acc[0, i] += tension[0] * moved[i]
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
-    return SuspendedSolution(
-        pose, dynamics, qdd, length_acc, pull, efforts, net, tension[0], tau, load, base, power, given, moment, twist
-    )
+    parts = given, moment, twist, swing
+    return SuspendedSolution(pose, dynamics, qdd, length_acc, efforts, net, tension[0], tau, load, base, power, *parts)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -335,4 +348,6 @@ def suspended_power(p, x, solved):
     power += winch_power(p.hoist, solved.command, mode, motion, solved.paid, p.gravity)
     power += play_power(p.support.drives, solved.command, solved.pose.state)
     power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
+    if solved.swing is not None:
+        power -= solved.swing.loss + solved.swing.couple * solved.pose.yaw_rate
     return power + dot(force, load.velocity) + moment_power(p.load, load, moment)

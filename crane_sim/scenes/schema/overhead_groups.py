@@ -9,6 +9,7 @@ from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
+from crane_sim.scenes.schema.exchange import Velocity
 from crane_sim.scenes.schema.groups import BY_SPEED, Channel, Group, PayloadForceGroup, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.scene_file import SceneFile
@@ -135,6 +136,8 @@ class Event(Group):
     """A change of the payload at a given time."""
 
     at: NonNegative  # s, when it happens
+    velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base and in its axes, in 3
+    # dimensions or below an elastic cable; left out, or `hook`: it moves with the payload, and nothing jumps
     set: Change  # what is new from then on
 
 

@@ -21,7 +21,7 @@ from crane_sim.models.suspended.exchange import COLUMNS, Exchange
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.column import as_float
 from crane_sim.scenes.schema.base_motion import Mount
-from crane_sim.scenes.schema.exchange import NO_WINDAGE
+from crane_sim.scenes.schema.exchange import NO_WINDAGE, REST, order_of
 from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
@@ -60,10 +60,13 @@ def crane_of(file: OverheadCrane) -> Any:
     refuse_springs(file)
     if file.dimensions == 3:
         return _suspended_crane(file)
+    for i, event in enumerate(file.events):
+        if event.velocity is not None:
+            raise SceneError(f"events[{i}].velocity: takes 3 dimensions or an elastic cable; here the payload's holds")
     straight, links, rests = file.cable_model == "straight", len(file.parts.lengths), file.base_motion is None
     plain = not (_bends(file) or file.cable.inertia or file.pushes_nodes)
     if straight and not plain:
-        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces, wind or drag on nodes")
+        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces nor wind")
     if (straight or links == 1) and plain and rests:
         return _rod_crane(file)
     if links == 2 and plain and rests and make_event_limits(file) is None:
@@ -154,18 +157,23 @@ def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
         "force": _force_of(file),
         "forces": forces_of(file),
         "stops": stops,
-        "exchange": _exchange_of(limits, windage) if limits is not None and file.events else None,
+        "exchange": _exchange_of(file, limits, windage) if limits is not None and file.events else None,
         "overhead": OverheadJoints(),
     }
 
 
-def _exchange_of(limits: EventLimits, windage: Windage | None) -> Exchange:
-    """Return the changes of the payload, which takes its velocity along."""
-    n = len(limits.times)
+def _exchange_of(file: OverheadCrane, limits: EventLimits, windage: Windage | None) -> Exchange:
+    """Return the changes of the payload: what is taken up moves with it, where the event does not say otherwise."""
+    n, order = len(limits.times), order_of(file.events)
+    given = [file.events[i].velocity for i in order]
+    for k, (i, velocity) in enumerate(zip(order, given, strict=True)):
+        if velocity is not None and not limits.masses[k + 1] > limits.masses[k]:
+            raise SceneError(f"events[{i}].velocity: belongs to what is taken up; what is let go keeps its velocity")
+    carried = [velocity is None or velocity == "hook" for velocity in given]
     return Exchange(
         limits.times,
-        velocities=np.zeros((n, 3)),
-        carried=np.ones(n),
+        velocities=np.array([REST if own else v for own, v in zip(carried, given, strict=True)], dtype=float),
+        carried=np.array(carried, dtype=float),
         masses=limits.masses,
         bodies=np.zeros((n + 1, COLUMNS)),
         windages=np.tile(np.array(windage or NO_WINDAGE), (n + 1, 1)),
