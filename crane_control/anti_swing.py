@@ -43,6 +43,7 @@ SETTINGS = {"control": Settings}
 class SpeedCommand(NamedTuple):
     """The speed of one joint."""
 
+    joint: int  # its number among all joints
     table: Table | None  # the operator's
     target: float  # m or rad, where there is no operator
     gain: float  # 1/s, of the deviation from it
@@ -59,12 +60,12 @@ class AntiSwingLaw(NamedTuple):
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         """Return the speeds (nu,) at joint positions q, nq or more."""
-        return tuple(self._speed(joint, i, t, q) for i, joint in enumerate(self.joints))
+        return tuple(self._speed(joint, t, q) for joint in self.joints)
 
-    def _speed(self, joint: SpeedCommand, i: int, t: float, q: tuple[float, ...]) -> float:
+    def _speed(self, joint: SpeedCommand, t: float, q: tuple[float, ...]) -> float:
         swing = sum(gain * q[j] for j, gain in enumerate(joint.feedback) if gain)
         if joint.table is None:
-            return swing + joint.gain * (joint.target - q[i])
+            return swing + joint.gain * (joint.target - q[joint.joint])
         return swing + sum(
             weight * float(np.interp(t - delay, joint.table.times, joint.table.values))
             for weight, delay in zip(self.weights, self.delays, strict=True)
@@ -94,8 +95,10 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
     feedback = 2.0 * options.damping * frequency * length * gains
     targets = [0.0] * len(feedback) if tables else nominal.reference or ()
     joints = tuple(
-        SpeedCommand(tables[i] if tables else None, target, options.position_gain, gains)
-        for i, (target, gains) in enumerate(zip(targets, feedback, strict=True))
+        SpeedCommand(
+            nominal.joint_names.index(name), tables[i] if tables else None, target, options.position_gain, gains
+        )
+        for i, (name, target, gains) in enumerate(zip(nominal.actuated, targets, feedback, strict=True))
     )
     kinds = tuple("effort" if unit == "m/s" else "velocity" for unit in nominal.effort_units)
     return AntiSwingLaw(joints, tuple(weights), tuple(delays), kinds)

@@ -33,6 +33,7 @@ WINCH_RATE = "m/s"  # unit of the command of a winch that imposes a velocity
 class JointRow(NamedTuple):
     """The command of one actuated joint."""
 
+    joint: int  # its number among all joints
     position: float  # -, share of the path's position
     velocity: float  # -, share of the path's velocity
     gain: float  # 1/s, of the deviation
@@ -55,7 +56,7 @@ def compute_commands(rows, trajectory, t, q):
     """Compiled commands (nu,) for calls from Python."""
     x, rate, _ = reference_at(trajectory, t)
     return tuple(
-        [row.position * x[i] + row.velocity * rate[i] + row.gain * (x[i] - q[i]) for i, row in enumerate(rows)]
+        [row.position * x[i] + row.velocity * rate[i] + row.gain * (x[i] - q[row.joint]) for i, row in enumerate(rows)]
     )
 
 
@@ -72,12 +73,15 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> JointTrajectoryLaw:
         line = "control.law = 'joint_trajectory' follows paths of the joints only"
         raise SceneError(f"reference.path.of = 'payload': {line}")
     kinds = tuple("effort" if unit == WINCH_RATE else options.drive for unit in nominal.effort_units)
-    by_position, by_velocity = JointRow(1.0, 0.0, 0.0), JointRow(0.0, 1.0, options.position_gain)
-    rows = tuple(by_position if kind == "position" else by_velocity for kind in kinds)
+    joints = [nominal.joint_names.index(name) for name in nominal.actuated]
+    by_position, by_velocity = (1.0, 0.0, 0.0), (0.0, 1.0, options.position_gain)
+    pairs = zip(joints, kinds, strict=True)
+    rows = tuple(JointRow(i, *(by_position if kind == "position" else by_velocity)) for i, kind in pairs)
     return JointTrajectoryLaw(rows, nominal.trajectory or _rest(nominal), kinds)
 
 
 def _rest(scene: Scene) -> Trajectory:
-    """Return the path that stays where the actuated joints start; they are the first ones."""
-    start = np.array(scene.initial_q[: len(scene.actuated)])
+    """Return the path that stays where the actuated joints start."""
+    at = dict(zip(scene.joint_names, scene.initial_q, strict=True))
+    start = np.array([at[name] for name in scene.actuated])
     return compile_trajectory(with_rest_at_ends(np.array([0.0, MIN_INTERVAL]), start[None, :, None]), of_joints=True)

@@ -34,6 +34,7 @@ from crane_sim.description.solids import (
     point_mass,
     tube,
 )
+from crane_sim.description.workspace import target_of_joint
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleSupport, rigid_support
@@ -312,7 +313,7 @@ def _jib_trolley(unit: float) -> list[Shape]:
 def bridge_reach(scene: Scene, size: float) -> tuple[float, float]:
     """Return the ends [m] of the drawn girder of a bridge crane."""
     limits = rigid_support(scene.model.support.structure).trolley.limits
-    places = [scene.initial_q[0], *(scene.reference or ())[:1], *(limits or ())]
+    places = [scene.initial_q[0], *target_of_joint(scene, "trolley"), *(limits or ())]
     return min(places) - 0.3 * size, max(places) + 0.3 * size
 
 
@@ -323,7 +324,8 @@ def _add_bridge(robot: ElementTree.Element, support: Bridge, scene: Scene, size:
     girder = Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), 0.0, 1.6 * unit), YELLOW)
     carriages = [Shape((unit, 6.0 * unit, unit), (end, 0.0, 1.2 * unit), DARK) for end in (left, right)]
     add_link(robot, "base_link", _runway(scene, (left, right), unit, ground_height(scene)))
-    add_link(robot, "bridge_link", [girder, *carriages], point_mass(support.bridge.mass))
+    own = support.axes[1].mass
+    add_link(robot, "bridge_link", [girder, *carriages], point_mass(own))
     add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
     add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
     add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
@@ -332,7 +334,7 @@ def _add_bridge(robot: ElementTree.Element, support: Bridge, scene: Scene, size:
 
 def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float) -> list[Shape]:
     """Return the two beams that a bridge runs on, below the `ends` [m] of its girder, each on two columns."""
-    places = scene.initial_q[1], (scene.reference or scene.initial_q)[1]
+    places = [scene.initial_q[1], *target_of_joint(scene, "bridge")]
     low, high = min(places) - 8.0 * unit, max(places) + 8.0 * unit
     top = -0.3 * unit
     beams = [Shape((unit, high - low, unit), (x, 0.5 * (low + high), top), GREY) for x in ends]

@@ -85,7 +85,7 @@ def estimate_bounding_box(scene: Scene) -> BoundingBox:
     hoist = file.hoist.profile if file.hoist else None
     first_lengths = [
         float(links[0]),
-        *_target_of(scene, "hoist"),
+        *target_of_joint(scene, "hoist"),
         *_motion_positions(scene, hoist.motion() if hoist else None),
     ]
     lower_length = float(links[1:].sum())
@@ -94,7 +94,7 @@ def estimate_bounding_box(scene: Scene) -> BoundingBox:
     trolleys = [nodes[tip_index]]
     for axis, (joint, group) in enumerate((("trolley", file.trolley), ("bridge", file.bridge))):
         motion = group.motion.motion() if group and group.motion else None
-        for position in (*_target_of(scene, joint), *_motion_positions(scene, motion)):
+        for position in (*target_of_joint(scene, joint), *_motion_positions(scene, motion)):
             trolleys.append(np.where(np.arange(3) == axis, position, nodes[tip_index]))
     low, high = np.min(trolleys, axis=0) + offsets.min(axis=0), np.max(trolleys, axis=0) + offsets.max(axis=0)
     return make_bounding_box(low, high, min(first_lengths) + lower_length, is_spatial(scene))
@@ -110,7 +110,8 @@ def is_spatial(scene: Scene) -> bool:
     return "bridge" in scene.joint_names
 
 
-def _target_of(scene: Scene, joint: str) -> list[float]:
+def target_of_joint(scene: Scene, joint: str) -> list[float]:
+    """Return the target of a joint as a list, empty for a joint without one."""
     if scene.reference is None or joint not in scene.actuated:
         return []
     return [scene.reference[scene.actuated.index(joint)]]

@@ -102,7 +102,7 @@ def drive_efforts(u, p, t, x):
         effort = motor_effort(drive, drive.effort_fraction * demanded)
         drive.effort = compute_brake_effort(drive) if drive.engaged else effort
     if u.servos is not None and u.servos.ideal is not None:
-        solve_efforts(u.servos.ideal.joints, u.servos.loops, drives, p, t, x)
+        solve_efforts(u.servos.ideal, u.servos.loops, drives, p, t, x)
     return system.saturate(p, system.efforts_from_row(p, drives.effort))
 
 

@@ -18,41 +18,42 @@ from crane_sim.numerics.linear_systems import factor_dense, solve_dense
 class IdealServos(NamedTuple):
     """The joints with ideal servo drives."""
 
-    joints: Any  # (m,), their indices
+    drives: Any  # (m,), indices of their drives
+    joints: Any  # (m,), their indices among all joints
 
 
 @routine
-def solve_efforts(joints, loops, drives, p, t, x):
+def solve_efforts(ideal, loops, drives, p, t, x):
     """Add to the efforts in `drives` those with which the joints have their references' accelerations.
 
     A brake that holds goes before.
     """
-    m = len(joints)
+    m, own = len(ideal.drives), ideal.drives
     mobility, remainder = np.empty((m, m)), np.empty(m)
-    missing_accelerations(joints, loops, drives, p, t, x, remainder)
+    missing_accelerations(ideal, loops, drives, p, t, x, remainder)
     for j in range(m):
-        drive, column = drives[joints[j]], np.empty(m)
+        drive, column = drives[own[j]], np.empty(m)
         drive.effort += 1.0
-        missing_accelerations(joints, loops, drives, p, t, x, column)
+        missing_accelerations(ideal, loops, drives, p, t, x, column)
         drive.effort -= 1.0
         for i in range(m):
             mobility[i, j] = remainder[i] - column[i]
     for j in range(m):
-        if drives[joints[j]].engaged:
+        if drives[own[j]].engaged:
             mobility[j, :], mobility[:, j], mobility[j, j] = 0.0, 0.0, 1.0
     order = factor_dense(mobility)
     for _ in range(2):
         for j in range(m):
-            remainder[j] = 0.0 if drives[joints[j]].engaged else remainder[j]
+            remainder[j] = 0.0 if drives[own[j]].engaged else remainder[j]
         solve_dense(mobility, order, remainder)
         for j in range(m):
-            drives[joints[j]].effort += remainder[j]
-        missing_accelerations(joints, loops, drives, p, t, x, remainder)
+            drives[own[j]].effort += remainder[j]
+        missing_accelerations(ideal, loops, drives, p, t, x, remainder)
 
 
 @routine
-def missing_accelerations(joints, loops, drives, p, t, x, out):
+def missing_accelerations(ideal, loops, drives, p, t, x, out):
     """Write the references' accelerations less those under the efforts in `drives` into `out` (m,)."""
     accelerations = system.acceleration(p, t, x, system.efforts_from_row(p, drives.effort))
-    for j in range(len(joints)):
-        out[j] = reference_at(loops[joints[j]], t)[2] - accelerations[joints[j]]
+    for j in range(len(ideal.joints)):
+        out[j] = reference_at(loops[ideal.drives[j]], t)[2] - accelerations[ideal.joints[j]]

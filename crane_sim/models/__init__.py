@@ -5,21 +5,21 @@ Importing any module of this package imports all models, so that every model is 
 """
 
 from crane_sim.models import hanging
+from crane_sim.models.elastic import bands
 from crane_sim.models.falls import outputs as falls_outputs
-from crane_sim.models.overhead import base_energies, elastic_bands, elastic_outputs
 from crane_sim.models.overhead import outputs as overhead_outputs
+from crane_sim.models.overhead import planar_outputs
 from crane_sim.models.single_rope import crane, modes
 from crane_sim.models.suspended import joints, outputs
 
 __all__ = [
-    "base_energies",
+    "bands",
     "crane",
-    "elastic_bands",
-    "elastic_outputs",
     "falls_outputs",
     "hanging",
     "joints",
     "modes",
     "outputs",
     "overhead_outputs",
+    "planar_outputs",
 ]

@@ -8,8 +8,8 @@ from math import atan2, sqrt
 from typing import Any, NamedTuple
 
 from crane_sim.files.types import Angle, NonNegative, Real
-from crane_sim.multibody.vectors import dot, scale, subtract
-from crane_sim.trajectories.inputs import Constant
+from crane_sim.multibody.vectors import ZERO, add, dot, scale, subtract
+from crane_sim.trajectories.inputs import Constant, value_at
 
 
 class RopeSpring(NamedTuple):
@@ -81,6 +81,45 @@ class PayloadForce(NamedTuple):
     x: Any = Constant(0.0)  # N, of time: an input of `trajectories.inputs`
     y: Any = Constant(0.0)
     z: Any = Constant(0.0)
+
+
+class NodeForce(NamedTuple):
+    """A force along one axis of the base on one node."""
+
+    node: int  # 1 .. N
+    axis: int  # 0, 1, 2: x, y, z
+    channel: Any  # N, of time: an input of `trajectories.inputs`
+
+
+def values_of(forces, t):
+    """Return the values [N] of forces on nodes at time t, as a tuple."""
+    return tuple(value_at(force.channel, t) for force in forces or ())
+
+
+def force_on_node(forces, values, k):
+    """Return the force (3,) [N] on node k, given the values of all forces at one instant: `values_of`."""
+    if forces is None:
+        return 0, 0, 0
+    total = ZERO
+    for force, value in zip(forces, values, strict=True):
+        own = value if force.node == k else 0.0
+        x, y, z = (own if force.axis == axis else 0.0 for axis in range(3))
+        total = add(total, (x, y, z))
+    return total
+
+
+def add_forces(forces, t, inv_masses, acc):
+    """Add the forces at time t to the nodes' accelerations acc (N + 1, 3) [m/s²]; `inv_masses` (N,) [1/kg]."""
+    for force in forces or ():
+        acc[force.node, force.axis] += value_at(force.channel, t) * inv_masses[force.node - 1]
+
+
+def force_power(forces, t, velocities):
+    """Return the power [W] of the forces at node velocities (N + 1, 3) [m/s]."""
+    power = 0.0
+    for force in reversed(forces):
+        power = value_at(force.channel, t) * velocities[force.node, force.axis] + power
+    return power
 
 
 class LinearFriction(NamedTuple):

@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from crane_sim import system
+from crane_sim.models.elastic import crane as elastic
+from crane_sim.models.elastic import outputs as elastic_outputs
+from crane_sim.models.elastic.crane import ElasticCrane
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.falls import crane as falls
 from crane_sim.models.falls import outputs as falls_outputs
@@ -16,6 +19,7 @@ from crane_sim.models.guards import Guard, decode, friction_event
 from crane_sim.models.moving_base import base_state
 from crane_sim.models.stops import WINCH, make_switching
 from crane_sim.models.supports.backlash import mean_of_drives
+from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.friction import friction_of, step_control_of
 from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_entry, hoist_modes, limit_hoist
@@ -39,7 +43,7 @@ from crane_sim.models.wind_kink import kink_guard, with_kink_switching
 from crane_sim.numerics.jit import routine
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
-HANGING = SuspendedCrane, FallsCrane
+HANGING = SuspendedCrane, FallsCrane, ElasticCrane
 
 system.kink_guard.register(*HANGING)(kink_guard)
 
@@ -48,6 +52,8 @@ def solve(p, t, x, tau):
     """Return the solution of the equations at time t in state x under joint efforts tau."""
     if isinstance(p, FallsCrane):
         return falls.solve_dynamics(p, t, x, tau)
+    if isinstance(p, ElasticCrane):
+        return elastic.solve_dynamics(p, t, x, tau, np.empty(len(x)))
     return suspended.solve_dynamics(p, t, x, tau, system.workspace(p))
 
 
@@ -55,6 +61,8 @@ def energies(p, base, x):
     """Return (kinetic, potential) energy [J] relative to the base, and those that it adds; base: BaseState or None."""
     if isinstance(p, FallsCrane):
         return falls_outputs.falls_energies(p, base, x)
+    if isinstance(p, ElasticCrane):
+        return elastic_outputs.elastic_energies(p, base, x)
     return suspended_outputs.suspended_energies(p, base, x)
 
 
@@ -81,6 +89,8 @@ def base_energies(p, t, x):
 def external_power(p, t, x, u):
     """Return the power [W] under a source of efforts."""
     solved = solve(p, t, x, system.effort(u, p, t, x))
+    if isinstance(p, ElasticCrane):
+        return elastic.elastic_power(p, x, solved)
     return falls.falls_power(p, x, solved) if isinstance(p, FallsCrane) else suspended.suspended_power(p, x, solved)
 
 
@@ -99,10 +109,16 @@ def with_meter(p, held):
 def works_between_samples(p: Any) -> bool:
     """Return whether work is done besides that of held efforts at samples: by motions, losses, forces and exchanges."""
     imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
-    imposed = imposed or isinstance(p.support.structure, DrivenPoint)
+    imposed = imposed or moves_by_itself(p.support.structure) or hoist_modes(p.hoist) > 0
     damped = isinstance(p, FallsCrane) and bool(np.any(p.falls.relaxation))
-    others = ("drag", "force", "wind", "base", "exchange", "torsion", "contact")
+    damped = damped or (isinstance(p, ElasticCrane) and bool(np.any(p.cable.damping)))
+    others = ("drag", "force", "forces", "wind", "base", "exchange", "torsion", "contact", "swing_friction")
     return imposed or damped or takes_energy(p.support) or any(getattr(p, name, None) is not None for name in others)
+
+
+def moves_by_itself(structure: Any) -> bool:
+    """Return whether a drive of a structure prescribes a motion."""
+    return isinstance(structure, DrivenPoint) or (isinstance(structure, Bridge) and structure.moves_by_itself())
 
 
 @system.project.register(*HANGING)
@@ -153,8 +169,9 @@ def switching(p):
 
 
 def rope_switching(p):
-    """Return how the equations switch by falls, by friction of a winch over sheaves, or by the stops."""
-    if isinstance(p, FallsCrane) or isinstance(p.hoist, ReevedHoist):
+    """Return how the equations switch by falls, by friction of a winch, or by the stops."""
+    slackens = isinstance(p, FallsCrane) or (isinstance(p, ElasticCrane) and p.cable.slack is not None)
+    if slackens or isinstance(p.hoist, ReevedHoist) or hoist_modes(p.hoist) > 0:
         return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(friction_of(p.hoist)))
     return make_switching(p.stops, 0)
 
@@ -169,6 +186,8 @@ def switch(p, t, x, u, number):
         return switch_drive(p.support, x, read_state(p.support, x, layout_of(p)[0]), number)
     if isinstance(p, FallsCrane):
         return falls_outputs.switch(p, t, x, number)
+    if isinstance(p, ElasticCrane):
+        return elastic_outputs.switch(p, t, x, number)
     if p.exchange is not None and kind == Guard.PAYLOAD:
         return impulses.apply_exchange(p, t, x)
     return x, number, False

@@ -55,6 +55,19 @@ def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tup
     return f"the {rope} reached its {name} length", f"change {key}.limits, or what drives the {key}"
 
 
+def describe_cable_event(number: int, shortest: float) -> tuple[str, str]:
+    """Return texts (what an event was, what a user can change) of an overhead crane's hoist or links."""
+    kind, index, outcome = decode(number)
+    if kind == Guard.FRICTION:
+        return describe_friction("hoist", outcome), ""
+    if kind == Guard.LENGTH:
+        return describe_length_event("hoisted link", "hoist", index, shortest)
+    return (
+        f"link {index + 1} went slack, and a rigid link must be taut",
+        "take cable.model: elastic with tension_only, or cable.slack: allow if the links are rods",
+    )
+
+
 def describe_stop(support: Any, stops: Stops, number: int) -> tuple[str, str]:
     """Return texts (meaning of a guard, what a user can change); `support` names its coordinates."""
     kind, index, outcome = decode(number)

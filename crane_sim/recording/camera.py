@@ -11,6 +11,7 @@ from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
 from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
+from crane_sim.description.workspace import target_of_joint
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.flexible import rigid_support
 from crane_sim.models.supports.support import structure_of
@@ -119,7 +120,7 @@ def of_gantry(scene: Scene) -> Framing:
 
 def _span_of(scene: Scene, i: int) -> tuple[float, float]:
     """Return the least and the largest of start and target of coordinate i."""
-    places = scene.initial_q[i], (scene.reference or scene.initial_q)[i]
+    places = [scene.initial_q[i], *target_of_joint(scene, scene.joint_names[i])]
     return min(places), max(places)
 
 
@@ -139,8 +140,9 @@ def gantry_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
     crane = scene.model
     weight, portal = crane.gravity * heaviest_load(crane), crane.support.structure.bridge.mass
-    hoist = weight if scene.effort_units[2] == "N" else 1.0
-    return 0.1 * weight, 0.05 * portal, hoist
+    scales = {"trolley": 0.1 * weight, "bridge": max(0.05 * portal, 1e-9)}
+    units = zip(scene.actuated, scene.effort_units, strict=True)
+    return tuple(scales.get(name, weight if unit == "N" else 1.0) for name, unit in units)
 
 
 def suspended_scales(scene: Scene) -> tuple[float, ...]:

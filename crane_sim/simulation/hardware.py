@@ -155,7 +155,7 @@ class HardwareRun:
         config: HardwareConfig = scene.hardware or ideal_hardware(len(scene.joint_names), len(scene.actuated))
         self._scene, self.faults = scene, config.names
         self._step = hardware_step.with_own_calls()
-        self.state = _initial_hardware(scene.seed, config)
+        self.state = _initial_hardware(scene, config)
         self.initial_demands = initial_demands(scene, config)
         set_initial_demands(self.state, np.array([self.initial_demands.get(name, 0.0) for name in scene.actuated]))
         self.inputs = None if scene.sampled else _delayed_inputs(scene, self.state)
@@ -273,7 +273,7 @@ def measure(scene: Scene, q: Array, v: Array) -> Array:
     assert scene.hardware is not None
     measured = np.empty((len(q), 2 * q.shape[1]))
     states = (np.ascontiguousarray(each) for each in (q, v))
-    measure_states(_initial_hardware(scene.seed, scene.hardware), scene.period, *states, measured)
+    measure_states(_initial_hardware(scene, scene.hardware), scene.period, *states, measured)
     return measured
 
 
@@ -292,25 +292,27 @@ def _delayed_inputs(scene: Scene, hardware: HardwareState) -> Any:
     return with_breakpoints(delay_inputs(unwrap(scene.source), delays.tolist(), before), scene.model)
 
 
-def _initial_servos(loops: Any) -> Servos | None:
+def _initial_servos(scene: Scene, loops: Any) -> Servos | None:
     """Return the servo drives at the start of a run; None where all drives are commanded efforts."""
     if loops is None:
         return None
-    ideal = IdealServos(np.flatnonzero(loops.ideal)) if loops.ideal.any() else None
+    own = np.flatnonzero(loops.ideal)
+    joints = np.array([scene.joint_names.index(scene.actuated[i]) for i in own])
+    ideal = IdealServos(own, joints) if len(own) > 0 else None
     return Servos(loops.copy(), np.zeros((len(loops), PHASES, 4)), ideal)
 
 
-def _initial_hardware(seed: int, config: HardwareConfig) -> HardwareState:
+def _initial_hardware(scene: Scene, config: HardwareConfig) -> HardwareState:
     """Return the hardware at the start of a run."""
     drives, sensors, n = config.drives, config.sensors, len(config.names)
     totals = make_records(TOTALS, 1)
     totals.payload_mass = config.payload_fault.nominal_mass if config.payload_fault is not None else 0.0
     return HardwareState(
-        seed=seed_to_uint64(seed),
+        seed=seed_to_uint64(scene.seed),
         faults=config.faults,
         payload_fault=config.payload_fault,
         drives=drives.copy(),
-        servos=_initial_servos(config.servos),
+        servos=_initial_servos(scene, config.servos),
         queue=np.zeros((1 + int(drives.delay.max(initial=0)), len(drives))),
         sensors=sensors.copy(),
         ring=np.zeros((1 + int(sensors.delay.max(initial=0)), len(sensors))),

@@ -87,12 +87,12 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
 
 
 def _without_slack_guard(model: Any) -> Any:
-    """Return the model without the guard of a slack rope.
+    """Return the model without the guard of a slack rope; an overhead crane keeps it.
 
     Without efforts a boom may accelerate faster than its falling payload.
     """
-    stops = getattr(model, "stops", None)
-    return model if stops is None else model._replace(stops=stops._replace(taut=0.0))
+    stops, overhead = getattr(model, "stops", None), getattr(model, "overhead", None)
+    return model if stops is None or overhead is not None else model._replace(stops=stops._replace(taut=0.0))
 
 
 def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.backlash import Drive
-from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
@@ -25,7 +25,7 @@ from crane_sim.simulation.plant import Plant
 
 SUPPORTS = {
     "tower": (TowerCrane(Slew(900.0), JibTrolley(8.0)), (0.4, 6.0), (0.3, -0.2)),
-    "bridge": (Bridge(DrivenAxis(8.0), DrivenAxis(30.0)), (0.4, 1.0), (0.3, -0.2)),
+    "bridge": (Bridge(BridgeAxis(8.0), BridgeAxis(30.0)), (0.4, 1.0), (0.3, -0.2)),
     "mobile": (
         TelescopicBoom(Superstructure(30.0, (0.5, 1.2)), BaseSection(5.0, 2.0, 4.0), TelescopedSection(3.0, 1.5, 2.0)),
         (0.4, 0.6, 7.0),

@@ -14,7 +14,7 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.driven_point import DrivenPoint, Lift, Servo
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
@@ -28,7 +28,7 @@ from crane_sim.scenes.schema.rigging import Payload
 STEP = mpf(10) ** -18  # of central differences in 60 digits: an error of 36 digits
 SUPPORTS = {
     "tower": TowerCrane(Slew(900.0), JibTrolley(8.0)),
-    "bridge": Bridge(DrivenAxis(8.0), DrivenAxis(30.0)),
+    "bridge": Bridge(BridgeAxis(8.0), BridgeAxis(30.0)),
     "knuckle": Knuckle(Rod(5.0, 2.0, 4.2, 0.0), Rod(4.0, 3.0, 4.0, 0.0), Tower(8.0), BoomSpring(900.0, 0.2)),
     "point": DrivenPoint(Servo(4.0, 3.0), Lift()),
 }

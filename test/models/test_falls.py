@@ -15,7 +15,7 @@ from crane_sim import system
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.driven_point import DrivenPoint, Lift
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support, bare_tip, compute_posture, read_state
@@ -32,7 +32,7 @@ BOTTOM = np.array([[0.7, 0.6, 0.5], [0.6, -0.5, 0.6], [-0.7, 0.5, 0.5], [-0.6, -
 STIFFNESS = np.array([4e3, 5e3, 4.5e3, 5.5e3])
 BOTH = (True, True)
 BENT = {"tower that bends": "tower", "mobile that bends": "mobile"}
-SUPPORTS: dict[str, Any] = SLEWING | {"bridge": Bridge(DrivenAxis(8.0), DrivenAxis(12.0))}
+SUPPORTS: dict[str, Any] = SLEWING | {"bridge": Bridge(BridgeAxis(8.0), BridgeAxis(12.0))}
 SUPPORTS |= {name: test_flexible.support(rigid, BOTH) for name, rigid in BENT.items()}
 STARTS: dict[str, Any] = START | {"bridge": (0.8, 1.1)}
 STARTS |= {name: (*test_flexible.OWN[rigid], *test_flexible.BENT) for name, rigid in BENT.items()}
@@ -164,7 +164,7 @@ def test_a_locked_slew_makes_a_gantry(sea: bool) -> None:
     rng, winch = np.random.default_rng(4), ForceHoist(1.5)
     moving = base() if sea else None
     tower = FallsCrane(Support(TowerCrane(LockedSlew(), JibTrolley(8.0))), falls(), rigid(), winch, base=moving)
-    gantry = FallsCrane(Support(Bridge(DrivenAxis(8.0), DrivenAxis(1e300))), falls(), rigid(), winch, base=moving)
+    gantry = FallsCrane(Support(Bridge(BridgeAxis(8.0), BridgeAxis(1e300))), falls(), rigid(), winch, base=moving)
     turned, spin = spinning(("0.35", "0.05", "-0.04"), rng.uniform(-0.3, 0.3, 3))
     load, rates = [2.0, 6.3, 0.2, -2.9, *turned], rng.uniform(-0.3, 0.3, 5)
     first = [np.array([0.0, 6.0, *load]), np.array([0.0, *rates, *spin])]
@@ -212,7 +212,7 @@ def test_bifilar_yaw() -> None:
     length, spacing, mass, yaw = 12.0, 3.0, 500.0, 1e-4
     top = np.array([[0.0, 0.5 * spacing, 0.0], [0.0, -0.5 * spacing, 0.0]])
     ropes = Falls(top, top.copy(), length, np.zeros(2), np.full(2, 1e9), np.zeros(2))
-    bridge = Support(Bridge(DrivenAxis(1e3), DrivenAxis(1e3)))
+    bridge = Support(Bridge(BridgeAxis(1e3), BridgeAxis(1e3)))
     crane = FallsCrane(bridge, ropes, rigid(np.diag([300.0, 200.0, 400.0]), mass))
     weight = mass * 9.81
     down = length * (1.0 + 0.5 * weight / 1e9)

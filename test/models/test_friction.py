@@ -129,7 +129,6 @@ IMPOSSIBLE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "no velocity": (TROLLEY, {"friction.trolley.stribeck": 0.0}, "friction.trolley.stribeck = 0.0: must be greater"),
     "no drum": (TROLLEY, {"hoist": {"drive": "force"}}, "friction.hoist: .* hoist.inertia"),
     "both": (KNUCKLE, {"friction": BOOM, "lugre": {"boom": BRISTLES["boom"]}}, "lugre.boom: .* friction.boom"),
-    "elastic": (TROLLEY, {"cable": SPRING}, "friction.hoist: .* cable.model is 'elastic'"),
     "both on a rail": (TROLLEY, {"lugre": RAIL_BRISTLES}, "lugre.trolley: stands beside friction.trolley"),
     "bristles": (
         TROLLEY,

@@ -120,6 +120,11 @@ DRIVES: dict[str, tuple[dict[str, Any], Any, Any]] = {
     "one axis": ({"bridge": None}, ((5.0, 11.0), STILL), None),
     "bridge only": ({"trolley": {"drive": "fixed", "mass": 2.0}}, (STILL, (5.0, 11.0)), None),
     "imposed": ({"trolley": {"drive": "prescribed", "motion": WAVE}}, (IMPOSED, (3.0, 11.0)), None),
+    "imposed and carried": (
+        {"trolley": {"drive": "prescribed", "motion": WAVE, "mass": 2.0}},
+        (IMPOSED, (5.0, 11.0)),
+        None,
+    ),
     "hoist": ({"hoist": {"drive": "force", "inertia": 2.0}}, ((5.0, 11.0), (8.0, -4.0)), (2.0, 9.0)),
     "massless hoist": ({"hoist": {"drive": "force"}}, ((5.0, 11.0), (8.0, -4.0)), (0.0, 9.0)),
     "imposed hoist": (

@@ -10,7 +10,7 @@ import crane_sim
 from crane_sim import SceneError, load_scene, system
 from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
-from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
@@ -49,7 +49,7 @@ def crane(hoist: Any) -> FallsCrane:
     inverse = tuple(tuple(1.0 / v if v else 0.0 for v in row) for row in inertia)
     top = np.array(ENDS)
     falls = Falls(top, 0.8 * top + [0.0, 0.0, 1.0], 4.0, np.zeros(4), np.full(4, 8e6), np.full(4, 0.02))
-    bridge = Support(Bridge(DrivenAxis(100.0), DrivenAxis(200.0)))
+    bridge = Support(Bridge(BridgeAxis(100.0), BridgeAxis(200.0)))
     return FallsCrane(bridge, falls, RigidLoad(MASS, inertia, inverse, (0.0, 0.0, 1.0)), hoist)
 
 

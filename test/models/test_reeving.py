@@ -10,7 +10,7 @@ import crane_sim
 from crane_sim import SceneError, load_scene, system
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.loads import PointLoad
-from crane_sim.models.supports.bridge import Bridge, DrivenAxis
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
@@ -72,7 +72,7 @@ LOWERED_LOAD: dict[str, Any] = {
 def crane(hoist: Any) -> SuspendedCrane:
     """Return a bridge crane with hook and sling under this hoist."""
     cable = Chain(np.array([50.0, 1000.0]), np.array([5.0, 2.0]))
-    return SuspendedCrane(Support(Bridge(DrivenAxis(100.0), DrivenAxis(200.0))), cable, PointLoad(1000.0), hoist)
+    return SuspendedCrane(Support(Bridge(BridgeAxis(100.0), BridgeAxis(200.0))), cable, PointLoad(1000.0), hoist)
 
 
 def posture(rate: float) -> tuple[list[float], list[float]]:

@@ -23,17 +23,16 @@ from point_masses import (
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
 from crane_sim.models.cables.rope import ForceRope, LockedRope, MotionRope
-from crane_sim.models.effects import PayloadDrag
+from crane_sim.models.effects import LinearFriction, PayloadDrag, QuadraticFriction
 from crane_sim.models.loads import PointLoad, RigidLoad
-from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.single_rope.crane import Crane
+from crane_sim.models.supports.bridge import Bridge, BridgeAxis, Fixed
 from crane_sim.models.supports.driven_point import DrivenPoint, Lift, Servo
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
-from crane_sim.models.supports.rails import FixedAxis, ForceAxis
 from crane_sim.models.supports.support import Support
-from crane_sim.models.supports.support import constraint_effort as constraint_effort_of
+from crane_sim.models.supports.support_dynamics import constraint_effort as constraint_effort_of
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane, solve_dynamics
@@ -230,13 +229,16 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
     np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
 
 
-def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
+@pytest.mark.parametrize("swing", [None, LinearFriction(3.0, 2.0), QuadraticFriction(3.0, 2.0)], ids=str)
+def test_one_link_and_a_point_mass_are_the_crane_with_one_rope(swing: Any) -> None:
     """Below a boom, both models have the same accelerations and tension, by a winch's force and imposed motion."""
     q, v = (0.3, 0.6, -0.2, 2.5, 0.4, -0.3), (0.2, -0.1, 0.3, 0.2, -0.5, 0.4)
     for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (MotionRope(0.4), MotionHoist(0.4), 0.3)):
         simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
+        simple = simple._replace(swing_friction=swing)
         cable = Chain(np.array([1.4]), np.array([2.5]))
         crane = SuspendedCrane(Support(simple.support), cable, simple.load, hoist, drag=simple.drag, base=simple.base)
+        crane = crane._replace(swing_friction=swing)
         u, results = (3.0, 40.0, 15.0, winch), []
         for p in (simple, crane):
             x, tensions = system.state(p, 0.7, np.array(q), np.array(v)), np.empty((1, 1))
@@ -250,13 +252,14 @@ def test_one_link_and_a_point_mass_are_the_crane_with_one_rope() -> None:
 def test_a_locked_slew_makes_a_bridge_crane() -> None:
     """A tower crane whose slew is locked has the accelerations of a trolley on a fixed bridge, moving base included."""
     cable, forces = Chain(np.array(MASSES), np.array(LENGTHS)), (35.0, -110.0)
-    bridge = SpatialCrane(ForceAxis(8.0), FixedAxis(), cable, ForceHoist(1.5), base=base())
+    axes = Bridge(BridgeAxis(8.0), BridgeAxis(0.0, None, Fixed()))
+    bridge = SuspendedCrane(Support(axes), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=base())
     tower = TowerCrane(LockedSlew(), JibTrolley(8.0))
     crane = SuspendedCrane(Support(tower), cable, PointLoad(MASSES[-1]), ForceHoist(1.5), base=base())
     n, u = np.array([[0.6, 0.0, -0.8], [0.0, 0.6, -0.8], [0.48, -0.36, -0.8]]), np.zeros((3, 3))
     u[0], u[1], u[2] = (0.0, 0.5, 0.0), (0.3, 0.0, 0.0), (0.3, 0.4, 0.0)
     q, v = np.array([2.0, 0.0, 2.2, *n.ravel()]), np.array([0.3, 0.0, 0.1, *u.ravel()])
-    x, y = system.state(bridge, 0.7, q, v), np.array([0.0, 2.0, *q[2:], 0.0, 0.3, *v[2:]])
+    x, y = np.concatenate([q, v]), np.array([0.0, 2.0, *q[2:], 0.0, 0.3, *v[2:]])
     expected, got = system.rhs(bridge, 0.7, x, forces), system.rhs(crane, 0.7, y, (0.0, *forces))
     np.testing.assert_allclose(got[12:], [0.0, expected[12], *expected[14:]], rtol=1e-12, atol=1e-12)  # rounding
 

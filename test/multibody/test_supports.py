@@ -8,13 +8,11 @@ import pytest
 from crane_sim.models.effects import BoomSpring, JibSpring
 from crane_sim.models.moving_base import BaseKinematics, turned_about_z
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
-from crane_sim.models.supports.support import (
-    Support,
-    SupportState,
+from crane_sim.models.supports.support import Support, SupportState, compute_posture
+from crane_sim.models.supports.support_dynamics import (
     accelerations,
     base_efforts,
     compute_dynamics,
-    compute_posture,
     joint_efforts,
     net_efforts,
     responses,

@@ -9,21 +9,17 @@ from random_trees import RandomStructure, random_state, random_tree, vector
 from tree_lagrange import GRAVITY, MovingBase, lagrange_efforts, reaction
 
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.support import (
+from crane_sim.models.supports.support import Posture, Support, SupportState, compute_posture, tip_acceleration
+from crane_sim.models.supports.support_dynamics import (
     Dynamics,
-    Posture,
-    Support,
-    SupportState,
     accelerations,
     base_efforts,
     base_reaction,
     compute_dynamics,
-    compute_posture,
     constraint_effort,
     kinetic_energy,
     net_efforts,
     responses,
-    tip_acceleration,
     tip_efforts,
 )
 from crane_sim.multibody import linear

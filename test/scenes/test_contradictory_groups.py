@@ -80,12 +80,6 @@ CONTRADICTIONS: list[tuple[str, dict[str, Any], str, str]] = [
     ("bridge_hook_and_sling", {"flexibility": {"lateral": {"stiffness": 1e8}}}, "flexibility", "tower, mobile"),
     (
         "knuckle_hook_and_sling",
-        {"swing_friction": {"model": "linear", "tangential": 0.1, "radial": 0.1}},
-        "swing_friction",
-        "payload.inertia",
-    ),
-    (
-        "knuckle_hook_and_sling",
         {"springs": {"rope": {"stiffness": 1.0, "rest": 1.0}}},
         "springs.rope",
         "payload.inertia",

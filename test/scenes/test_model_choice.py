@@ -136,11 +136,6 @@ def test_laws_that_know_one_rope_drive_links_and_bodies(law: str) -> None:
 
 WITH_LINKS: dict[str, Any] = {"links": LINKS}
 MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
-    "swing friction": (
-        KNUCKLE,
-        WITH_LINKS | {"swing_friction": {"model": "linear", "tangential": 1, "radial": 1}},
-        "swing_friction: belongs to one rope and a point mass, here is links",
-    ),
     "spring of the rope": (
         KNUCKLE,
         WITH_LINKS | {"springs.rope": {"stiffness": 9.0, "rest": 2.0}},
@@ -193,11 +188,6 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
         ("offshore_obstacle", {}),
         {"payload.inertia": [1, 1, 1]},
         "control.nominal: .* supports only one rope and a point mass; the nominal scene has payload.inertia",
-    ),
-    "swing friction of a point": (
-        PENDULUM,
-        WITH_LINKS | {"swing_friction": {"model": "linear", "tangential": 1, "radial": 1}},
-        "swing_friction: belongs to one rope and a point mass, here is links",
     ),
     "torsion without a body": (
         PENDULUM,

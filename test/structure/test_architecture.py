@@ -47,6 +47,7 @@ LAYERS = (
     "crane_sim.models.suspended",
     "crane_sim.models.contact",
     "crane_sim.models.falls",
+    "crane_sim.models.elastic",
     "crane_sim.models.hanging",
     "crane_sim.models.overhead",
     "crane_sim.models.__init__",

@@ -92,6 +92,8 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
     support = getattr(model, "support", None)
     if isinstance(support, Support) and support != Support(support.structure):
         return None  # friction, motors and play are not written there
+    if support is not None and support.structure.mechanism().prescribed:
+        return None  # nor are motions
     if isinstance(model, FallsCrane) and isinstance(model.support.structure, Bridge):
         return _on_falls(scene, model, inputs)
     return _on_cable(scene, model, load, inputs) if isinstance(model, SuspendedCrane) else None

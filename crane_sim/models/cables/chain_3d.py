@@ -1,16 +1,13 @@
 """Rigid links with lumped masses in space: unit vectors down the links, their tensions and second derivatives.
 
 There is no angle, and so no singularity. The tensions solve the same tridiagonal, positive definite system as in the
-plane, with scalar products of neighbouring unit vectors in place of cosines, and the trolley is free along x and y.
+plane, with scalar products of neighbouring unit vectors in place of cosines.
 """
 
 from math import sqrt
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from crane_sim.multibody.vectors import add, dot, scale, subtract
-from crane_sim.numerics.jit import routine
 
 
 class Directions(NamedTuple):
@@ -23,42 +20,17 @@ class Directions(NamedTuple):
     inv_masses: Any  # (N,) 1/kg, of the node below each link
 
 
-class UpperEnd(NamedTuple):
-    """Acceleration of the first link's upper end and of its length, as functions of its tension: on rails."""
+class SupportEnd(NamedTuple):
+    """Acceleration of the first link's upper end and of its length, as functions of its tension."""
 
-    axes_inv_mass: tuple[float, float]  # 1/kg, of trolley and bridge
-    hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, see `hoist_response`
+    mobility: float  # 1/kg, of the end along the first link
+    hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, see `Hoist.response`
     hoist_bias_acc: float  # m/s², acceleration of the length without tension
     rate: float  # m/s, of the length
 
     def first_inv_mass(self, links):
         """Return the inverse mass [1/kg] of the first link along its direction, without that of the hoist."""
-        x, y = links.units[0, 0], links.units[0, 1]
-        return links.inv_masses[0] + self.axes_inv_mass[0] * x * x + self.axes_inv_mass[1] * y * y
-
-    def first_acceleration(self, links, acc, tension):
-        """Return the relative acceleration (3,) of the first link's ends, its own pull on the upper one included."""
-        x, y, z = relative_end_acceleration(acc, 0)
-        x -= self.axes_inv_mass[0] * links.units[0, 0] * tension[0]
-        y -= self.axes_inv_mass[1] * links.units[0, 1] * tension[0]
-        return x, y, z
-
-
-class SupportEnd(NamedTuple):
-    """Acceleration of the first link's upper end and of its length, as functions of its tension: on any support."""
-
-    mobility: float  # 1/kg, of the end along the first link
-    hoist_inv_mass: float  # 1/kg, as of `UpperEnd`
-    hoist_bias_acc: float  # m/s²
-    rate: float  # m/s, of the length
-
-    def first_inv_mass(self, links):
-        """Return as `UpperEnd.first_inv_mass` does."""
         return links.inv_masses[0] + self.mobility
-
-    def first_acceleration(self, links, acc, tension):
-        """Return as `UpperEnd` does: `acc` has the pull already, since the end does not move along the link alone."""
-        return relative_end_acceleration(acc, 0)
 
 
 def align(x, unit, rate):
@@ -136,11 +108,12 @@ def add_pull_across(units, k, j, pull, total):
 def direction_accelerations(links, top, acc, tension, out, at):
     """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments of `solve_tensions`.
 
+    `acc` has the first link's pull on its upper end, which does not move along the link alone.
     The pulls of a link's neighbours are projected across it one by one, which avoids cancellation under a heavy
     payload.
     """
     n, units, inv_masses = len(tension), links.units, links.inv_masses
-    relative = top.first_acceleration(links, acc, tension)
+    relative = relative_end_acceleration(acc, 0)
     coriolis = 2.0 * top.rate / links.lengths[0]
     for k in range(n):
         total = project_across(row_of(units, k), relative)
@@ -154,27 +127,3 @@ def direction_accelerations(links, top, acc, tension, out, at):
             bias = links.squared_rates[k] * units[k, c] + coriolis * links.rates[k, c]
             out[at + 3 * k + c] = total[c] * inverse - bias
         coriolis = 0.0
-
-
-def follow_link(links, k, r, v, paid):
-    """Return position and velocity (3,) of link k's lower end from those of the upper one; it lengthens at `paid`."""
-    unit, length = row_of(links.units, k), links.lengths[k]
-    return add(r, scale(length, unit)), add(v, add(scale(length, row_of(links.rates, k)), scale(paid, unit)))
-
-
-@routine
-def node_velocities(links, vx, vy, rate):
-    """Return the velocities of nodes 0 to N (N + 1, 3) [m/s].
-
-    Args:
-        links: kinematics of the links.
-        vx, vy: velocities of the trolley [m/s].
-        rate: at which the first link lengthens [m/s].
-    """
-    v = np.zeros((len(links.squared_rates) + 1, 3))
-    v[0, 0], v[0, 1] = vx, vy
-    for k in range(len(links.squared_rates)):
-        length_rate = rate if k == 0 else 0.0
-        for c in range(3):
-            v[k + 1, c] = v[k, c] + length_rate * links.units[k, c] + links.lengths[k] * links.rates[k, c]
-    return v

@@ -33,16 +33,15 @@ from crane_sim.models.supports.backlash import play_power
 from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
 from crane_sim.models.supports.support import (
-    Dynamics,
     Posture,
     Support,
     arm_of,
     bare_tip,
     compute_posture,
     coordinate_count,
-    drive_power,
     read_state,
 )
+from crane_sim.models.supports.support_dynamics import Dynamics, drive_power
 from crane_sim.models.suspended.crane import load_force, solve_support, write_common_rates
 from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, load_of
 from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
@@ -140,7 +139,6 @@ class FallsSolution(NamedTuple):
     load: BodyState
     pull: Pull
     given: Any  # by `load_force`
-    tip_force: tuple[float, float, float]  # N, of all falls on the tip, in the tree's axes
     tau: Any  # efforts on the coordinates of drives, springs, base, wind and falls
     net: Any  # what accelerates the coordinates: `net_efforts`
     paid: float  # N, pull of all falls on their length
@@ -227,12 +225,12 @@ def solve_dynamics(p, t, x, tau):
     pull, flow = sum_falls(p, x, *kinematics), airflow_at(p.wind, p.base, t, 0.0)
     given = load_force(p, body, t, flow, base, load)
     tip_force = scale(-1.0, to_tree_axes(pose.kinematics.turn, pull.force))
-    dynamics, efforts, net, qdd = solve_support(p, pose, tau, flow, base, pull.couple, tip_force)
+    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, pull.couple, tip_force)
     at = nq + coordinate_count(p.support), winch_index(p)
     inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, (*motion, p.gravity))
     free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
     centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    solution = pose, dynamics, qdd, length, centre, alpha, load, pull, given, tip_force, efforts, net, pull.paid, tau
+    solution = pose, dynamics, qdd, length, centre, alpha, load, pull, given, efforts, net, pull.paid, tau
     return FallsSolution(*solution, base, normal_forces)
 
 
@@ -265,7 +263,7 @@ def falls_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     load, pull, motion = solved.load, solved.pull, (*rope_length(p, x), solved.length)
     given, moment = solved.given
-    power = drive_power(solved.pose, solved.tau, solved.tip_force)
+    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support)
     power += play_power(p.support.drives, solved.command, solved.pose.state)
     winch = winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, pull.paid, p.gravity)
     power += winch + imposed_load_power(solved.base, load_of(p, x), load)

@@ -31,7 +31,7 @@ class DoubleCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     energy_meter: Meter | None = None
 
-    bridge = hoist = event_limits = None
+    hoist = event_limits = None
 
     def cable_coordinates(self):
         """Return the number of angles."""

@@ -5,12 +5,11 @@ of a crane with rigid links and events, in this order (a crane without events ha
 
 | mode | of | value |
 |---|---|---|
-| friction | each axis | 0 while it sticks, else the direction of slipping, ±1; by `lugre` its bristles' deflection |
+| friction | trolley | 0 while it sticks, else the direction of slipping, ±1; by `lugre` its bristles' deflection |
 | friction | hoist, where it has some | the same |
 | payload | | number of changes of the payload so far |
 
-The deflection of bristles has a derivative; the others have 0 and change at events only. Of elastic links that carry no
-compression, one mode each follows: slack or taut.
+The deflection of bristles has a derivative; the others have 0 and change at events only.
 
 A guard is a pair (value, number), see `models.guards`: an event is where the value of one becomes negative. Functions
 `…_guard(limits, best, …)` return the smaller one of the guard `best` and of their own: so a model finds its smallest.
@@ -21,17 +20,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
-from crane_sim.models.stops import describe_length_event
+from crane_sim.models.stops import describe_cable_event
 from crane_sim.models.supports.friction import friction_of
-from crane_sim.models.supports.hoist import hoist_modes
+from crane_sim.models.supports.hoist import HOIST, hoist_modes
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 
 class EventLimits(NamedTuple):
     """Parameters of the guards of an overhead crane's events; infinite where there is no limit."""
 
-    lower: tuple[float, float]  # m, of trolley and bridge
-    upper: tuple[float, float]
+    lower: float  # m, of the trolley
+    upper: float
     shortest: float  # m, of the first link
     longest: float
     taut: float  # 1: a run ends when a rigid link goes slack, 0: links are rods that can push
@@ -54,32 +53,21 @@ def make_switching(limits, forces, nq, step_control):
     return Switching(EVENT_LOG_CAPACITY, 0 if forces or limits.taut > 0.0 else nq, step_control)
 
 
-def get_mode(limits, x, first, i):
-    """Return mode number i of state x, whose modes begin at index `first`; 0 for a crane without modes."""
-    return 0.0 if limits is None else x[first + i]
+def trolley_mode(limits, x, first):
+    """Return the trolley's friction state in state x, whose modes begin at index `first`; 0 of a crane without any."""
+    return 0.0 if limits is None else x[first]
 
 
-def mode_rate(axis, v, mode):
-    """Return the derivative of an axis' friction state: 0 unless it has bristles."""
-    friction = friction_of(axis)
+def mode_rate(trolley, v, mode):
+    """Return the derivative of the trolley's friction state: 0 unless it has bristles."""
+    friction = friction_of(trolley)
     return 0.0 if friction is None else friction.state_rate(v, mode)
 
 
-def initial_mode(axis, v):
-    """Return the friction state of an axis that begins at velocity v."""
-    friction = friction_of(axis)
+def initial_mode(trolley, v):
+    """Return the friction state of a trolley that begins at velocity v."""
+    friction = friction_of(trolley)
     return np.sign(v) if friction is None else friction.initial_state(v)
-
-
-def write_mode_rate(limits, axis, v, x, i, out):
-    """Write the derivative of the mode x[i] of an axis at velocity v into `out`, if the crane has modes."""
-    if limits is not None:
-        out[i] = mode_rate(axis, v, x[i])
-
-
-def count_modes(limits, axes):
-    """Return the number of modes of a crane with this number of axes, counting a hoist with friction."""
-    return 0 if limits is None else axes + 1
 
 
 def drum_modes(hoist, rate):
@@ -87,12 +75,12 @@ def drum_modes(hoist, rate):
     return (np.sign(rate),) if hoist_modes(hoist) else ()
 
 
-def initial_modes(p, axes, t, v):
-    """Return the modes of a crane with rigid links, on `axes` axes with joint velocities v at time t, as a tuple."""
+def initial_modes(p, t, v):
+    """Return the modes of a crane with joint velocities v at time t, as a tuple."""
     if p.event_limits is None:
         return ()
-    of_axes = [initial_mode(axis, v[i]) for i, axis in enumerate((p.trolley, p.bridge)[:axes])]
-    return (*of_axes, *drum_modes(p.hoist, v[axes]), count_payload_changes(p.event_limits, t))
+    changes = count_payload_changes(p.event_limits, t)
+    return (initial_mode(p.trolley, v[0]), *drum_modes(p.hoist, v[1]), changes)
 
 
 def mass_of(p, x, k):
@@ -116,10 +104,9 @@ def count_payload_changes(limits, t):
     return changes
 
 
-def limits_guard(limits, best, axis, q):
-    """Return the smaller one of `best` and the guard of the travel limits of an axis at q [m]."""
-    margin = min(q - limits.lower[axis], limits.upper[axis] - q)
-    return smaller_guard(best, margin, encode(Guard.TRAVEL, axis))
+def limits_guard(limits, best, q):
+    """Return the smaller one of `best` and the guard of the travel limits of the trolley at q [m]."""
+    return smaller_guard(best, min(q - limits.lower, limits.upper - q), encode(Guard.TRAVEL, 0))
 
 
 def hoist_guard(limits, best, length):
@@ -146,17 +133,10 @@ def slack_guard(limits, best, tensions, n):
 def describe_switch(p: Any, number: int) -> tuple[str, str]:
     """Return texts (meaning of a guard or event, what a user can change)."""
     kind, index, outcome = decode(number)
-    if kind == Guard.LINK:
-        return (
-            f"link {index + 1} went slack, and a rigid link must be taut",
-            "take cable.model: elastic with tension_only, or cable.slack: allow if the links are rods",
-        )
     if kind == Guard.PAYLOAD:
         return "the payload changed", ""
-    if kind == Guard.LENGTH:
-        shortest = p.event_limits.shortest if p.event_limits is not None else 0.0
-        return describe_length_event("hoisted link", "hoist", index, shortest)
-    axis = ("trolley", "bridge", "hoist")[index]
+    if kind in (Guard.LINK, Guard.LENGTH) or (kind == Guard.FRICTION and index == HOIST):
+        return describe_cable_event(number, p.event_limits.shortest if p.event_limits is not None else 0.0)
     if kind == Guard.TRAVEL:
-        return f"the {axis} reached its travel limit", f"change {axis}.limits, or what drives the {axis}"
-    return describe_friction(axis, outcome), ""
+        return "the trolley reached its travel limit", "change trolley.limits, or what drives the trolley"
+    return describe_friction("trolley", outcome), ""

@@ -6,41 +6,30 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
-from crane_sim.models.overhead import count_axes, layout_of, rigid_links
+from crane_sim.models.overhead import layout_of
 from crane_sim.models.overhead.double import DoubleCrane
-from crane_sim.models.overhead.elastic import ElasticCrane
 from crane_sim.models.overhead.events import switching_of
 from crane_sim.models.overhead.modes import describe_switch, initial_modes
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
-from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import SpringCrane
 from crane_sim.models.supports.hoist import PrescribedHoist, hoist_entry, limit_hoist
-from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis, input_count
+from crane_sim.models.supports.rails import ForceAxis, PrescribedAxis
 from crane_sim.models.wind_kink import kink_guard, pressed_point
 
 OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
-OF_RIGID_LINKS = PlanarCrane, SpatialCrane
-OF_ARRAYS = *OF_RIGID_LINKS, ElasticCrane
-ALL = *OF_TUPLES, *OF_ARRAYS
+ALL = *OF_TUPLES, PlanarCrane
 
-system.state.register(*OF_RIGID_LINKS)(rigid_links.initial_state)
-system.kinetic.register(*OF_RIGID_LINKS)(rigid_links.kinetic_energy)
-system.power.register(*OF_RIGID_LINKS)(rigid_links.external_power)
-system.tensions.register(*OF_RIGID_LINKS)(rigid_links.write_tensions)
-system.guard.register(*OF_RIGID_LINKS)(rigid_links.smallest_guard)
-system.apply_reset_map.register(*OF_RIGID_LINKS)(rigid_links.switch)
-system.kink_guard.register(*OF_ARRAYS)(kink_guard)
-system.describe_event.register(RodCrane, *OF_RIGID_LINKS)(describe_switch)
-for crane in OF_ARRAYS:
-    pressed_point.register(crane)(crane.payload_position)
+system.kink_guard.register(PlanarCrane)(kink_guard)
+system.describe_event.register(RodCrane, PlanarCrane)(describe_switch)
+pressed_point.register(PlanarCrane)(PlanarCrane.payload_position)
 
 
 @system.state.register(*OF_TUPLES)
 def state_tuple(p, t, q, v):
     """Return the state, a tuple, with the modes that follow from velocities."""
     n = range(layout_of(p)[0])
-    rates = (*[v[i] for i in n], *meter_entry(p.energy_meter, 0.0), *initial_modes(p, 1, t, v))
+    rates = (*[v[i] for i in n], *meter_entry(p.energy_meter, 0.0), *initial_modes(p, t, v))
     return (*[q[i] for i in n], *rates)
 
 
@@ -58,27 +47,27 @@ def entries_of_acceleration(p, t, x, u):
     return system.rhs(p, t, x, u)[nq : 2 * nq]
 
 
-@system.joints.register(*OF_ARRAYS)
+@system.joints.register(PlanarCrane)
 def copies_of_joints(p, x):
     """Return positions and velocities of a state that is an array."""
     nq, _, _ = layout_of(p)
     return x[:nq].copy(), x[nq : 2 * nq].copy()
 
 
-@system.acceleration.register(*OF_ARRAYS)
+@system.acceleration.register(PlanarCrane)
 def copies_of_acceleration(p, t, x, u):
     """Return the accelerations of a model whose state is an array."""
     nq, _, _ = layout_of(p)
     return system.rhs(p, t, x, u)[nq : 2 * nq].copy()
 
 
-@system.position_count.register(*OF_ARRAYS)
+@system.position_count.register(PlanarCrane)
 def count_positions(p):
     """Return the number of positions."""
     return layout_of(p)[0]
 
 
-@system.link_count.register(*OF_ARRAYS)
+@system.link_count.register(PlanarCrane)
 def count_links(p):
     """Return the number of links."""
     return len(p.cable.masses)
@@ -99,33 +88,32 @@ def energy_supplied(p, x):
 @system.actuated_joints.register(*ALL)
 def actuated_joints(p, x):
     """Return positions and velocities of what takes an effort."""
-    (nq, _, _), axes = layout_of(p), count_axes(p)
-    return actuated_entries(p, x, 0, 1, axes), actuated_entries(p, x, nq, nq + 1, nq + axes)
+    nq, _, _ = layout_of(p)
+    return actuated_entries(p, x, 0, 1), actuated_entries(p, x, nq, nq + 1)
 
 
 @system.efforts_from_row.register(*ALL)
 def efforts_from_row(p, row):
-    """Return the efforts on axes and hoist."""
-    first = input_count(p.trolley)
-    return actuated_entries(p, row, 0, first, first + input_count(p.bridge))
+    """Return the efforts on trolley and hoist."""
+    return actuated_entries(p, row, 0, 1 if isinstance(p.trolley, ForceAxis) else 0)
 
 
-def actuated_entries(p, row, trolley, bridge, hoist):
-    """Return those of three entries of a row, by their indices, that are of joints which take an effort."""
-    axes = (p.trolley, trolley), (p.bridge, bridge)
-    return (*[row[i] for axis, i in axes if isinstance(axis, ForceAxis)], *hoist_entry(p.hoist, row, hoist))
+def actuated_entries(p, row, trolley, hoist):
+    """Return those of two entries of a row, by their indices, that are of joints which take an effort."""
+    first = (row[trolley],) if isinstance(p.trolley, ForceAxis) else ()
+    return (*first, *hoist_entry(p.hoist, row, hoist))
 
 
-@system.saturate.register(RodCrane, *OF_ARRAYS)
+@system.saturate.register(RodCrane, PlanarCrane)
 def limit_efforts(p, u):
     """Return what the hoist can apply."""
     return limit_hoist(p.hoist, u)
 
 
-@system.switching.register(RodCrane, *OF_RIGID_LINKS)
+@system.switching.register(RodCrane, PlanarCrane)
 def switching(p):
     """Return how the equations switch: by friction, limits and the kink of a wind."""
-    return switching_of(p, False)
+    return switching_of(p)
 
 
 @system.with_meter.register(*ALL)
@@ -139,9 +127,9 @@ def works_between_samples(p: Any) -> bool:
 
     That is by motions, friction, forces, base, wind and dampers.
     """
-    parts = p.trolley, p.bridge, p.hoist
+    parts = p.trolley, p.hoist
     imposed = any(isinstance(part, PrescribedAxis | PrescribedHoist) for part in parts)
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
-    others = ("joints", "forces", "event_limits", "base", "wind")
+    others = ("joints", "forces", "event_limits", "base", "wind", "drag", "force")
     damped = np.any(getattr(p.cable, "damping", 0.0))
     return bool(damped) or imposed or rubs or any(getattr(p, name, None) is not None for name in others)

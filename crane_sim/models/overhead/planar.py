@@ -3,7 +3,6 @@
 State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)].
 """
 
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -26,22 +25,20 @@ from crane_sim.models.cables.chain import (
     add_node_acceleration,
     assemble_rhs,
     fill_sines,
-    joint_energy,
     joint_power,
     massless_hoist_acceleration,
     rod_pull,
     solve_links,
     work_array,
 )
+from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_power
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import first_link, layout_of
-from crane_sim.models.overhead.base_load import add_links_load, to_world_in_place
-from crane_sim.models.overhead.modes import EventLimits, get_mode, get_payload_mass
-from crane_sim.models.overhead.node_forces import NodeForce
-from crane_sim.models.overhead.payload_wind import add_links_wind
-from crane_sim.models.overhead.rigid_links import Solution, write_others
-from crane_sim.models.supports.hoist import Hoist, hoist_response
+from crane_sim.models.overhead.events import drives_power
+from crane_sim.models.overhead.modes import EventLimits, get_payload_mass, mode_rate, trolley_mode
+from crane_sim.models.overhead.planar_loads import add_links_load, add_payload_force
+from crane_sim.models.supports.hoist import Hoist, hoist_mode, hoist_response
 from crane_sim.models.supports.rails import Axis
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
@@ -49,6 +46,15 @@ from crane_sim.numerics.jit import routine, simd_range, use_wide_vectors
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
+
+
+class Solution(NamedTuple):
+    """Accelerations and forces at one instant, in addition to the work array."""
+
+    trolley: float  # m/s²
+    paid: float  # m/s², of the first link's length
+    pull: float  # N, of the cable and of a moving base on the trolley
+    outside_power: float  # W, that moving base and wind supply, less what joints between links take
 
 
 class PlanarCrane(NamedTuple):
@@ -66,9 +72,8 @@ class PlanarCrane(NamedTuple):
     base: AnyBase | None = None
     wind: Wind | None = None
     windage: Windage | None = None  # of the payload
-
-    bridge = None
-    share = 1.0
+    drag: PayloadDrag | None = None
+    force: PayloadForce | None = None
 
     def cable_coordinates(self):
         """Return the number of angles."""
@@ -80,8 +85,8 @@ class PlanarCrane(NamedTuple):
         use_wide_vectors()
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
-        inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], get_mode(self.event_limits, x, modes, 0))
-        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x, nq + first - 1)
+        inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], trolley_mode(self.event_limits, x, modes))
+        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x[nq + first - 1], hoist_mode(x))
         assemble_rhs(w, bias_acc, self.gravity)
         rate = first_link(self, x)[1]
         base = base_kinematics_at(self.base, self.gravity, t)
@@ -90,7 +95,7 @@ class PlanarCrane(NamedTuple):
         w[RHS_ALONG, 0] -= w[SIN, 0] * inv_mass * twist
         w[RHS_ACROSS, 0] -= w[COS, 0] * inv_mass * twist
         add_node_forces(self.forces, t, w)
-        wind_power = add_links_wind(self, base, t, x, w)
+        wind_power = add_payload_force(self, base, t, x, w)
         rhs_along = w[RHS_ALONG, 0]
         solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
         pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(self.rods, w) + twist
@@ -99,15 +104,7 @@ class PlanarCrane(NamedTuple):
         else:
             paid = massless_hoist_acceleration(w, inv_mass, rhs_along)
         power = joint_power(self.joints, x[nq + first : 2 * nq]) + (field.power + wind_power)
-        return Solution((bias_acc + inv_mass * pull,), paid, (pull,), power)
-
-    def tensions(self, w):
-        """Return the tensions of all links [N] (N,) or longer."""
-        return w[TENSION]
-
-    def inv_masses(self, w):
-        """Return the inverse masses of the nodes [1/kg] (N,) or longer."""
-        return w[INV_MASS]
+        return Solution(bias_acc + inv_mass * pull, paid, pull, power)
 
     def fill_links(self, x, w):
         """Fill the work array with the links' kinematics."""
@@ -170,38 +167,25 @@ def add_node_forces(forces, t, w):
 @routine
 def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
-    nq, first, _ = layout_of(p)
+    nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
     solved = p.solve(t, x, tau, work)
     for i in simd_range(nq):
         out[i] = x[nq + i]
     for k in simd_range(nq - first):
         out[nq + first + k] = work[TURNING, k]
-    write_others(p, t, x, tau, solved, work, out)
+    out[nq] = solved.trolley
+    if p.hoist is not None:
+        out[nq + first - 1] = solved.paid
+    for i in range(2 * nq, len(out)):
+        out[i] = 0.0
+    if p.energy_meter is not None:
+        out[2 * nq] = chain_power(p, t, x, tau, solved, work)
+    if p.event_limits is not None:
+        out[modes] = mode_rate(p.trolley, x[nq], x[modes])
 
 
-@system.potential.register(PlanarCrane)
-@routine
-def potential_energy(p, x):
-    """Return the potential energy [J] of nodes and joints."""
-    nq, first, _ = layout_of(p)
-    w = system.workspace(p)
-    p.fill_links(x, w)
-    z, potential = 0.0, joint_energy(p.joints, x[first:nq])
-    for k in range(len(p.cable.masses)):
-        z = z - w[LENGTH, k] * w[COS, k]
-        potential += 1.0 / w[INV_MASS, k] * p.gravity * z
-    return potential
-
-
-@system.points.register(PlanarCrane)
-def write_points(p, t, x, out):
-    """Write trolley and nodes."""
-    (_, first, _), length = layout_of(p), first_link(p, x)[0]
-    out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
-    for k in range(len(p.cable.masses)):
-        link = length if k == 0 else p.cable.lengths[k]
-        out[k + 1, 0] = out[k, 0] + link * sin(x[first + k])
-        out[k + 1, 1] = 0.0
-        out[k + 1, 2] = out[k, 2] - link * cos(x[first + k])
-    to_world_in_place(p.base, t, out)
+def chain_power(p, t, x, tau, solved, work):
+    """Return the power [W] that drives, imposed motions, forces and losses supply."""
+    power = drives_power(p, x, tau, work[TENSION, 0], solved.pull, first_link(p, x)[1]) + solved.outside_power
+    return power + (0.0 if p.forces is None else force_power(p.forces, t, p.node_velocities(x, work)))

@@ -23,8 +23,15 @@ from crane_sim.models.overhead.events import (
     needs_forces,
     smallest_drive_guard,
 )
-from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_mode, get_payload_mass, mode_rate
-from crane_sim.models.supports.hoist import HOIST, Hoist, MasslessHoist, hoist_reflected_mass, hoist_response
+from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_payload_mass, mode_rate, trolley_mode
+from crane_sim.models.supports.hoist import (
+    HOIST,
+    Hoist,
+    MasslessHoist,
+    hoist_mode,
+    hoist_reflected_mass,
+    hoist_response,
+)
 from crane_sim.models.supports.rails import Axis, axis_mass
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.states import replace_entry
@@ -55,7 +62,7 @@ class RodCrane(NamedTuple):
     event_limits: EventLimits | None = None
     energy_meter: Meter | None = None
 
-    bridge = wind = None
+    wind = None
 
     def cable_coordinates(self):
         """Return the number of angles."""
@@ -71,7 +78,7 @@ class Swing(NamedTuple):
     paid: float  # m/s²
     turning: float  # rad/s²
     tension: float  # N, at the top
-    pulls: tuple[float, ...]  # N, of the cable on the trolley along x
+    pull: float  # N, of the cable on the trolley along x
 
 
 def hoisted_rod(p, x):
@@ -123,13 +130,13 @@ def solve_swing(p, t, x, tau):
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
     length, rate = hoisted_rod(p, x)
     total, first, second, gram = mass_moments(p, x, length)
-    inv_mass, bias_acc = p.trolley.response(t, tau, 0, v, get_mode(p.event_limits, x, modes, 0))
+    inv_mass, bias_acc = p.trolley.response(t, tau, 0, v, trolley_mode(p.event_limits, x, modes))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
-    of_hoist = hoist_response(p.hoist, t, tau, x, nq + 1)
+    of_hoist = hoist_response(p.hoist, t, tau, x[nq + 1], hoist_mode(x))
     a, tension, paid = solve_pull(p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist)
     turning = -(first / second) * (c * a + across_acc)
-    return Swing(s, c, a, paid, turning, tension, (tension * s - across_mass * (c * a + across_acc) * c,))
+    return Swing(s, c, a, paid, turning, tension, tension * s - across_mass * (c * a + across_acc) * c)
 
 
 def mode_rates(p, x):
@@ -153,7 +160,7 @@ def state_derivative(p, t, x, u):
 
 def supplied_power(p, x, tau, swing):
     """Return the power [W] that drives, imposed motions and losses supply."""
-    return drives_power(p, x, tau, swing.tension, swing.pulls, hoisted_rod(p, x)[1])
+    return drives_power(p, x, tau, swing.tension, swing.pull, hoisted_rod(p, x)[1])
 
 
 @system.kinetic.register(RodCrane)
@@ -215,16 +222,16 @@ def write_points(p, t, x, out):
 def smallest_guard(p, t, x, u, work):
     """Return the smallest guard, of drives, payload and a line that must stay taut."""
     tau, forces = system.effort(u, p, t, x), needs_forces(p, x)
-    tension, pulls = top_forces(p, t, x, tau) if forces else (0.0, (0.0,))
-    best = smallest_drive_guard(p, t, x, tau, tension, pulls, hoisted_rod(p, x)[0])
+    tension, pull = top_forces(p, t, x, tau) if forces else (0.0, 0.0)
+    best = smallest_drive_guard(p, t, x, tau, tension, pull, hoisted_rod(p, x)[0])
     value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if p.event_limits.taut > 0.0 else best
     return value, number, int(forces)
 
 
 def top_forces(p, t, x, tau):
-    """Return (tension at the top, pulls on the axes) [N]."""
+    """Return (tension at the top, pull on the trolley) [N]."""
     swing = solve_swing(p, t, x, tau)
-    return swing.tension, swing.pulls
+    return swing.tension, swing.pull
 
 
 @system.apply_reset_map.register(RodCrane)

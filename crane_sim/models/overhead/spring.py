@@ -29,7 +29,7 @@ class SpringCrane(NamedTuple):
     gravity: float = 9.81  # m/s²
     energy_meter: Meter | None = None
 
-    bridge = hoist = event_limits = None
+    hoist = event_limits = None
 
     def cable_coordinates(self):
         """Return the number of the payload's coordinates."""

@@ -67,7 +67,7 @@ class DrivenPoint(NamedTuple):
             prescribed=(True, True, True),
         )
 
-    def prescribe(self, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
+    def prescribe(self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
         """Return the accelerations (3,) [m/s²] at inputs (3,): none along z without a lift."""
         x, y, z = (servo_acceleration(self.servo, u, place, rate) for u, place, rate in zip(efforts, q, v, strict=True))
         return x, y, z if self.lift is not None else 0

@@ -57,6 +57,14 @@ class ForceHoist(NamedTuple):
         """Return the power of the force, less what friction takes."""
         return (tau[-1] - friction_force(self.friction, rate)) * rate
 
+    def winch_guard(self, tau, mode, motion, pull):
+        """Return the guard of its friction; motion: (length, rate, gravity), pull [N] on the length."""
+        return 1.0 if self.friction is None else self.friction.guard(motion[1], mode, tau[-1] + pull)
+
+    def stopped_mode(self, mode_before, tau, pull, length, gravity):
+        """Return the result of `mode_of_stopped_winch`."""
+        return 0.0 if self.friction is None else self.friction.breakaway_mode(mode_before, tau[-1] + pull)
+
 
 class MasslessHoist(NamedTuple):
     """A winch without inertia: the tension of the first link is minus the commanded force (Brogliato's model)."""
@@ -114,13 +122,13 @@ def hoist_modes(hoist):
 
 
 def hoist_mode(x):
-    """Return the mode of the hoist's friction in state x: it stands before the number of payload changes."""
+    """Return the mode of an overhead crane's hoist in state x: it stands before the number of payload changes."""
     return x[len(x) - 2]
 
 
-def hoist_response(hoist, t, tau, x, i):
-    """Return the result of `response` for a hoist whose length has the rate x[i], its mode where `hoist_mode` says."""
-    return (0.0, 0.0) if hoist is None else hoist.response(t, tau, x[i], hoist_mode(x))
+def hoist_response(hoist, t, tau, rate, mode):
+    """Return the result of `response`, that of a length that stays without a hoist."""
+    return (0.0, 0.0) if hoist is None else hoist.response(t, tau, rate, mode)
 
 
 def hoist_reflected_mass(hoist):

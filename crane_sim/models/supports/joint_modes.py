@@ -8,14 +8,8 @@ from typing import Any
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard, travel_guard
 from crane_sim.models.supports.backlash import drive_guard, drives_of, mode_of, outcome_of, shaft_of
 from crane_sim.models.supports.friction import Friction, step_control_of
-from crane_sim.models.supports.support import (
-    Support,
-    SupportState,
-    constraint_effort,
-    drive_count,
-    first_friction_state,
-    frictions_of,
-)
+from crane_sim.models.supports.support import Support, SupportState, drive_count, first_friction_state, frictions_of
+from crane_sim.models.supports.support_dynamics import constraint_effort
 from crane_sim.system import EVENT_LOG_CAPACITY, EventStepControl, Switching
 
 

@@ -1,6 +1,6 @@
-"""Axes that carry the cable's upper end: a trolley along x, a bridge along y.
+"""Rails of a trolley in the plane, which carries the cable's upper end.
 
-An axis is driven by a force, moved as prescribed, or fixed. What the cable needs of it is its inverse mass (0 when
+It is driven by a force, moved as prescribed, or fixed. What the cable needs of it is its inverse mass (0 when
 its motion is imposed or friction holds it) and its bias acceleration: that when the cable does not pull.
 
 All have the methods of `FixedAxis`. Efforts `tau` are those of all joints, an axis' own has the index i; `mode` is that
@@ -57,11 +57,6 @@ class FixedAxis(NamedTuple):
 
 
 Axis = ForceAxis | PrescribedAxis | FixedAxis
-
-
-def input_count(axis):
-    """Return the number of efforts of an axis, None: the crane has none."""
-    return 1 if isinstance(axis, ForceAxis) else 0
 
 
 def axis_mass(axis):

@@ -73,6 +73,20 @@ class ReevedHoist(NamedTuple):
         high = lead_at_rest(reeving, sheave_factor(reeving.loss, -1.0), pull, length, gravity)
         return force + low - static, -force - high - static
 
+    def winch_guard(self, tau, mode, motion, pull):
+        """Return the guard of its stick and slip; arguments of the function `winch_guard`."""
+        if mode != 0.0:
+            return mode * motion[1]
+        out, in_ = self.slip_excess(tau, pull, motion[0], motion[2])
+        return -max(out, in_)
+
+    def stopped_mode(self, mode_before, tau, pull, length, gravity):
+        """Return the result of `mode_of_stopped_winch`."""
+        out, in_ = self.slip_excess(tau, pull, length, gravity)
+        if mode_before != 0.0 and max(out, in_) <= 0.0:
+            return 0.0
+        return 1.0 if out > in_ else -1.0
+
     def used_direction(self, tau, pull, length, gravity):
         """Return the direction of `sheave_factor` of a rope that sticks: by the friction in use, between -1 and 1."""
         force, low, high = self.lead_force(tau, length), -1.0, 1.0
@@ -96,7 +110,7 @@ def winch_response(hoist, t, tau, x, at, motion):
     """
     if isinstance(hoist, ReevedHoist):
         return hoist.response(tau, winch_mode(hoist, x, at[1]), motion)
-    return hoist_response(hoist, t, tau, x, at[0])
+    return hoist_response(hoist, t, tau, x[at[0]], winch_mode(hoist, x, at[1]))
 
 
 def winch_mode(hoist, x, i):
@@ -131,22 +145,14 @@ def winch_energy(hoist, length, rate, gravity):
 
 def winch_guard(hoist, best, tau, mode, motion, pull):
     """Return the smaller one of `best` and the guard of the winch's stick and slip; motion: (length, rate, gravity)."""
-    if not isinstance(hoist, ReevedHoist) or hoist.modes() == 0:
+    if hoist_modes(hoist) == 0:
         return best
-    if mode != 0.0:
-        return smaller_guard(best, mode * motion[1], encode(Guard.FRICTION, WINCH))
-    out, in_ = hoist.slip_excess(tau, pull, motion[0], motion[2])
-    return smaller_guard(best, -max(out, in_), encode(Guard.FRICTION, WINCH))
+    return smaller_guard(best, hoist.winch_guard(tau, mode, motion, pull), encode(Guard.FRICTION, WINCH))
 
 
 def mode_of_stopped_winch(hoist, mode_before, tau, pull, length, gravity):
     """Return the mode of a winch at rest after its guard has failed in mode `mode_before`, see `breakaway_mode`."""
-    if not isinstance(hoist, ReevedHoist):
-        return 0.0
-    out, in_ = hoist.slip_excess(tau, pull, length, gravity)
-    if mode_before != 0.0 and max(out, in_) <= 0.0:
-        return 0.0
-    return 1.0 if out > in_ else -1.0
+    return hoist.stopped_mode(mode_before, tau, pull, length, gravity)
 
 
 def slip_direction(hoist, rate, mode):

@@ -64,6 +64,6 @@ class TowerCrane(NamedTuple):
             pressed=tuple(Pressed(0, windage, windage.centre) for windage in windages if windage is not None),
         )
 
-    def prescribe(self, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
+    def prescribe(self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
         """Return the accelerations (2,) of a locked slew: none."""
         return (0, 0)

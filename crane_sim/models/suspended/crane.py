@@ -23,7 +23,15 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
-from crane_sim.models.effects import PayloadDrag, PayloadForce, add_drag
+from crane_sim.models.effects import (
+    NodeForce,
+    PayloadDrag,
+    PayloadForce,
+    SwingFriction,
+    add_drag,
+    force_on_node,
+    values_of,
+)
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.moving_base import airspeed, base_kinematics_at, imposed_acceleration, pose_at, to_base
@@ -33,26 +41,28 @@ from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.joint_modes import write_friction_rates
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
 from crane_sim.models.supports.support import (
-    Dynamics,
     Posture,
     Support,
-    accelerations,
     bare_tip,
-    base_efforts,
-    compute_dynamics,
     compute_posture,
     coordinate_count,
+    read_state,
+    tip_acceleration,
+    tip_rate,
+    yaw,
+)
+from crane_sim.models.supports.support_dynamics import (
+    Dynamics,
+    accelerations,
+    base_efforts,
+    compute_dynamics,
     drive_power,
     joint_efforts,
     net_efforts,
     prescribed_accelerations,
-    read_state,
     responses,
-    tip_acceleration,
     tip_efforts,
-    tip_rate,
     wind_efforts,
-    yaw,
     yaw_efforts,
 )
 from crane_sim.models.suspended.exchange import Exchange, load_of
@@ -69,6 +79,7 @@ from crane_sim.models.suspended.load_dynamics import (
     wind_on_load,
     write_load_acceleration,
 )
+from crane_sim.models.suspended.swing_friction import pull_first_node, pull_load, swing_pull
 from crane_sim.models.suspended.torsion import (
     Torsion,
     add_twist_power,
@@ -81,11 +92,15 @@ from crane_sim.models.suspended.torsion import (
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody import linear
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.multibody.vectors import ZERO, add, dot, scale
+from crane_sim.multibody.vectors import ZERO, add, dot, scale, subtract
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
+
+
+class OverheadJoints(NamedTuple):
+    """The presence of an overhead crane's joints: directions of all links, and a `hoist` that changes the first one."""
 
 
 class SuspendedCrane(NamedTuple):
@@ -104,6 +119,9 @@ class SuspendedCrane(NamedTuple):
     wind: Wind | None = None
     exchange: Exchange | None = None  # of the load
     torsion: Torsion | None = None  # of the rope, above a load that is a body
+    forces: tuple[NodeForce, ...] | None = None
+    swing_friction: SwingFriction | None = None  # of the first link
+    overhead: OverheadJoints | None = None
 
     def hanging_coordinates(self):
         """Return the number of coordinates of what hangs: unit vectors of links, and the load's own."""
@@ -134,17 +152,17 @@ class SuspendedSolution(NamedTuple):
     dynamics: Dynamics
     support: Any  # accelerations of its coordinates
     length: float  # m/s², acceleration of the first link's length
-    tip_force: tuple[float, float, float]  # N, of rope and torsion on the tip, in the axes of the base
     tau: Any  # efforts on the coordinates of drives, springs, base, wind and torsion
     net: Any  # what accelerates the coordinates: `net_efforts`, with those of the rope
     paid: float  # N, pull of the first link on its length
     command: Any  # efforts of the drives
     load: NamedTuple  # kinematics
     base: Any  # kinematics, None at rest
-    base_power: float  # W, that the base supplies to nodes and load
+    outside_power: float  # W, that base and forces supply to nodes, and the base to the load
     given: Any  # by `load_force`
     moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
     twist: Any  # `Twist` of the rope, None without torsion
+    swing: Any  # `SwingPull`, None without friction of the swing
 
 
 @system.workspace.register(SuspendedCrane)
@@ -174,25 +192,27 @@ def next_node(links, k, rate, node):
     return add(position, scale(length, unit)), velocity
 
 
-def fill_node_accelerations(p, base, links, rate, node, acc):
+def fill_node_accelerations(p, base, values, links, rate, node, acc):
     """Fill the accelerations of the nodes above the load, without tensions.
 
     Args:
         p, base, links: the crane, base and links.
+        values: of the forces on nodes, by `values_of`.
         rate: of the first link's length [m/s].
         node: (position, velocity) of the tip.
         acc: (N + 1, 3) to fill.
 
     Returns:
-        (position, velocity) of the last link's lower end, power [W] that the base supplies to the nodes.
+        (position, velocity) of the last link's lower end, power [W] that base and forces supply to the nodes.
     """
     power, n = 0.0, len(links.squared_rates)
     for k in range(n - 1):
         node = next_node(links, k, rate, node)
         rate = 0.0
-        x, y, z = imposed_acceleration(base, node[0], node[1])
-        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = x, y, z - p.gravity
-        power += dot((x, y, z), node[1]) * p.cable.masses[k]
+        (x, y, z), push = imposed_acceleration(base, node[0], node[1]), force_on_node(p.forces, values, k + 1)
+        free = add((x, y, z - p.gravity), scale(links.inv_masses[k], push))
+        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = free
+        power += dot((x, y, z), node[1]) * p.cable.masses[k] + dot(push, node[1])
     return next_node(links, n - 1, rate, node), power
 
 
@@ -218,11 +238,11 @@ def add_given_force(given, force, base, t):
     return add(force, to_base(pose_at(base, t), whole))
 
 
-def solve_support(p, pose, tau, flow, base, couple, force):
+def solve_support(p, t, pose, tau, flow, base, couple, force):
     """Return (Dynamics, efforts, what accelerates the coordinates, their accelerations) of the support.
 
     Args:
-        p, pose: the crane, and the posture of its support.
+        p, t, pose: the crane, time [s], and the posture of its support.
         tau, flow, base: efforts of drives, wind in the base's axes, base.
         couple, force: about the vertical [N m], and (3,) [N] on the tip, in the tree's axes: of what hangs.
     """
@@ -231,7 +251,7 @@ def solve_support(p, pose, tau, flow, base, couple, force):
     efforts = linear.add(efforts, wind_efforts(pose, flow, base))
     efforts = linear.add(efforts, yaw_efforts(pose, couple))
     net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, force))
-    return dynamics, efforts, net, accelerations(dynamics, net, prescribed_accelerations(p.support, pose, tau))
+    return dynamics, efforts, net, accelerations(dynamics, net, prescribed_accelerations(p.support, pose, t, tau))
 
 
 @routine
@@ -245,19 +265,26 @@ def solve_dynamics(p, t, x, tau, work):
     fill_directions(p, x, links)
     n, (length, rate) = len(tension), rope_length(p, x)
     pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
-    node, power = fill_node_accelerations(p, base, links, rate, bare_tip(pose), acc)
+    values = values_of(p.forces, t)
+    node, power = fill_node_accelerations(p, base, values, links, rate, bare_tip(pose), acc)
     load = load_state(body, x, nq, node)
     last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(body, load, last)
     twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
+    swing = swing_pull(p.swing_friction, pose, links)
     push_nodes(twist, links, acc)
+    pull_first_node(swing, links, acc)
     flow = airflow_at(p.wind, p.base, t, 0.0)
-    given = load_force(p, body, t, flow, base, load)
-    force, moment = twist_load(twist, links, body, load, *given)
+    force, moment = load_force(p, body, t, flow, base, load)
+    given = add(force, force_on_node(p.forces, values, n)), moment
+    force, moment = pull_load(swing, links, body, load, *twist_load(twist, links, body, load, *given))
     free = centre_acceleration(body, base, load, force, p.gravity)
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
-    pulled = twist_couple(twist), to_tree_axes(pose.kinematics.turn, twist_tip(twist, links, ZERO))
-    dynamics, efforts, net, qdd = solve_support(p, pose, tau, flow, base, *pulled)
+    couple, at_tip = twist_couple(twist), twist_tip(twist, links, ZERO)
+    if swing is not None:
+        couple, at_tip = couple + swing.couple, subtract(at_tip, swing.force)
+    pulled = couple, to_tree_axes(pose.kinematics.turn, at_tip)
+    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, *pulled)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
     levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
     answer = responses(dynamics, levers)
@@ -266,7 +293,6 @@ def solve_dynamics(p, t, x, tau, work):
     top = SupportEnd(linear.inner(levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
     solve_tensions(links, top, acc, tension, ratio)
     length_acc = hoisted_length_acceleration(links, top, acc, tension)
-    pull = twist_tip(twist, links, scale(tension[0], upper))
     net = linear.add(net, linear.scale(tension[0], levers))
     qdd = linear.add(qdd, linear.scale(tension[0], answer))
     moved = tip_rate(pose, answer)
@@ -275,9 +301,8 @@ def solve_dynamics(p, t, x, tau, work):
         acc[0, i] += tension[0] * moved[i]
         acc[n, i] += across[i]
     power += imposed_load_power(base, body, load)
-    return SuspendedSolution(
-        pose, dynamics, qdd, length_acc, pull, efforts, net, tension[0], tau, load, base, power, given, moment, twist
-    )
+    parts = given, moment, twist, swing
+    return SuspendedSolution(pose, dynamics, qdd, length_acc, efforts, net, tension[0], tau, load, base, power, *parts)
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -318,10 +343,11 @@ def suspended_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     motion, load = (*rope_length(p, x), solved.length), solved.load
     force, moment = solved.given
-    pull = to_tree_axes(solved.pose.kinematics.turn, solved.tip_force)
-    power = drive_power(solved.pose, solved.tau, pull) + solved.base_power
+    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support) + solved.outside_power
     mode = winch_mode(p.hoist, x, winch_index(p))
     power += winch_power(p.hoist, solved.command, mode, motion, solved.paid, p.gravity)
     power += play_power(p.support.drives, solved.command, solved.pose.state)
     power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
+    if solved.swing is not None:
+        power -= solved.swing.loss + solved.swing.couple * solved.pose.yaw_rate
     return power + dot(force, load.velocity) + moment_power(p.load, load, moment)

@@ -29,22 +29,19 @@ from crane_sim.models.supports.joint_modes import reset_friction_modes
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.support import (
     bare_tip,
-    compute_dynamics,
     compute_posture,
     coordinate_count,
-    drive_power,
     friction_state_count,
     read_state,
-    responses,
-    tip_efforts,
     tip_rate,
 )
+from crane_sim.models.supports.support_dynamics import compute_dynamics, prescribed_power, responses, tip_efforts
 from crane_sim.models.suspended.crane import fill_directions, next_node
 from crane_sim.models.suspended.exchange import DONE, carried_energy, join, load_of, vector_at
 from crane_sim.models.suspended.layout import exchange_index, layout_of, rope_length
 from crane_sim.models.suspended.load_dynamics import end_acceleration_across, end_mobility, load_state
+from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import quaternion_rate
-from crane_sim.multibody.linear import inner
 from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.jit import routine
@@ -100,15 +97,6 @@ def posture_at_rest(support, x, nq):
     return compute_posture(support, read_state(support, still, nq))
 
 
-def imposed_work(pose, pull):
-    """Return the energy [J] that imposed motions of a support take from an impulse (3,) [N s] on its tip.
-
-    What is left without an impulse is taken off: springs of the support, whose power acts for no time.
-    """
-    nothing = (0,) * len(pose.state.q)
-    return drive_power(pose, nothing, (0, 0, 0)) - drive_power(pose, nothing, pull)
-
-
 @routine
 def add_jumps(p, load, x, y, state, joined):
     """Add the jumps of all velocities to state y, by the impulses that bring cable and load together.
@@ -130,19 +118,18 @@ def add_jumps(p, load, x, y, state, joined):
     last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(load, state, last)
     pose, nothing = posture_at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    turn = pose.kinematics.turn
-    winch = 0.0 if isinstance(p.hoist, ReevedHoist) else hoist_response(p.hoist, 0.0, nothing, x, nq + ns)[0]
-    levers = tip_efforts(pose, to_tree_axes(turn, upper))
+    winch = 0.0 if isinstance(p.hoist, ReevedHoist) else hoist_response(p.hoist, 0.0, nothing, x[nq + ns], 1.0)[0]
+    levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
     dynamics = compute_dynamics(p.support, pose)
     answer = responses(dynamics, levers)
-    top = SupportEnd(inner(levers, answer), winch, 0.0, 0.0)
+    top = SupportEnd(linear.inner(levers, answer), winch, 0.0, 0.0)
     solve_tensions(links, top, acc, impulse, ratio)
     lost = 0.5 * impulse[n - 1] * dot(last, joined.jump)
     if first > ns:
         y[nq + ns] += hoisted_length_acceleration(links, top, acc, impulse)
         lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
-    pull = to_tree_axes(turn, scale(impulse[0], upper))
-    lost += imposed_work(compute_posture(p.support, read_state(p.support, x, nq)), pull)
+    moving, jumps = compute_posture(p.support, read_state(p.support, x, nq)), linear.scale(impulse[0], answer)
+    lost += prescribed_power(moving, dynamics, linear.scale(impulse[0], levers), jumps)
     for i, rate in enumerate(answer):
         reached = abs(rate) * dynamics.matrix[i][i] > ROUNDING * abs(levers[i])  # a drive's body behind a spring is not
         y[nq + i] += impulse[0] * rate if reached else 0.0

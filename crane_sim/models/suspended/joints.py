@@ -5,8 +5,9 @@ angles in the turning frame,
 
     n = (sin θ2, cos θ2 sin θ1, -cos θ2 cos θ1),
 
-so that a law for the simple crane reads them unchanged. A driven point has its position and the first link's unit
-vector. Further links are unit vectors in the axes of the base, an attitude is a quaternion (w, x, y, z).
+so that a law for the simple crane reads them unchanged. A driven point and an overhead crane have their own
+coordinates, the length where a hoist changes it, and the first link's unit vector. Further links are unit vectors in
+the axes of the base, an attitude is a quaternion (w, x, y, z).
 """
 
 from math import atan2, cos, sin, sqrt
@@ -36,9 +37,9 @@ from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 
 
-def has_swing_angles(support):
+def has_swing_angles(p):
     """Return whether the first link is given by its length and swing angles; otherwise by its unit vector."""
-    return not isinstance(support.structure, DrivenPoint)
+    return p.overhead is None and not isinstance(p.support.structure, DrivenPoint)
 
 
 def swing_start(p):
@@ -107,7 +108,7 @@ def joint_arrays(p, x):
     """Return (q, v), arrays (nj,)."""
     nq, _, _ = layout_of(p)
     q, v = to_joint_order(p.support, x[:nq]), to_joint_order(p.support, x[nq : 2 * nq])
-    if not has_swing_angles(p.support):
+    if not has_swing_angles(p):
         return q, v
     (length, rate), (angles, angle_rates) = rope_length(p, x), angles_of(*in_turning_frame(p, x))
     return with_swing(p, q, (length, *angles)), with_swing(p, v, (rate, *angle_rates))
@@ -118,7 +119,7 @@ def initial_state(p, t, q, v):
     """Return the state, an array, with the modes that follow from positions and velocities."""
     nq, _, _ = layout_of(p)
     x = np.zeros(contact_index(p) + drive_count(p.support) + friction_state_count(p.support))
-    if has_swing_angles(p.support):
+    if has_swing_angles(p):
         fill_coordinates(p, x, without_swing(p, q), without_swing(p, v))
         start = swing_start(p)
         write_direction(p, x, *vector_of((q[start + 1], q[start + 2]), (v[start + 1], v[start + 2])))
@@ -159,7 +160,7 @@ def accelerations_of_joints(p, x, rates):
     """Return the second derivatives (nj,) of the joint coordinates; rates: derivative of the state x."""
     nq, first, _ = layout_of(p)
     out = to_joint_order(p.support, rates[nq : 2 * nq])
-    if not has_swing_angles(p.support):
+    if not has_swing_angles(p):
         return out
     length = 0.0 if p.hoist is None else rates[nq + first - 1]
     return with_swing(p, out, (length, *angle_accelerations(p, x, rates)))

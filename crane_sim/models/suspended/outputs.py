@@ -5,22 +5,17 @@ from crane_sim.models.cables.chain_3d import align
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import added_energy, pose_at, to_world
-from crane_sim.models.stops import Stops, describe_stop, length_guard
+from crane_sim.models.stops import WINCH, Stops, describe_cable_event, describe_stop, length_guard
 from crane_sim.models.supports.backlash import describe_drive, drive_energies
 from crane_sim.models.supports.hoist import hoist_reflected_mass
 from crane_sim.models.supports.joint_modes import any_joint_sticks, sticking_guard, support_guard
 from crane_sim.models.supports.reeved_hoist import winch_energy
-from crane_sim.models.supports.support import (
-    bare_tip,
+from crane_sim.models.supports.support import bare_tip, compute_posture, polyline, polyline_size, read_state, yaw
+from crane_sim.models.supports.support_dynamics import (
     compute_dynamics,
-    compute_posture,
     energy_by_base,
     kinetic_energy,
-    polyline,
-    polyline_size,
     potential_energy,
-    read_state,
-    yaw,
 )
 from crane_sim.models.suspended import load_dynamics
 from crane_sim.models.suspended.crane import SuspendedCrane, fill_directions, next_node, solve_dynamics
@@ -189,6 +184,8 @@ def twist_guard(p, best, x, links):
 def describe_event(p, number):
     """Return texts (what an event was, what a user can change)."""
     kind, link, outcome = decode(number)
+    if p.overhead is not None and (kind in (Guard.LINK, Guard.LENGTH) or (kind == Guard.FRICTION and link == WINCH)):
+        return describe_cable_event(number, (p.stops or Stops()).shortest)
     if kind == Guard.BACKLASH:
         return describe_drive(p.support, link, outcome), ""
     if kind == Guard.PAYLOAD and p.exchange is not None:

@@ -25,12 +25,6 @@ class Initial(LoadStart):
         return self.trolley, self.bridge, self.length
 
 
-class GantryReference(ReferenceGroup):
-    """Target of the actuated joints."""
-
-    q: tuple[Real, Real, Positive] | None = None  # m, where trolley, bridge and hoist should end
-
-
 class InputGroup(Group):
     """Open-loop inputs of the actuated joints; those left out are zero."""
 
@@ -46,5 +40,10 @@ class GantryFile(BridgeGroups, HoistedFile):
     legs: Range | None = None  # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
     # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore crane
     initial: Initial  # the state at t = 0
-    reference: GantryReference | None = None  # where the crane should go
+    reference: ReferenceGroup | None = None  # where the crane should go: `q` without axes that are fixed or prescribed
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
+
+    @property
+    def target(self) -> tuple[float, ...] | None:
+        """Target of the actuated joints."""
+        return self._target("hoist")

@@ -34,7 +34,12 @@ class HoistedFile(SupportedFile, FallsFile):
     @property
     def effort_units(self) -> tuple[str, ...]:
         """Units of the commands."""
-        return (*(unit for _, _, unit in self.support_joints), self.hoist.effort_unit)
+        return (*(unit for _, _, unit in self.driven_joints), self.hoist.effort_unit)
+
+    @property
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands: those of the support, and the winch."""
+        return (*(name for name, _, _ in self.driven_joints), "hoist")
 
     @property
     def _suspended_mass(self) -> float:
@@ -68,12 +73,11 @@ class HoistedFile(SupportedFile, FallsFile):
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...]:
         """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,)."""
-        drives = drive_names(self.backlash, self.support_joints)
-        starts = [
-            target[[name for name, _, _ in self.support_joints].index(name.split("_drive_")[0])] for name in drives
-        ]
-        file = self._left_to_rest()
-        return (*target, *file._rest_pose(target, target[-1], None), *file._deflections(target), *starts)
+        names = (*(name for name, _, _ in self.support_joints), "hoist")
+        at = dict(zip(names, self._initial.q, strict=True)) | dict(zip(self.actuated, target, strict=True))
+        starts = [at[name.split("_drive_")[0]] for name in drive_names(self.backlash, self.support_joints)]
+        q, file = tuple(at[name] for name in names), self._left_to_rest()
+        return (*q, *file._rest_pose(q, q[-1], None), *file._deflections(q), *starts)
 
     @property
     def target(self) -> tuple[float, ...] | None:
@@ -118,5 +122,4 @@ class HoistedFile(SupportedFile, FallsFile):
         if inputs is None:
             return (0.0,) * len(self.actuated)
         self._check_inputs(inputs)
-        channels = [getattr(inputs, name, Constant(0.0)) for name, _, _ in self.support_joints]
-        return Inputs((*channels, inputs.hoist))
+        return Inputs(tuple(getattr(inputs, name, Constant(0.0)) for name in self.actuated))

@@ -18,7 +18,7 @@ from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.backlash import SupportJoints
-from crane_sim.scenes.schema.groups import Channel, Friction, Group
+from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.knuckle_checks import check_rods, validate_friction
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.motors import reflected_inertia
@@ -129,7 +129,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
 
     One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events`, `backlash` and
     `rope.reeving`, `rope.friction`, `rope.torsion` choose the suspended cable of the other cranes, beside which
-    `swing_friction`, `springs.rope` and `friction.rope` are refused.
+    `springs.rope` and `friction.rope` are refused.
     """
 
     friction_joints: ClassVar[tuple[str, ...]] = ("slew", "boom", "jib", "rope")
@@ -137,7 +137,6 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     initial: Initial  # the state at t = 0
     friction: dict[str, DryFriction] = {}  # by joint, slew, boom or jib, or rope with `rope.drive: force`: its dry
     # friction; below further links, or with a rigid-body payload, the winch has `rope.friction`
-    swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
     inputs: InputGroup | None = None  # efforts of the actuated joints where there is no law
 
     @property
@@ -150,7 +149,7 @@ class KnuckleFile(KnuckleGroups, SuspendedFile):
     @property
     def rope_only(self) -> list[str]:
         """Keys of the file that only the equations of one rope and a point mass support."""
-        groups = {"swing_friction": self.swing_friction, "springs.rope": self.springs.rope}
+        groups = {"springs.rope": self.springs.rope}
         groups |= {f"{key}.rope": getattr(self, key).get("rope") for key in ("friction", "lugre")}
         return [key for key, value in groups.items() if value is not None]
 

@@ -11,9 +11,7 @@ from crane_sim.scenes.schema.overhead_cable import OverheadCrane, hoist_at_start
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
 from crane_sim.scenes.schema.overhead_models import (
     crane_of,
-    in_wind,
     method_requirements_of,
-    on_base,
     stretched_lengths,
 )
 from crane_sim.scenes.schema.overhead_stiffness import axis_mass, bending_error, massless_axes
@@ -139,7 +137,7 @@ class OverheadFile(OverheadCrane):
         """
         check_groups(self)
         check_start(self)
-        return in_wind(self, on_base(self, crane_of(self)))
+        return crane_of(self)
 
     def open_loop(self) -> Channels | tuple[float, ...]:
         """Return the open-loop inputs, zero for joints without one; a tuple of zero efforts without `inputs`."""

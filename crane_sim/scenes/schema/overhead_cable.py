@@ -128,9 +128,7 @@ def choose_cable_model(file: "OverheadCrane") -> str:
     requested, cable = file.cable.model, file.parts
     if requested != "auto":
         return requested
-    other_groups = (
-        file.joints or file.cable.joints or file.cable.inertia or file.forces or file.base_motion or file.is_windy
-    )
+    other_groups = file.joints or file.cable.joints or file.cable.inertia or file.base_motion or file.pushes_nodes
     plain = file.dimensions == 2 and not other_groups
     light = max(cable.masses[:-1], default=0.0) * STRAIGHT_MASS_RATIO <= cable.masses[-1]
     return "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"
@@ -153,7 +151,7 @@ def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
         velocities.append(start.vy)
     for i, axis in enumerate((file.trolley, file.bridge)[: len(positions)]):
         if axis is not None and axis.motion is not None:
-            positions[i], velocities[i] = _initial_motion(axis.motion)
+            positions[i], velocities[i] = initial_motion(axis.motion)
     if file.hoist is not None:
         length, rate = hoist_at_start(file)
         positions.append(length)
@@ -166,11 +164,11 @@ def hoist_at_start(file: "OverheadCrane") -> tuple[float, float]:
     """Return the length [m] of the first link of a crane with a hoist, and its rate [m/s], at t = 0."""
     profile = file.hoist and file.hoist.profile
     if profile is not None:
-        return _initial_motion(profile)
+        return initial_motion(profile)
     return file.initial.length or file.parts.lengths[0], file.initial.length_rate
 
 
-def _initial_motion(shape: Shape) -> tuple[float, float]:
+def initial_motion(shape: Shape) -> tuple[float, float]:
     """Return position and velocity at t = 0."""
     motion = shape.motion()
     piece = max(0, int(np.searchsorted(motion.starts, 0.0, side="right")) - 1)
@@ -246,6 +244,11 @@ class OverheadCrane(OverheadGroups):
     def cable_model(self) -> str:
         """The cable's model: rigid, elastic or straight."""
         return choose_cable_model(self)
+
+    @property
+    def pushes_nodes(self) -> bool:
+        """Whether forces act on nodes or on the payload: given ones, wind or drag."""
+        return bool(self.forces or self.is_windy or self.payload_drag or self.payload_force)
 
     @property
     def axes(self) -> tuple[str, ...]:

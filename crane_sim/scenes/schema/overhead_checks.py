@@ -6,8 +6,9 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
+from crane_sim.scenes.schema.overhead_drives import drum_friction
 from crane_sim.scenes.schema.overhead_groups import AxisGroup
-from crane_sim.scenes.schema.overhead_models import check_straight, drum_friction
+from crane_sim.scenes.schema.overhead_models import check_straight
 
 LENGTH_TOLERANCE = 1e-9  # relative; largest difference of the first link's length from the start of its hoist's profile
 
@@ -48,6 +49,8 @@ def _check_plane(file: OverheadCrane) -> None:
             raise SceneError(f"{key}.bridge: belongs to 3 dimensions, here are 2")
     if file.inputs is not None and "bridge" in file.inputs.model_fields_set:
         raise SceneError("inputs.bridge: belongs to 3 dimensions, here are 2")
+    if file.payload_force is not None and "y" in file.payload_force.model_fields_set:
+        raise SceneError("payload_force.y: leaves the plane; 2 dimensions have x and z")
     for name in ("y", "vy"):
         if name in file.initial.model_fields_set:
             raise SceneError(f"initial.{name} = {getattr(file.initial, name)}: belongs to 3 dimensions, here are 2")
@@ -58,17 +61,24 @@ def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
     position, speed = ("x", "v") if name == "trolley" else ("y", "vy")
     start, drive = file.initial, group.drive
     carried = name == "trolley" and file.bridge is not None and file.bridge.drive == "force"
-    if group.mass is not None and drive != "force" and not carried:
-        raise SceneError(f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not {drive!r}")
+    check_mass(name, group, carried)
     if drive == "fixed" and getattr(start, speed) != 0.0:
         raise SceneError(f"initial.{speed} = {getattr(start, speed)}: a fixed {name} is at rest; must be 0")
     for key in (position, speed):
         if drive == "prescribed" and key in start.model_fields_set:
             raise SceneError(f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as {name}.motion does")
-    _check_finite(f"{name}.motion", group.motion)
+    check_finite(f"{name}.motion", group.motion)
 
 
-def _check_finite(name: str, shape: Any) -> None:
+def check_mass(name: str, group: AxisGroup, carried: bool) -> None:
+    """Raise SceneError when an axis has a mass that nothing moves; carried: whether a force moves it across."""
+    if group.mass is not None and group.drive != "force" and not carried:
+        drive = group.drive
+        raise SceneError(f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not {drive!r}")
+
+
+def check_finite(name: str, shape: Any) -> None:
+    """Raise SceneError when a motion's values are too large."""
     if shape is None:
         return
     with np.errstate(all="ignore"):
@@ -128,7 +138,7 @@ def _check_hoist(file: OverheadCrane) -> None:
     if file.hoist is not None and file.hoist.push and drive != "force":
         raise SceneError(f"hoist.push = True: belongs to a drive by force, here it is {drive!r}")
     if file.hoist is not None:
-        _check_finite("hoist.profile", file.hoist.profile)
+        check_finite("hoist.profile", file.hoist.profile)
     drum_friction(file)
 
 

@@ -5,10 +5,12 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from crane_sim.files.types import NonNegative, Positive, Real, Tilt, as_list, reject_bool
+from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
-from crane_sim.scenes.schema.groups import BY_SPEED, Channel, Group, Profile
+from crane_sim.scenes.schema.exchange import Velocity
+from crane_sim.scenes.schema.groups import BY_SPEED, Channel, Group, PayloadForceGroup, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant
@@ -134,6 +136,8 @@ class Event(Group):
     """A change of the payload at a given time."""
 
     at: NonNegative  # s, when it happens
+    velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base and in its axes, in 3
+    # dimensions or below an elastic cable; left out, or `hook`: it moves with the payload, and nothing jumps
     set: Change  # what is new from then on
 
 
@@ -183,6 +187,8 @@ class OverheadGroups(SceneFile):
     friction: FrictionGroup | None = None  # of rails and drum
     lugre: BristleGroup | None = None  # the same by bristles, of rails without `friction`
     forces: tuple[ForceGroup, ...] = ()  # given forces on nodes
+    payload_drag: PayloadDrag | None = None  # drag of still air on the payload
+    payload_force: PayloadForceGroup | None = None  # a given force on the payload
     events: tuple[Event, ...] = ()  # changes of the payload at given times
     initial: Start = Start()  # the state at t = 0
     reference: ReferenceGroup | None = None  # where the crane should go

@@ -7,44 +7,46 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
+from crane_sim.models.effects import NodeForce, PayloadForce
+from crane_sim.models.elastic.crane import ElasticCrane, Slack, Springs
+from crane_sim.models.loads import PointLoad
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
-from crane_sim.models.overhead.elastic import ElasticCrane, Springs
 from crane_sim.models.overhead.modes import EventLimits
-from crane_sim.models.overhead.node_forces import NodeForce
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import Line, RodCrane
-from crane_sim.models.overhead.spatial import SpatialCrane
 from crane_sim.models.overhead.spring import Spring, SpringCrane
-from crane_sim.models.stops import MIN_LENGTH
-from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
-from crane_sim.models.supports.lugre import LuGre
-from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
+from crane_sim.models.stops import MIN_LENGTH, Stops
+from crane_sim.models.supports.hoist import Hoist, MasslessHoist
+from crane_sim.models.suspended.crane import OverheadJoints, SuspendedCrane
+from crane_sim.models.suspended.exchange import COLUMNS, Exchange
+from crane_sim.models.wind_load import Windage
 from crane_sim.scenes.schema.base_motion import Mount
+from crane_sim.scenes.schema.exchange import NO_WINDAGE, REST, order_of
 from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
-from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
-from crane_sim.scenes.schema.overhead_groups import AxisGroup, JointsGroup
-from crane_sim.scenes.schema.overhead_stiffness import axis_mass, massless_axes, stiffest
-from crane_sim.trajectories.base_motion import AXES, Base, MountedBase, SplineBase
-from crane_sim.trajectories.profiles import Shape
+from crane_sim.scenes.schema.overhead_drives import axis_of, hoist_of, support_of
+from crane_sim.scenes.schema.overhead_groups import JointsGroup
+from crane_sim.scenes.schema.overhead_stiffness import massless_axes, stiffest
+from crane_sim.trajectories.base_motion import AXES, AnyBase, Base, MountedBase, SplineBase
+from crane_sim.trajectories.wind import Wind
 
 IN_PLANE = ("surge", "heave", "pitch")  # motions of a base that keep a crane in its plane
 ELASTIC_KEYS = ("stiffness", "damping", "tension_only")  # of a cable: only an elastic one has them
 
 
 def crane_of(file: OverheadCrane) -> Any:
-    """Return the parameters of a scene's crane, its base at rest; their type chooses the equations.
+    """Return the parameters of a scene's crane; their type chooses the equations.
 
-    The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes, no wind; `steady`: nothing
-    that switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are merged.
+    The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes or payload; `steady`:
+    nothing that switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are
+    merged.
 
     | cable    | dimensions | links | base  | besides                                       | model          |
     |----------|------------|-------|-------|-----------------------------------------------|----------------|
     | elastic  | 2          | 1     | rests | plain, no hoist, steady, explicit method      | `SpringCrane`  |
     | elastic  | 2 or 3     | any   | any   |                                               | `ElasticCrane` |
-    | rigid    | 3          | any   | any   |                                               | `SpatialCrane` |
+    | rigid    | 3          | any   | any   |                                               | `SuspendedCrane` |
     | straight | 2          | any   | rests | plain                                         | `RodCrane`     |
     | rigid    | 2          | 1     | rests | plain                                         | `RodCrane`     |
     | rigid    | 2          | 2     | rests | plain, steady                                 | `DoubleCrane`  |
@@ -57,11 +59,14 @@ def crane_of(file: OverheadCrane) -> Any:
         return _elastic_crane(file)
     refuse_springs(file)
     if file.dimensions == 3:
-        return _spatial_crane(file)
+        return _suspended_crane(file)
+    for i, event in enumerate(file.events):
+        if event.velocity is not None:
+            raise SceneError(f"events[{i}].velocity: takes 3 dimensions or an elastic cable; here the payload's holds")
     straight, links, rests = file.cable_model == "straight", len(file.parts.lengths), file.base_motion is None
-    plain = not (_bends(file) or file.cable.inertia or file.forces or file.is_windy)
+    plain = not (_bends(file) or file.cable.inertia or file.pushes_nodes)
     if straight and not plain:
-        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces on nodes nor wind")
+        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces nor wind")
     if (straight or links == 1) and plain and rests:
         return _rod_crane(file)
     if links == 2 and plain and rests and make_event_limits(file) is None:
@@ -84,8 +89,22 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
         raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
     rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
     cable = Chain(np.array(file.parts.masses), lengths)
-    trolley = axis_of(file, "trolley")
-    return PlanarCrane(trolley, cable, hoist, file.gravity, joints, rods, forces_of(file), make_event_limits(file))
+    trolley, (wind, windage) = axis_of(file, "trolley"), _wind_of(file)
+    return PlanarCrane(
+        trolley,
+        cable,
+        hoist,
+        file.gravity,
+        joints,
+        rods,
+        forces_of(file),
+        make_event_limits(file),
+        base=_base_of(file),
+        wind=wind,
+        windage=windage,
+        drag=file.payload_drag,
+        force=_force_of(file),
+    )
 
 
 def _rod_crane(file: OverheadCrane) -> RodCrane:
@@ -103,36 +122,62 @@ def _double_crane(file: OverheadCrane) -> DoubleCrane:
     return DoubleCrane(axis_of(file, "trolley"), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity)
 
 
-def _spatial_crane(file: OverheadCrane) -> SpatialCrane:
+def _suspended_crane(file: OverheadCrane) -> SuspendedCrane:
     for name, group in (("joints", _bends(file)), ("cable.inertia", file.cable.inertia)):
         if group is not None:
             raise SceneError(f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as rods")
     if file.cable_model == "straight":
         raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
-    return SpatialCrane(
-        axis_of(file, "trolley"),
-        axis_of(file, "bridge"),
-        cable,
-        hoist_of(file),
-        file.gravity,
-        forces_of(file),
-        make_event_limits(file),
-    )
+    return SuspendedCrane(support_of(file), cable, hoist=hoist_of(file), gravity=file.gravity, **_hanging_parts(file))
 
 
 def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
-    hoist, trolley = hoist_of(file), axis_of(file, "trolley")
-    bridge = axis_of(file, "bridge") if file.dimensions == 3 else None
+    hoist = hoist_of(file)
     for name in massless_axes(file):
         raise SceneError(f"{name}.mass = 0: belongs to rigid links; above an elastic cable a {name} has a mass")
-    springs, forces, limits = springs_of(file, hoist), forces_of(file), make_event_limits(file)
-    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None and forces is None and limits is None
-    plain = not (file.base_motion or file.is_windy)
+    springs, parts = springs_of(file, hoist), _hanging_parts(file)
+    alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None
+    plain = all(parts[name] is None for name in ("forces", "stops", "base", "wind", "drag", "force"))
     if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
-        return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
-    return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, limits)
+        return SpringCrane(axis_of(file, "trolley"), Spring(*(float(part[0]) for part in cable)), file.gravity)
+    return ElasticCrane(support_of(file), springs, hoist=hoist, gravity=file.gravity, **parts)
+
+
+def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
+    """Return what cranes with a support have besides support, cable and hoist."""
+    limits, (wind, windage) = make_event_limits(file), _wind_of(file)
+    stops = None if limits is None else Stops(limits.shortest, limits.longest, taut=limits.taut)
+    return {
+        "load": PointLoad(float(file.parts.masses[-1]), windage),
+        "base": _base_of(file),
+        "wind": wind,
+        "drag": file.payload_drag,
+        "force": _force_of(file),
+        "forces": forces_of(file),
+        "stops": stops,
+        "exchange": _exchange_of(file, limits, windage) if limits is not None and file.events else None,
+        "overhead": OverheadJoints(),
+    }
+
+
+def _exchange_of(file: OverheadCrane, limits: EventLimits, windage: Windage | None) -> Exchange:
+    """Return the changes of the payload: what is taken up moves with it, where the event does not say otherwise."""
+    n, order = len(limits.times), order_of(file.events)
+    given = [file.events[i].velocity for i in order]
+    for k, (i, velocity) in enumerate(zip(order, given, strict=True)):
+        if velocity is not None and not limits.masses[k + 1] > limits.masses[k]:
+            raise SceneError(f"events[{i}].velocity: belongs to what is taken up; what is let go keeps its velocity")
+    carried = [velocity is None or velocity == "hook" for velocity in given]
+    return Exchange(
+        limits.times,
+        velocities=np.array([REST if own else v for own, v in zip(carried, given, strict=True)], dtype=float),
+        carried=np.array(carried, dtype=float),
+        masses=limits.masses,
+        bodies=np.zeros((n + 1, COLUMNS)),
+        windages=np.tile(np.array(windage or NO_WINDAGE), (n + 1, 1)),
+    )
 
 
 def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
@@ -157,7 +202,8 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
     stiffness, damping = fill_list(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
     damping = fill_list(damping, n, "cable.damping")
     masses, lengths = np.array(parts.masses), np.array(parts.lengths)
-    return Springs(masses, lengths, np.array(stiffness), np.array(damping), float(group.tension_only))
+    slack = Slack() if group.tension_only else None
+    return Springs(masses, lengths, np.array(stiffness), np.array(damping), slack)
 
 
 def stretched_lengths(file: OverheadCrane, lengths: tuple[float, ...]) -> tuple[float, ...]:
@@ -172,96 +218,6 @@ def refuse_springs(file: OverheadCrane) -> None:
     for name in ELASTIC_KEYS:
         if getattr(file.cable, name):
             raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
-
-
-def rail_friction(file: OverheadCrane, name: str) -> Friction | LuGre | None:
-    """Return the friction of an axis on its rail, None without one.
-
-    Raises:
-        SceneError: the axis has two, or is not driven by force, the cable is elastic, or values do not fit.
-    """
-    by_events, by_bristles = getattr(file.friction, name, None), getattr(file.lugre, name, None)
-    if by_events is None and by_bristles is None:
-        return None
-    if by_events is not None and by_bristles is not None:
-        raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
-    key, drive = "lugre" if by_events is None else "friction", (getattr(file, name) or AxisGroup(drive="fixed")).drive
-    if drive != "force":
-        raise SceneError(f"{key}.{name}: belongs to a drive by force, here it is {drive!r}")
-    if by_bristles is not None and file.cable_model == "elastic":
-        raise SceneError(f"lugre.{name}: belongs to rigid links, here cable.model is 'elastic'")
-    return check_friction(f"{key}.{name}", by_events or by_bristles)
-
-
-def axis_of(file: OverheadCrane, name: str) -> Axis:
-    """Return the trolley or the bridge.
-
-    Raises:
-        SceneError: mass, motor, friction or motion do not fit the drive.
-    """
-    group: AxisGroup = getattr(file, name) or AxisGroup(drive="fixed")
-    friction, reflected = rail_friction(file, name), axis_motor(file, name)
-    motion = group.motion
-    _check_shape(f"{name}.motion", motion, group.drive)
-    if group.drive == "force":
-        if group.mass is None:
-            raise SceneError(f"{name}.mass = None: a {name} driven by force has one, which may be 0")
-        return ForceAxis(axis_mass(file, name) + reflected, friction)
-    return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
-
-
-def axis_motor(file: OverheadCrane, name: str) -> float:
-    """Return the mass [kg] that an axis' motor adds to it.
-
-    Raises:
-        SceneError: the motor does not fit the axis, or its axis is on a base that moves.
-    """
-    reflected = reflected_inertia(file, name)
-    if reflected > 0.0 and file.base_motion is not None:
-        raise SceneError(f"actuators.{name}.motor.inertia: belongs to a base that rests, here is base_motion")
-    return reflected
-
-
-def _check_shape(name: str, shape: Shape | None, drive: str) -> None:
-    if shape is None and drive == "prescribed":
-        raise SceneError(f"{name}: is missing, a prescribed drive needs one")
-    if shape is not None and drive != "prescribed":
-        raise SceneError(f"{name}: belongs to a prescribed drive, here it is {drive!r}")
-
-
-def hoist_of(file: OverheadCrane) -> Hoist | None:
-    """Return the hoist of a scene.
-
-    Raises:
-        SceneError: profile or inertia do not fit the drive.
-    """
-    if file.hoist is None:
-        return None
-    drive, profile, inertia = file.hoist.drive, file.hoist.profile, file.hoist.inertia
-    _check_shape("hoist.profile", profile, drive)
-    if profile is not None:
-        if inertia is not None:
-            raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
-        return PrescribedHoist(profile.motion())
-    friction = drum_friction(file)
-    reflected = reflected_inertia(file, "hoist")
-    if reflected > 0.0 and not inertia:
-        raise SceneError("actuators.hoist.motor.inertia: belongs to a hoist.inertia greater than 0, here is none")
-    return ForceHoist(inertia + reflected, friction) if inertia else MasslessHoist(float(file.hoist.push))
-
-
-def drum_friction(file: OverheadCrane) -> Friction | None:
-    """Return the friction of the hoist.
-
-    Raises:
-        SceneError: no drum has it, or its values do not fit each other.
-    """
-    friction = file.friction.hoist if file.friction is not None else None
-    if friction is not None and not (file.hoist and file.hoist.drive == "force" and file.hoist.inertia):
-        raise SceneError("friction.hoist: belongs to a hoist driven by force with a hoist.inertia, here is none")
-    if friction is not None and file.cable_model == "elastic":
-        raise SceneError("friction.hoist: belongs to rigid links, here cable.model is 'elastic'")
-    return check_friction("friction.hoist", friction)
 
 
 def forces_of(file: OverheadCrane) -> tuple[NodeForce, ...] | None:
@@ -290,12 +246,12 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     switches = has_hoist or has_friction or file.events or file.cable.tension_only or file.is_in_kinked_wind
     if not (any(axes) or switches or file.cable.slack == "stop"):
         return None
-    ends = [limits or (-np.inf, np.inf) for limits in axes]
+    trolley = axes[0] or (-np.inf, np.inf)
     events = sorted(file.events, key=lambda event: event.at)
     return EventLimits(
-        lower=(ends[0][0], ends[1][0]),
-        upper=(ends[0][1], ends[1][1]),
-        shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH,
+        lower=trolley[0],
+        upper=trolley[1],
+        shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH if has_hoist else 0.0,
         longest=hoist[1] if hoist else np.inf,
         taut=float(file.cable.slack == "stop"),
         times=np.array([event.at for event in events]),
@@ -303,33 +259,34 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     )
 
 
-def on_base(file: OverheadCrane, crane: Any) -> Any:
-    """Return the crane on the scene's base: as it is where the base rests.
+def _base_of(file: OverheadCrane) -> AnyBase | None:
+    """Return the motion of the scene's base, None where it rests.
 
     Raises:
         SceneError: the base leaves the plane of a crane in the plane, or its group cannot be used.
     """
     if file.base_motion is None:
-        return crane
+        return None
     base = file.base_motion.base(file.seed, file.duration)
     if file.dimensions == 2:
         _check_plane(base.vessel if isinstance(base, MountedBase) else base)
         _check_mount(file.base_motion.mount)
-        return crane._replace(base=base)
-    carried, own = file.trolley.mass or 0.0, file.bridge.mass or 0.0 if file.bridge is not None else 0.0
-    return crane._replace(base=base, share=carried / (carried + own) if carried + own > 0.0 else 1.0)
+    return base
 
 
-def in_wind(file: OverheadCrane, crane: Any) -> Any:
-    """Return the crane in the scene's wind: as it is where none presses on its payload.
+def _force_of(file: OverheadCrane) -> PayloadForce | None:
+    """Return the given force on the payload, None without one."""
+    return None if file.payload_force is None else file.payload_force.force()
+
+
+def _wind_of(file: OverheadCrane) -> tuple[Wind | None, Windage | None]:
+    """Return the wind and the payload's windage, None where no wind presses on it.
 
     Raises:
         SceneError: groups contradict each other.
     """
     wind = file.airflow()
-    if wind is None or file.payload is None:
-        return crane
-    return crane._replace(wind=wind, windage=file.payload.windage)
+    return (None, None) if wind is None or file.payload is None else (wind, file.payload.windage)
 
 
 def _check_plane(base: Base | SplineBase) -> None:
@@ -354,7 +311,7 @@ def check_straight(file: OverheadCrane) -> None:
 
 def method_requirements_of(file: OverheadCrane, sampled: bool) -> MethodRequirements:
     """Return the scene's requirements on its integration method."""
-    smooth = not sampled and make_event_limits(file) is None
+    smooth = not (sampled or file.payload_drag) and make_event_limits(file) is None
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
     swing_angle = file.duration * sqrt(file.gravity / sum(file.parts.lengths))

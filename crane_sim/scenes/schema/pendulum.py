@@ -15,7 +15,7 @@ from crane_sim.models.supports.driven_point import Box, DrivenPoint, Lift, Servo
 from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
-from crane_sim.scenes.schema.groups import Channel, Friction, Group
+from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits, limits_of
 from crane_sim.scenes.schema.reference import ReferenceGroup, target_of
@@ -148,13 +148,12 @@ class PendulumFile(PendulumGroups, RiggedFile):
     """A scene with a payload on rope and links below a driven suspension point.
 
     One rope and a point mass have a closed form of their own. `links`, `payload.inertia`, `events` and `rope.torsion`
-    choose the suspended cable of the other cranes, beside which `swing_friction` is refused.
+    choose the suspended cable of the other cranes.
     """
 
     crane: Literal["pendulum"]  # the kind of crane
     rope: Rope  # the rope, of fixed length
     initial: Initial = Initial()  # the state at t = 0
-    swing_friction: Friction = None  # friction of the swing joints, of one rope and a point mass
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -250,8 +249,6 @@ class PendulumFile(PendulumGroups, RiggedFile):
         if not self.beyond_one_rope:
             assert isinstance(load, PointLoad)
             return self._crane_with_one_rope(point, load)
-        if self.swing_friction is not None:
-            raise SceneError(f"swing_friction: belongs to one rope and a point mass, here is {self.beyond_one_rope[0]}")
         if self.rope.torsion is not None and self.payload.inertia is None:
             raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
         return self.suspended_crane(Support(point), self.rope.length, None, self._stops(), ())

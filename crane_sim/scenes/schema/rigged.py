@@ -14,6 +14,7 @@ from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of, windages_of
+from crane_sim.scenes.schema.groups import Friction
 from crane_sim.scenes.schema.integrator import needs_frequency
 from crane_sim.scenes.schema.load_file import LoadFile
 from crane_sim.scenes.schema.oscillation import swing_frequency
@@ -23,6 +24,7 @@ from crane_sim.scenes.schema.rigging import Link, chain_of, check_equipment, twi
 class RiggedFile(LoadFile):
     """The groups of all such cranes: what hangs below the support."""
 
+    swing_friction: Friction = None  # friction of the swing joints, of the rope at the tip
     links: tuple[Link, ...] = ()  # further links below the rope, from the top
     events: tuple[LoadEvent, ...] = ()  # exchanges of the payload at given times
 
@@ -102,4 +104,5 @@ class RiggedFile(LoadFile):
             wind=self.airflow(),
             exchange=exchange,
             torsion=self._torsion,
+            swing_friction=self.swing_friction,
         )

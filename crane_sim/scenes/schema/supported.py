@@ -60,6 +60,11 @@ class SupportedFile(SceneFile):
     backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
     # have play; joints that are left out have none
 
+    @property
+    def driven_joints(self) -> SupportJoints:
+        """The joints of the support that take commands: all of them, unless a schema says otherwise."""
+        return self.support_joints
+
     @abstractmethod
     def support(self) -> Any:
         """Return the parameters of the support.
@@ -157,7 +162,13 @@ class SupportedFile(SceneFile):
         return float(max(rates.max(), rates[coupled].sum()))
 
     def _check_inputs(self, inputs: Any) -> None:
-        """Raise SceneError for an input of a slew that is locked: it would have no effect."""
+        """Raise SceneError for an input of a joint that no command moves: it would have no effect."""
+        driven = [name for name, _, _ in self.driven_joints]
+        for name, _, _ in self.support_joints:
+            if name in inputs.model_fields_set and name not in driven:
+                raise SceneError(
+                    f"inputs.{name}: drives nothing, {name}.drive = {getattr(self, name).drive!r}; leave it out"
+                )
         if "slew" in inputs.model_fields_set and isinstance(getattr(self, "slew", None), LockedSlew):
             raise SceneError("inputs.slew: drives nothing, slew.drive = 'locked'; leave it out")
 

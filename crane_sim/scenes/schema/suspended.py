@@ -43,7 +43,12 @@ class SuspendedFile(SupportedFile, RiggedFile):
     @property
     def effort_units(self) -> tuple[str, ...]:
         """Units of the commands, of the actuated joints only."""
-        return (*(unit for _, _, unit in self.support_joints), *self.rope.effort_unit)
+        return (*(unit for _, _, unit in self.driven_joints), *self.rope.effort_unit)
+
+    @property
+    def actuated(self) -> tuple[str, ...]:
+        """Joints that take commands: those of the support, and the rope that a winch drives."""
+        return (*(name for name, _, _ in self.driven_joints), *(("rope",) if self.rope.effort_unit else ()))
 
     @property
     def _suspended_mass(self) -> float:
@@ -121,7 +126,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
         smooth = not (sampled or self._stops() or self.has_quadratic_loss)
         ns, mobility = len(self.support_joints), self.tip_mobility()
         rates = shaft_frequency(self.backlash), self._twist_frequency(float(mobility[3, 3])), self._friction_rate()
-        rope = min((self._initial.q[ns], *(self.target or ())[ns:]))
+        rope = min((self._initial.q[ns], *(self.target or ())[len(self.driven_joints) :]))
         stiffest = max(*rates, self._swing_frequency(rope, mobility))
         if self._bending:
             stiffest = max(stiffest, structure_frequency(self.support(), self._elevation_and_length(self._initial.q)))
@@ -163,8 +168,7 @@ class SuspendedFile(SupportedFile, RiggedFile):
         self._check_inputs(inputs)
         if "rope" in inputs.model_fields_set and not self.rope.effort_unit:
             raise SceneError(f"inputs.rope: drives nothing, rope.drive = {self.rope.drive!r}; leave it out")
-        names = [*(name for name, _, _ in self.support_joints), *(("rope",) if self.rope.effort_unit else ())]
-        return Inputs(tuple(getattr(inputs, name, Constant(0.0)) for name in names))
+        return Inputs(tuple(getattr(inputs, name, Constant(0.0)) for name in self.actuated))
 
 
 def rope_direction(yaw: float, yaw_rate: float, angles: Any, rates: Any) -> tuple[Any, Any]:

@@ -1,6 +1,7 @@
-"""An overhead crane on a moving base: inertial forces on axes and nodes, whose states are relative to the base.
+"""Loads on a chain in the plane: inertial forces of a moving base, and those on the payload, its last node.
 
-Each function takes the base as of `moving_base.base_kinematics_at`, and does nothing for a base at rest (None).
+States are relative to the base, which is that of `moving_base.base_kinematics_at`, None at rest. A crane in the plane
+takes the part of these forces in its plane; what holds it there carries the rest.
 """
 
 from typing import NamedTuple
@@ -14,36 +15,35 @@ from crane_sim.models.cables.chain import (
     RHS_ALONG,
     SIN,
     add_couple,
+    add_node_acceleration,
 )
-from crane_sim.models.cables.chain_3d import follow_link, row_of
-from crane_sim.models.moving_base import imposed_acceleration, pose_at, to_world
-from crane_sim.models.overhead import first_link, trolley_motion
+from crane_sim.models.loads import PointLoad
+from crane_sim.models.moving_base import imposed_acceleration
+from crane_sim.models.overhead import first_link, layout_of
 from crane_sim.models.supports.rails import axis_mass
-from crane_sim.multibody.vectors import ZERO, add, dot
+from crane_sim.models.suspended.crane import load_force
+from crane_sim.models.suspended.load_dynamics import PointState
+from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody.vectors import ZERO
 
 NO_LOAD = -0.0
 """Contribution of a base at rest: adding -0.0 does not even change the sign of a zero."""
 
 
 class Load(NamedTuple):
-    """Inertial forces of the base on the axes, and their power."""
+    """Inertial force of the base on the trolley, and its power."""
 
-    x: float  # N, on the trolley along its rail
-    y: float  # N, on the bridge
+    x: float  # N, along its rail
     power: float  # W
 
 
-REST = Load(NO_LOAD, NO_LOAD, NO_LOAD)
+REST = Load(NO_LOAD, NO_LOAD)
 
 
-def axes_load(base, p, x):
-    """Return the Load of trolley and bridge alone; an axis with prescribed motion has none."""
-    if base is None:
-        return REST
-    (rx, ry, _), (vx, vy, _) = motion = trolley_motion(p, x)
-    along = axis_mass(p.trolley) * imposed_acceleration(base, *motion)[0]
-    across = axis_mass(p.bridge) * imposed_acceleration(base, (p.share * rx, ry, 0.0), (p.share * vx, vy, 0.0))[1]
-    return Load(along, across, along * vx + across * vy)
+def trolley_motion(p, x):
+    """Return position [m] and velocity [m/s] (3,) of the trolley relative to the base."""
+    nq, _, _ = layout_of(p)
+    return (x[0], 0.0, 0.0), (x[nq], 0.0, 0.0)
 
 
 def imposed_gradient(base, r, v):
@@ -74,7 +74,7 @@ def add_links_load(base, p, x, w):
         w[RHS_ALONG, k] += s * ex - c * ez
         w[RHS_ACROSS, k] += c * ex + s * ez
         paid = 0.0
-    return Load(load + couples.x, NO_LOAD, power)
+    return Load(load + couples.x, power)
 
 
 def add_rods_load(rods, base, w):
@@ -89,29 +89,21 @@ def add_rods_load(rods, base, w):
         if k == 0:
             pull = -force * w[COS, 0]
         add_couple(w, k, force)
-    return Load(pull, NO_LOAD, power)
+    return Load(pull, power)
 
 
-def add_nodes_load(base, p, x, links, acc):
-    """Add the accelerations imposed on the nodes of a chain in space to acc (N + 1, 3); return their power [W].
-
-    `links` are `chain_3d.Directions`.
-    """
-    if base is None:
+def add_payload_force(p, base, t, x, w):
+    """Add the payload's acceleration by air, wind and a given force to a chain's work array w; return their power."""
+    if p.wind is None and p.drag is None and p.force is None:
         return NO_LOAD
-    (r, v), power, paid = trolley_motion(p, x), 0.0, first_link(p, x)[1]
-    for k in range(len(links.squared_rates)):
-        r, v = follow_link(links, k, r, v, paid)
-        imposed = imposed_acceleration(base, r, v)
-        acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = add(row_of(acc, k + 1), imposed)
-        power += dot(imposed, v) / links.inv_masses[k]
+    n, ((rx, _, rz), (vx, _, vz)), paid = w.shape[1] - 1, trolley_motion(p, x), first_link(p, x)[1]
+    for k in range(n):
+        s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
+        rx, rz = rx + w[LENGTH, k] * s, rz - w[LENGTH, k] * c
+        vx, vz = vx + paid * s + swing * c, vz + swing * s - paid * c
         paid = 0.0
-    return power
-
-
-def to_world_in_place(base, t, out):
-    """Transform points (N, 3) [m] in `out` from the base to the world at time t [s]."""
-    if base is not None:
-        pose = pose_at(base, t)
-        for k in range(len(out)):
-            out[k, 0], out[k, 1], out[k, 2] = to_world(pose, row_of(out, k))
+    inverse, load = w[INV_MASS, n - 1], PointState((rx, 0.0, rz), (vx, 0.0, vz))
+    flow = airflow_at(p.wind, p.base, t, 0.0)
+    (fx, _, fz), _ = load_force(p, PointLoad(1.0 / inverse, p.windage), t, flow, base, load)
+    add_node_acceleration(w, n, fx * inverse, fz * inverse)
+    return fx * vx + fz * vz

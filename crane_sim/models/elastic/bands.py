@@ -1,10 +1,11 @@
 """The elastic cable's Jacobian as bands, and linear systems with it.
 
-A link couples two neighbouring nodes (the first one node 1 with axes and hoist), so that in the order of the state the
-derivatives of accelerations a(q, v) by positions and velocities are bands of width w = 2 d - 1: columns that are
-2 w + 1 apart share no row, and one direction has them all. The velocities' part of
-(β I - J) y = b is (β I - ∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β, and y_q = (b_q + y_v) / β: an elimination whose
-cost grows like N. It needs no pivoting, being as good as positive definite where no spring pushes hard.
+A link couples two neighbouring nodes of d coordinates (the first one node 1 with the f coordinates of support and
+hoist), so that in the order of the state the derivatives of accelerations a(q, v) by positions and velocities are bands
+of width w = d - 1 + max(d, f): columns that are 2 w + 1 apart share no row, and one direction has them all. The part of
+(β I - J) y = b for velocities is (β I - ∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β, and y_q = (b_q + y_v) / β: an
+elimination whose cost grows like N. It needs no pivoting, being as good as positive definite where no spring pushes
+hard.
 """
 
 from typing import Any, NamedTuple
@@ -12,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.overhead.elastic import ElasticCrane, elastic_layout
+from crane_sim.models.elastic.crane import ElasticCrane
+from crane_sim.models.suspended.layout import layout_of
 from crane_sim.numerics.derivatives import DIRECTIONS, directional_derivatives
 from crane_sim.numerics.jit import routine, simd_range
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band
@@ -35,6 +37,12 @@ class Factors(NamedTuple):
     work: Any  # (nq + 2 w,), zeros at both ends
 
 
+def band_width(p):
+    """Return the width w of the bands."""
+    d, (_, first, _) = p.dimensions(), layout_of(p)
+    return d - 1 + max(d, first)
+
+
 @system.compute_jacobian.register(ElasticCrane)
 def compute_bands(p, t, x, u):
     """Return the Jacobian as bands, and the derivative in time."""
@@ -44,8 +52,7 @@ def compute_bands(p, t, x, u):
 @routine
 def bands_at(p, t, x, tau):
     """Return (the bands at a state, the derivative in time); efforts tau are taken as functions of time alone."""
-    nq, _, d, modes = elastic_layout(p)
-    width = 2 * d - 1
+    (nq, _, modes), width = layout_of(p), band_width(p)
     metered = modes > 2 * nq  # the power depends on all coordinates
     period = nq if metered else 2 * width + 1
     bands = Bands(np.zeros((nq, 2 * width + 1)), np.zeros((nq, 2 * width + 1)), np.zeros(2 * nq if metered else 0))
@@ -96,8 +103,7 @@ def take_column(bands, rows, j, k):
 @routine
 def factor_bands(p, bands, shift):
     """Return the factors of β I - ∂a/∂v - ∂a/∂q / β."""
-    nq, _, d, _ = elastic_layout(p)
-    width, lu = 2 * d - 1, np.empty_like(bands.positions)
+    (nq, _, _), width, lu = layout_of(p), band_width(p), np.empty_like(bands.positions)
     for i in range(nq):
         for j in range(2 * width + 1):
             lu[i, j] = -bands.velocities[i, j] - bands.positions[i, j] / shift
@@ -110,8 +116,8 @@ def factor_bands(p, bands, shift):
 @routine
 def solve(p, factors, b):
     """Overwrite b with the solution; the energy supplied follows from the rest, modes stay."""
-    nq, _, d, modes = elastic_layout(p)
-    shift, width, lower = factors.shift, 2 * d - 1, b[nq : 2 * nq]
+    (nq, _, modes), shift, width = layout_of(p), factors.shift, band_width(p)
+    lower = b[nq : 2 * nq]
     add_band_product(factors.bands.positions, b, 1.0 / shift, lower, width, factors.work)
     solve_band(factors.lu, lower, width, factors.work)
     for i in simd_range(nq):

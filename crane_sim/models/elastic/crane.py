@@ -1,0 +1,242 @@
+"""A crane whose cable is a chain of springs and dampers below a support, in space or in the vertical plane.
+
+State: one array [support, (l1), r_1 .. r_N, and their rates, (energy supplied), modes] with the nodes' positions r_k on
+the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length beyond the rest
+length, l1 of the first link where there is a hoist. Where links only pull, each has a mode, 1 while it is taut, 0 while
+it is slack; other modes stand behind (`suspended.layout`).
+
+The nodes' accelerations, those of support and hoist, and what a moving base adds to them.
+"""
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+from crane_sim import system
+from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_on_node, values_of
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.loads import PointLoad
+from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports.backlash import play_power
+from crane_sim.models.supports.bridge import Bridge
+from crane_sim.models.supports.hoist import Hoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
+from crane_sim.models.supports.support import Posture, Support, bare_tip, compute_posture, coordinate_count, read_state
+from crane_sim.models.supports.support_dynamics import Dynamics, drive_power
+from crane_sim.models.suspended.crane import OverheadJoints, load_force, solve_support, write_common_rates
+from crane_sim.models.suspended.exchange import Exchange, load_of
+from crane_sim.models.suspended.layout import layout_of, rope_length, winch_index
+from crane_sim.models.suspended.load_dynamics import PointState
+from crane_sim.models.suspended.winch import mode_of_winch
+from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody.tree import to_tree_axes
+from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract
+from crane_sim.numerics.jit import routine
+from crane_sim.trajectories.base_motion import AnyBase
+from crane_sim.trajectories.wind import Wind
+
+
+class Slack(NamedTuple):
+    """The presence of links that go slack where they would push."""
+
+
+class Springs(NamedTuple):
+    """Node masses and links from the top, (N,) arrays; the last node is the payload."""
+
+    masses: Any  # kg, above the load; the last one is not used
+    lengths: Any  # m, at rest; the first one is not used where there is a hoist
+    stiffness: Any  # N/m
+    damping: Any  # N s/m
+    slack: Slack | None = None  # None: links also push
+
+
+class ElasticCrane(NamedTuple):
+    """Parameters of a whole crane; what is None is not modelled."""
+
+    support: Support
+    cable: Springs
+    load: PointLoad
+    hoist: Hoist | ReevedHoist | None = None
+    gravity: float = 9.81  # m/s²
+    drag: PayloadDrag | None = None
+    energy_meter: Meter | None = None
+    base: AnyBase | None = None
+    force: PayloadForce | None = None
+    stops: Stops | None = None
+    wind: Wind | None = None
+    exchange: Exchange | None = None  # of the load
+    forces: tuple[NodeForce, ...] | None = None
+    overhead: OverheadJoints | None = None
+
+    def dimensions(self):
+        """Return the number of a node's coordinates: 2 below a trolley without a bridge."""
+        structure = self.support.structure
+        return 2 if isinstance(structure, Bridge) and structure.bridge is None else 3
+
+    def hanging_coordinates(self):
+        """Return the number of coordinates of the nodes."""
+        return self.dimensions() * len(self.cable.masses)
+
+    def fall_modes(self):
+        """Return the number of links that have a mode."""
+        return 0 if self.cable.slack is None else len(self.cable.masses)
+
+    def fixed_length(self):
+        """Return the length [m] of the first link at rest, where no hoist changes it."""
+        return self.cable.lengths[0]
+
+
+class Pull(NamedTuple):
+    """A link at one instant."""
+
+    n: Vector  # unit vector down the link
+    tension: Any  # N
+    lost: Any  # W, that its damper takes
+
+
+class ElasticSolution(NamedTuple):
+    """Motion and forces at one instant, in addition to the accelerations of the nodes."""
+
+    pose: Posture  # of the support
+    dynamics: Dynamics
+    support: Any  # accelerations of its coordinates
+    length: Any  # m/s², acceleration of the first link's length
+    tau: Any  # efforts on the coordinates of drives, springs, base and wind
+    net: Any  # what accelerates the coordinates: `net_efforts`
+    paid: Any  # N, pull of the first link on its length
+    command: Any  # efforts of the drives
+    outside_power: Any  # W, of base, wind and forces on nodes and load, less what dampers take
+
+
+def node_at(p, x, k):
+    """Return (position, velocity), each (3,), of node k, from 1, on the base."""
+    (nq, first, _), d = layout_of(p), p.dimensions()
+    i = first + d * (k - 1)
+    return vector_at(x, i, d), vector_at(x, nq + i, d)
+
+
+def vector_at(x, i, d):
+    """Return the vector (3,) that begins at x[i]; in the plane its second component is 0."""
+    return x[i], x[i + 1] if d == 3 else 0, x[i + d - 1]
+
+
+def stretch_of(upper, lower, rest, paid):
+    """Return (unit vector (3,), elongation [m], its rate [m/s]) of a link between two nodes (position, velocity).
+
+    Args:
+        upper, lower: its ends.
+        rest, paid: its length at rest [m], and the rate of that [m/s].
+    """
+    along, relative = subtract(lower[0], upper[0]), subtract(lower[1], upper[1])
+    length = sqrt(dot(along, along))
+    n = along[0] / length, along[1] / length, along[2] / length
+    return n, length - rest, dot(n, relative) - paid
+
+
+def first_stretch(p, x, tip):
+    """Return the result of `stretch_of` for the first link; tip: (position, velocity) of its upper end."""
+    return stretch_of(tip, node_at(p, x, 1), *rope_length(p, x))
+
+
+def further_stretch(p, x, k):
+    """Return the result of `stretch_of` for link k, from 1: one below the first."""
+    return stretch_of(node_at(p, x, k), node_at(p, x, k + 1), p.cable.lengths[k], 0.0)
+
+
+def tautness(p, x, k):
+    """Return the mode of link k, from 0: 1 taut or 0 slack."""
+    return 1.0 if p.cable.slack is None else x[layout_of(p)[2] + k]
+
+
+def pull_of(p, x, k, stretched):
+    """Return the Pull of link k, from 0, by the result of `stretch_of`."""
+    (n, stretch, rate), taut = stretched, tautness(p, x, k)
+    damping = taut * p.cable.damping[k] * rate
+    return Pull(n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate)
+
+
+def tip_of(p, x):
+    """Return (position, velocity) of the support's tip in state x."""
+    return bare_tip(compute_posture(p.support, read_state(p.support, x, layout_of(p)[0])))
+
+
+def payload_state(p, x):
+    """Return the load's PointState."""
+    return PointState(*node_at(p, x, len(p.cable.masses)))
+
+
+def write_node(p, base, x, k, force, mass, out):
+    """Write the acceleration of node k, of a mass [kg] under a force (3,) [N]; return the power [W] of the base."""
+    (nq, first, _), d = layout_of(p), p.dimensions()
+    i, acc, power = nq + first + d * (k - 1), scale(1.0 / mass, force), 0
+    if base is not None:
+        position, velocity = node_at(p, x, k)
+        imposed = imposed_acceleration(base, position, velocity)
+        acc, power = add(acc, imposed), mass * dot(imposed, velocity)
+    out[i], out[i + 1] = acc[0], acc[1]
+    out[i + d - 1] = acc[2] - p.gravity
+    return power
+
+
+@routine
+def write_nodes(p, t, x, base, given, force, out):
+    """Write the nodes' accelerations into the state's derivative `out`.
+
+    Args:
+        p, t, x: the crane, time [s], state.
+        base: as of `base_kinematics_at`.
+        given: force (3,) [N] on the load.
+        force: pull (3,) [N] of the first link on its upper node.
+        out: to write to.
+
+    Returns:
+        the power [W] of base and forces, less what the dampers of links below the first take.
+    """
+    n, power, values = len(p.cable.masses), 0.0, values_of(p.forces, t)
+    for k in range(1, n):
+        below = pull_of(p, x, k, further_stretch(p, x, k))
+        pull, push = scale(below.tension, below.n), force_on_node(p.forces, values, k)
+        node = add(subtract(pull, force), push)
+        power += (
+            write_node(p, base, x, k, node, p.cable.masses[k - 1], out) + dot(push, node_at(p, x, k)[1]) - below.lost
+        )
+        force = pull
+    given = add(given, force_on_node(p.forces, values, n))
+    power += write_node(p, base, x, n, subtract(given, force), load_of(p, x).mass, out)
+    return power + dot(given, node_at(p, x, n)[1])
+
+
+@routine
+def solve_dynamics(p, t, x, tau, out):
+    """Return motion and forces at time t in state x under efforts tau; write the nodes' accelerations into `out`."""
+    (nq, _, _), base, motion = layout_of(p), base_kinematics_at(p.base, p.gravity, t), rope_length(p, x)
+    pose = compute_posture(p.support, read_state(p.support, x, nq))
+    first, flow = pull_of(p, x, 0, first_stretch(p, x, bare_tip(pose))), airflow_at(p.wind, p.base, t, 0.0)
+    pull = scale(first.tension, first.n)
+    at_tip = to_tree_axes(pose.kinematics.turn, pull)
+    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, 0, at_tip)
+    at = nq + coordinate_count(p.support), winch_index(p)
+    inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, (*motion, p.gravity))
+    given, _ = load_force(p, load_of(p, x), t, flow, base, payload_state(p, x))
+    power = write_nodes(p, t, x, base, given, pull, out) - first.lost
+    length = bias_acc + inv_mass * first.tension
+    return ElasticSolution(pose, dynamics, qdd, length, efforts, net, first.tension, tau, power)
+
+
+@system.rhs_into.register(ElasticCrane)
+@routine
+def write_elastic_derivative(p, t, x, u, out, work):
+    """Write the time derivative of the state into `out`."""
+    nq, _, _ = layout_of(p)
+    solved = solve_dynamics(p, t, x, system.effort(u, p, t, x), out)
+    write_common_rates(p, x, solved, out)
+    if p.energy_meter is not None:
+        out[2 * nq] = elastic_power(p, x, solved)
+
+
+def elastic_power(p, x, solved):
+    """Return the power [W] that drives, imposed motions, forces and losses supply."""
+    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support) + solved.outside_power
+    power += play_power(p.support.drives, solved.command, solved.pose.state)
+    motion = (*rope_length(p, x), solved.length)
+    return power + winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, solved.paid, p.gravity)
