@@ -82,8 +82,16 @@ class EntryPoint:
         Raises:
             SceneError: it does what is not compiled.
         """
+        return self.py_func(*arguments) if INTERPRETED else self.run(*arguments)
+
+    def run(self, *arguments: Any) -> Any:
+        """Run compiled, where entry points are interpreted, too.
+
+        Raises:
+            SceneError: it does what is not compiled.
+        """
         missing = self._count - len(arguments)
-        if INTERPRETED or missing < 0 or missing > len(self._defaults):
+        if missing < 0 or missing > len(self._defaults):
             return self.py_func(*arguments)  # which says what is wrong with their number
         if missing:
             arguments += self._defaults[-missing:]

@@ -26,6 +26,8 @@ def graph_of(*numbers: Any) -> Graph | None:
 
 def fma(a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, rounded once."""
+    if type(a) is type(b) is type(c) is float:
+        return _LIBRARY.fma(a, b, c)
     graph = graph_of(a, b, c)
     if graph is None:
         return _LIBRARY.fma(a, b, c)
