@@ -29,6 +29,9 @@ INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
 """Whether entry points run as plain Python."""
 _KEPT = 1_000_000  # bytes of arrays of one argument, or of a result, that are kept for the next call of anyone
 
+_MOST_LOADED = 24
+"""Structures whose code an entry point keeps in memory, half a megabyte each."""
+
 
 def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[types.FunctionType]]:
     """Return (the code of a function for arguments of a structure, the functions that are in it).
@@ -117,9 +120,10 @@ class EntryPoint:
 
     def _new_call(self, arguments: tuple[Any, ...]) -> Call:
         key = describe(arguments, [], {})
-        loaded = self._loaded.get(key)
-        if loaded is None:
-            loaded = self._loaded[key] = LoadedEntry(self._find_code(key), key[1:])
+        loaded = self._loaded.pop(key, None) or LoadedEntry(self._find_code(key), key[1:])
+        self._loaded[key] = loaded
+        if len(self._loaded) > _MOST_LOADED:
+            del self._loaded[next(iter(self._loaded))]  # the one whose last new call is longest ago
         call = Call(loaded, _KEPT if self._shared is None else inf)
         call.take(arguments)
         return call

@@ -21,7 +21,6 @@ from crane_sim.files.output import partial_files, write_text, write_whole
 from crane_sim.recording.comparison import Comparison, compare
 from crane_sim.simulation.rollout import Rollout
 
-pytestmark = pytest.mark.interpreted
 FULL = 4096  # bytes, the most of a file that this disk holds
 DEADLINE = 200.0  # s, of a program that takes a few
 

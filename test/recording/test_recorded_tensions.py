@@ -14,8 +14,6 @@ from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.step_assembler import Row
 
-pytestmark = pytest.mark.interpreted
-
 STEPS = 4
 
 

@@ -14,8 +14,6 @@ from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
 from crane_sim.simulation.metrics import world_points
 
-pytestmark = pytest.mark.interpreted
-
 FREE: dict[str, Any] = {"control": None, "reference": None, "inputs": None, "duration": 1.0}
 GIVEN = {"stiffness": 3e8, "deflection": -0.02}  # at t = 0, which is not at rest
 REST = {"flexibility.vertical.deflection": None}

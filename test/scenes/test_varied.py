@@ -192,7 +192,6 @@ def numbers_in(group: Any, *names: str) -> Iterator[tuple[str, float]]:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 def test_every_number_of_the_catalogue_is_taken_or_refused() -> None:
     """Whatever number of an overhead scene varies, by values that fit and values that do not, no error is raised."""
     made = 0

@@ -43,7 +43,6 @@ def test_energy_over_a_million_steps() -> None:
     assert hardcases.long_energy().verdict == "holds"
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("scene", "message"),
     [
