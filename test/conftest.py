@@ -22,7 +22,6 @@ import session_guard
 
 from crane_sim.orchestration import process_group, shutdown, supervisor
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
-from crane_sim.tracing import entry_point
 
 # the same examples in every run, on a slow machine too; the long fuzzing tests draw new ones
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -166,17 +165,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if item.callspec.id not in mark.kwargs["cases"]:
             item.own_markers.remove(mark)
     long_parts.deselect_other_parts(config, items)
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
-    """Run a test that is marked `interpreted`, its fixtures and its processes without compiling; not a slow one."""
-    if item.get_closest_marker("interpreted") is None or item.get_closest_marker("slow"):
-        return (yield)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(entry_point, "INTERPRETED", True)
-        patch.setenv("CRANE_SIM_INTERPRETED", "1")
-        return (yield)
 
 
 @pytest.hookimpl(wrapper=True)

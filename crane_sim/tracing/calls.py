@@ -48,14 +48,9 @@ _TRACED: dict[Any, Traced] = {}
 _NUMBERS = itertools.count(1)  # of functions, which are part of their names
 
 
-FURTHER_TRACES: list[dict[Any, Any]] = []
-"""What else is kept of traced functions."""
-
-
 def forget_functions() -> None:
     """Forget what has been traced: a call means another function from now on."""
-    for traces in (_TRACED, *FURTHER_TRACES):
-        traces.clear()
+    _TRACED.clear()
 
 
 class Calls:

@@ -13,17 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from crane_sim.tracing.arguments import describe
 from crane_sim.tracing.arithmetic import combine
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, allocate
-from crane_sim.tracing.calls import FURTHER_TRACES, Calls, resolve
-from crane_sim.tracing.evaluation import FLOATS, Memory, evaluate, trace_tree
+from crane_sim.tracing.calls import Calls, resolve
+from crane_sim.tracing.entry_point import EntryPoint
 from crane_sim.tracing.forward_mode import ArgumentsNeeded
-from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Value, numbers_of
 from crane_sim.tracing.instructions import DIRECTIONS, Kind
+from crane_sim.tracing.machine_code import NONE
 from crane_sim.tracing.merging import base_address, sizes_of
-from crane_sim.tracing.results import make_builder
 from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
@@ -36,20 +34,15 @@ def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
     Raises:
         TraceError: f has an operation whose derivative is not known, or stores what moves where nothing does.
     """
-    leaves: list[Any] = []
-    arrays: dict[int, Any] = {}
-    key = describe((arguments, directions), leaves, arrays)
-    whole = f, key
-    if whole not in _IN_PYTHON:
-        traced = trace_tree(key, lambda calls, graph, tree: trace_derivatives(calls, graph, f, *tree))
-        _IN_PYTHON[whole] = traced.function, make_builder(traced.structure)
-    function, build = _IN_PYTHON[whole]
-    memory = Memory(FLOATS)  # which results are copied from
-    return build(evaluate(function, leaves, FLOATS, memory), {0: arrays})
+    return _IN_PYTHON.run(f, arguments, directions)
 
 
-_IN_PYTHON: dict[Any, tuple[Function, Any]] = {}
-FURTHER_TRACES.append(_IN_PYTHON)
+def _derive(f: Any, arguments: Any, directions: Any) -> Any:
+    return directional_derivatives(f, arguments, directions)
+
+
+_derive.optimisation = NONE  # type: ignore[attr-defined]  # Python calls it for a few instants
+_IN_PYTHON = EntryPoint(_derive)
 
 
 def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, directions: Any) -> tuple[Any, Any]:

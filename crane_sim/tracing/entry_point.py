@@ -34,6 +34,9 @@ INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
 """Whether entry points run as plain Python."""
 _KEPT = 1_000_000  # bytes of arrays of one argument, or of a result, that are kept for the next call of anyone
 
+_MOST_LOADED = 24
+"""Structures whose code an entry point keeps in memory, half a megabyte each."""
+
 
 def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[types.FunctionType]]:
     """Return (the code of a function for arguments of a structure, the functions that are in it).
@@ -102,8 +105,16 @@ class EntryPoint:
         Raises:
             SceneError: it does what is not compiled.
         """
+        return self.py_func(*arguments) if INTERPRETED else self.run(*arguments)
+
+    def run(self, *arguments: Any) -> Any:
+        """Run compiled, where entry points are interpreted, too.
+
+        Raises:
+            SceneError: it does what is not compiled.
+        """
         missing = self._count - len(arguments)
-        if INTERPRETED or missing < 0 or missing > len(self._defaults):
+        if missing < 0 or missing > len(self._defaults):
             return self.py_func(*arguments)  # which says what is wrong with their number
         if missing:
             arguments += self._defaults[-missing:]
@@ -130,12 +141,15 @@ class EntryPoint:
     def _call_anew(self, arguments: tuple[Any, ...]) -> Any:
         """Return the result of a call with arguments of another structure than those of the call before."""
         key = describe(arguments, [], {})
-        loaded = self._loaded.get(key) or self._load(key)
+        loaded = self._loaded.pop(key, None) or self._load(key)
         if loaded is None:
             with suppress(Exception), np.errstate(all="ignore"):  # where Python raises an error, code computes
                 return self.py_func(*arguments)
             loaded = self._load(key, True)
             assert loaded is not None
+        self._loaded[key] = loaded
+        if len(self._loaded) > _MOST_LOADED:
+            self._loaded.pop(list(self._loaded)[0], None)  # whose last new call is longest ago
         call = Call(loaded, _KEPT if self._shared is None else inf)
         call.take(arguments)
         result = call.run()
@@ -151,8 +165,7 @@ class EntryPoint:
                 self._plain_calls[key] = calls + 1
                 return None
             code = self._compile(key)
-        self._loaded[key] = LoadedEntry(code, key[1:])
-        return self._loaded[key]
+        return LoadedEntry(code, key[1:])
 
     def _compile(self, key: Any) -> Code:
         try:

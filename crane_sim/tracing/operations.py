@@ -26,9 +26,9 @@ def graph_of(*numbers: Any) -> Graph | None:
 
 def fma(a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, rounded once."""
-    graph = graph_of(a, b, c)
-    if graph is None:
+    if not (isinstance(a, Value) or isinstance(b, Value) or isinstance(c, Value)):
         return _LIBRARY.fma(a, b, c)
+    graph: Any = graph_of(a, b, c)
     x, y, z = graph.lift(a), graph.lift(b), graph.lift(c)
     if z.literal == 0.0 or 0.0 in (x.literal, y.literal) or 1.0 in (x.literal, y.literal):
         return x * y + z  # exact products: rounded once as well

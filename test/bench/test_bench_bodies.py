@@ -27,8 +27,6 @@ from crane_sim.integrators.dop853 import RK8
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.derived import world_points
 
-pytestmark = pytest.mark.interpreted
-
 SHORT = 2.5  # s, with kinks of the inputs, and before the tests take long
 START: dict[str, dict[str, Any]] = {
     "hook": {

@@ -80,7 +80,6 @@ def integrate(name: str) -> tuple[Array, Array]:
     return np.array(states), np.array(commands)
 
 
-@pytest.mark.interpreted
 def test_closed_loops_are_those_of_the_published_equations(monkeypatch: pytest.MonkeyPatch) -> None:
     """Our crane under PD, ZVD and HSMC moves as the published equations do, integrated here by numpy alone."""
     monkeypatch.setitem(campaign_runs.SCENE, "duration", 0.01 * PERIODS)

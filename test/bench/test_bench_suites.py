@@ -130,7 +130,6 @@ def test_a_case_differs_from_its_baseline_by_its_group(case: groups.GroupCase) -
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.baseline.label}: {case.group}")
 def test_every_row_runs(case: groups.GroupCase) -> None:
     """Both scenes of each row evaluate and step without an end of the run, and have times."""
@@ -138,7 +137,6 @@ def test_every_row_runs(case: groups.GroupCase) -> None:
     assert row["ns_per_step_without"]["median"] > 0.0 and row["ns_per_step_with"]["median"] > 0.0
 
 
-@pytest.mark.interpreted
 def test_every_group_of_the_equations_has_a_row() -> None:
     """Each optional group of a scene with a cable or falls below its support that enters the equations has a cost."""
     # of the plant, a law or the file; the load on falls and the ways of the inputs are in the baselines
@@ -151,7 +149,6 @@ def test_every_group_of_the_equations_has_a_row() -> None:
     assert {SCHEMAS[load_scene(case.baseline.scene).crane] for case in CASES} == set(SCHEMAS.values())
 
 
-@pytest.mark.interpreted
 def test_all_groups_of_a_crane_are_measured_at_once() -> None:
     """The case of all groups has the changes and the model of each part: what is absent alone is present together."""
     for case in (case for case in CASES if case.parts):

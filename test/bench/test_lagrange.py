@@ -14,8 +14,6 @@ from crane_bench.reproduce.lagrange import chain, closed, coordinates, entries, 
 from crane_bench.reproduce.lagrange.chain import Elasticity, Joints, LumpedCrane
 from crane_bench.reproduce.overhead_erratum import Erratum, example, relative_difference
 
-pytestmark = pytest.mark.interpreted
-
 SIZES = (1, 2, 3, 5)
 ERRATA = [*overhead_matrix_errata.errata(), *overhead_force_errata.errata()]
 EXACT = 1e-12  # relative: sums of some hundred terms of one size in double precision, errors of some 1e-15 each

@@ -8,8 +8,6 @@ from crane_bench.reproduce.lagrange.chain import LumpedCrane
 from crane_bench.reproduce.lagrange.linearisation import collocate
 from crane_bench.reproduce.overhead_erratum import example, payload_only, relative_difference
 
-pytestmark = pytest.mark.interpreted
-
 SIZES = (1, 2, 3, 5)
 EXACT = 1e-12  # relative: sums of some hundred terms of one size in double precision, errors of some 1e-15 each
 

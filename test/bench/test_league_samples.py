@@ -62,7 +62,6 @@ def rows_in(folder: Path) -> list[StudyResult]:
     return [read_result(folder / study_of(GROUP, trial, SAMPLES).folder) for trial in GROUP.trials]
 
 
-@pytest.mark.interpreted
 def test_cells_are_statistics_of_rows_and_rows_are_single_runs(whole: WholeLeague) -> None:
     """A cell's medians and shares are those of its rows; a row has the metrics of the single run of its scene."""
     folder, cells = whole
@@ -82,7 +81,6 @@ def test_cells_are_statistics_of_rows_and_rows_are_single_runs(whole: WholeLeagu
     assert row["state_sha256"] == run.summary["state_sha256"]
 
 
-@pytest.mark.interpreted
 def test_all_laws_see_the_same_samples(whole: WholeLeague) -> None:
     """A law under two names has the same rows bit for bit, no difference from itself, and is better than neither."""
     cells = {(cell.law, cell.trial): cell for cell in whole.cells}
@@ -95,7 +93,6 @@ def test_all_laws_see_the_same_samples(whole: WholeLeague) -> None:
         assert "twin" not in own.better_than
 
 
-@pytest.mark.interpreted
 def test_a_league_that_was_interrupted_goes_on(whole: WholeLeague, tmp_path: Path) -> None:
     """Interrupted after its first rows, the same league runs what is missing; its cells are those of a whole one.
 
@@ -219,7 +216,6 @@ def test_folders_have_words_for_signs_only() -> None:
     assert expected <= folders and not any(mark in folder for mark in " ,%+" for folder in folders)
 
 
-@pytest.mark.interpreted
 def test_page_and_data_are_written(whole: WholeLeague, tmp_path: Path) -> None:
     """The page has a row for each cell, the data its numbers; what is not finite is null."""
     cells = [*whole.cells, SampledCell("trolley", "other", "gust", SAMPLES, "it has no camera")]
@@ -270,7 +266,6 @@ def test_all_cranes_of_one_number_of_samples_need_no_names() -> None:
     assert page.splitlines()[2].startswith("Written by `crane league --samples 12 --save docs`, with ")
 
 
-@pytest.mark.interpreted
 def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
     """A crane that leaves its rail under every law has no metric; the league goes on, and no law is the best."""
     narrow = Trial("narrow", "overhead_energy", SHORT | OUT, FIXED_RAIL_BASE)
@@ -291,7 +286,6 @@ def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.interpreted
 def test_infeasible_scenes_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Where the first sample of a trial is refused, with others, its laws have cells with their number; it goes on.
 

@@ -9,7 +9,6 @@ from command_line import crane_here
 from crane_sim import load_scene
 from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
 
-pytestmark = pytest.mark.interpreted
 SCENE = "knuckle_setpoint"
 EFFORT = '<command_interface name="effort">'
 SWING = '<joint name="swing_radial">'

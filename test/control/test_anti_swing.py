@@ -120,7 +120,6 @@ POSTURES = {
 }
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(("name", "q"), [(name, q) for name, postures in POSTURES.items() for q in postures])
 def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, ...] | None) -> None:
     """All actuated joints together move the tip by the payload's offset: boom and jib, or telescope, share the way."""
@@ -137,7 +136,6 @@ def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, .
         np.testing.assert_allclose(moved, offset, atol=1e-6)  # of the differences: step² and rounding / step
 
 
-@pytest.mark.interpreted
 def test_parallel_joints_that_span_one_direction() -> None:
     """Where the tip is on the axis of the slew, boom and jib move it in one direction alone, and none to infinity.
 

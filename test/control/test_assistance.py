@@ -16,8 +16,6 @@ from crane_sim.simulation.derived import derive_instant
 GRAVITY = 9.81
 PERIOD = 0.01
 
-pytestmark = pytest.mark.interpreted
-
 
 def workshop_crane() -> Scene:
     """Return the crane with a rope of 5 m."""

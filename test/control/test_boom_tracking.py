@@ -86,7 +86,6 @@ def commanded_and_actual_acceleration(
     return np.array([*across, vertical]), tip_of(q, v, qdd)[2], qdd
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("changes", [EVERYTHING, WINCH], ids=["everything", "winch"])
 def test_the_tip_accelerates_as_an_ideal_suspension_point(changes: dict[str, Any]) -> None:
     """Efforts, put through the forward dynamics, give the tip what the law commands of a pendulum, and hold height."""
@@ -98,7 +97,6 @@ def test_the_tip_accelerates_as_an_ideal_suspension_point(changes: dict[str, Any
         assert abs(qdd[3]) < 1e-12 * np.max(np.abs(commanded))  # the rope keeps its length
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(("time_constant", "expected"), [(None, 0.5), (0.1, 0.25)])
 def test_input_of_a_rate_driven_winch_gives_the_acceleration(time_constant: float | None, expected: float) -> None:
     """The winch's input is the rope's acceleration, or the rate that makes a winch that lags accelerate it so."""
@@ -106,7 +104,6 @@ def test_input_of_a_rate_driven_winch_gives_the_acceleration(time_constant: floa
     assert winch_efforts(MotionRope(time_constant), rope_state, 0.5, 9.0) == (expected,)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("elbow", [0.0, 1e-3, -0.05, 0.0999, np.pi, np.pi - 0.05])
 def test_in_line_the_joints_stay_bounded(elbow: float) -> None:
     """With boom and jib nearly in line, accelerations are bounded, and across the line the tip's is as commanded."""
@@ -122,7 +119,6 @@ def test_in_line_the_joints_stay_bounded(elbow: float) -> None:
     assert abs(across @ (actual - commanded)) < (0.005 + 0.05) * np.linalg.norm(plane)
 
 
-@pytest.mark.interpreted
 def test_in_line_the_elbow_is_damped() -> None:
     """Straightening of boom and jib while the tip rests, the singular direction, is damped at the servo's rate."""
     scene = load_scene("knuckle_tracking", EVERYTHING)
@@ -132,7 +128,6 @@ def test_in_line_the_elbow_is_damped() -> None:
     assert BOOM * qdd[1] - JIB * qdd[2] == pytest.approx(-SERVO[1] * 1.0, abs=1e-9)
 
 
-@pytest.mark.interpreted
 def test_above_the_tower_the_slew_stays_bounded() -> None:
     """With the tip on the tower's axis the slew is not accelerated, and near it not more than at a tenth of a metre."""
     scene = load_scene("knuckle_tracking", EVERYTHING)
@@ -143,7 +138,6 @@ def test_above_the_tower_the_slew_stays_bounded() -> None:
         assert abs(qdd[0]) < 1e-9 + np.linalg.norm(commanded[:2]) * radius / 0.1**2
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("x", "expected"), [((0.0, 0.0), (0.5, 0.0)), ((3e-9, -4e-9), (0.3, -0.4)), ((6.0, 8.0), (4.8, 6.4))]
 )
@@ -191,7 +185,6 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else "")
 def test_what_the_boom_cannot_reach_is_a_single_line_error(changes: dict[str, Any], message: str) -> None:
     """A start or a path that needs a singular posture is rejected by a single-line error."""

@@ -84,7 +84,6 @@ def test_compiled_loop_and_external_stepping_agree() -> None:
     assert np.array_equal(run.q, again.q) and np.array_equal(run.u, again.u)
 
 
-@pytest.mark.interpreted
 def test_no_estimator_update_while_the_rope_is_slack() -> None:
     """While the payload falls the estimate is held, and a compressive winch command counts as zero."""
     law: Any = with_initial_state(crane_sim.load_scene(SCENE).law)
@@ -99,7 +98,6 @@ def test_no_estimator_update_while_the_rope_is_slack() -> None:
     assert law.estimator.winch_effort[0] == 0.0
 
 
-@pytest.mark.interpreted
 def test_reach_saturates_the_slew_alone() -> None:
     """With `reach` the proportional effort of the slew is kp e / √(1 + (e/r)²); other joints are unchanged."""
     scene = crane_sim.load_scene(SCENE, {"payload.mass": 1.0})
@@ -113,7 +111,6 @@ def test_reach_saturates_the_slew_alone() -> None:
     assert bounded[1:] == pytest.approx(free[1:], rel=1e-14)
 
 
-@pytest.mark.interpreted
 def test_poles_of_the_plain_law_about_its_target() -> None:
     """Linearised numerically at its target, the law without estimation has the swing poles of an independent result."""
     scene = crane_sim.load_scene("knuckle_setpoint")

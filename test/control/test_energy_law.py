@@ -32,7 +32,6 @@ def test_efforts_are_the_corrected_formula() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 def test_at_the_target_the_law_holds_the_crane_still() -> None:
     """At rest on the target, the efforts leave every joint without acceleration."""
     scene = crane_sim.load_scene("knuckle_setpoint")
@@ -41,7 +40,6 @@ def test_at_the_target_the_law_holds_the_crane_still() -> None:
     assert np.allclose(crane_sim.acceleration(scene, q, v, scene.law(0.0, q, v)), 0.0, atol=1e-13)
 
 
-@pytest.mark.interpreted
 def test_the_shaped_energy_equals_the_published_one() -> None:
     """V along the published trajectory is the published V."""
     samples = CASE["samples"]
@@ -65,7 +63,6 @@ LOOPS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 @pytest.mark.parametrize("loop", LOOPS, ids=lambda name: name.replace(" ", "-"))
 def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     """Along every continuous closed loop V never rises, and falls at the rate that the proof gives."""
@@ -79,7 +76,6 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 def test_the_rate_of_v_is_that_of_every_instant() -> None:
     """On a moving base, under a varying force, V changes at the rate that the law gives for each instant."""
     wind = {"kind": "sine", "amplitude": 2.0, "frequency": 1.3, "phase": 0.4}
@@ -102,7 +98,6 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
     assert 1.8 < error[1] < 2.2
 
 
-@pytest.mark.interpreted
 def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
     """With its tip above the tower, slewing does not move the payload: no effort damps the swing across the boom."""
     target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
@@ -110,7 +105,6 @@ def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
         crane_sim.load_scene("knuckle_setpoint", target)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("law", "message"),
     [
@@ -143,14 +137,12 @@ def test_a_faulty_law_is_a_single_line_error(law: Any, message: str) -> None:
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.interpreted
 def test_a_law_with_the_deprecated_name_of_its_reset_works() -> None:
     """A law whose method is still called `fresh` gets its initial state, with a warning that names the new name."""
     with pytest.warns(DeprecationWarning, match="OldLaw.fresh is now called with_initial_state"):
         assert with_initial_state(OldLaw(3)) == OldLaw(0)
 
 
-@pytest.mark.interpreted
 def test_a_law_with_the_deprecated_names_of_its_loops_works() -> None:
     """`slow_half` and `fast_half` of a law are its outer and inner loop, with a warning that names the new name."""
     with pytest.warns(DeprecationWarning, match="OldLaw.slow_half is now called outer_loop"):

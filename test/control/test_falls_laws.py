@@ -8,8 +8,6 @@ import pytest
 import crane_sim
 from crane_sim import SceneError, load_scene
 
-pytestmark = pytest.mark.interpreted
-
 ENDS = [[x, y, 0.0] for x in (0.2, -0.2) for y in (0.3, -0.3)]
 COMMON = {
     "duration": 4.0,

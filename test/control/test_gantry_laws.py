@@ -1,12 +1,9 @@
 """Laws on a load on falls: LQR linearises the load that hangs at the target."""
 
 import numpy as np
-import pytest
 
 from crane_sim import acceleration, load_scene
 from crane_sim.simulation.linearisation import equilibrium
-
-pytestmark = pytest.mark.interpreted
 
 
 def test_lqr_linearises_an_untwisted_load() -> None:

@@ -11,8 +11,6 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.trajectory import sample_trajectory
 
-pytestmark = pytest.mark.interpreted
-
 PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [0.4], "velocity": 0.4, "acceleration": 0.5}
 
 

@@ -32,7 +32,6 @@ def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return (y[0], y[1], 0.0, 0.0, 0.0, -1.0), (dy[0], dy[1], 0.0, 0.0, 0.0, 0.0)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("of", ["y", "state", "error"])
 def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     """Features at any point have norm 1, and their products at two points are the Gaussian kernel."""
@@ -47,7 +46,6 @@ def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     assert features[0] @ features[1] == pytest.approx(exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000))
 
 
-@pytest.mark.interpreted
 def test_one_step_of_learning_is_the_printed_law() -> None:
     """Weights after one period, and the effort that they lead to, are equations 64, 67, 74, 86, 97 and 99 by hand."""
     zone = {"cutoff": 0.001, "smoothing": 0.05}
@@ -79,7 +77,6 @@ def test_the_dead_zone_is_piecewise_linear() -> None:
     assert learning_factor(None, 0.0) == 1.0
 
 
-@pytest.mark.interpreted
 def test_a_law_that_begins_mid_run_learns_from_one_period() -> None:
     """A law that replaces another one at 50 s has weights of zero then, and has not learned for 50 s at once."""
     law = law_of("offshore_resonant", {"control.adaptation": {"features": 20}})
@@ -89,7 +86,6 @@ def test_a_law_that_begins_mid_run_learns_from_one_period() -> None:
     assert np.any(law.tracker.disturbance_estimator.state.weights)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("base", [0.0, 0.3])
 def test_the_velocity_fed_forward_is_the_setpoints_rate(base: float) -> None:
     """The setpoint's velocity is its rate of change along the model y'' = w² (tip - y) + d + what the base imposes."""
@@ -143,7 +139,6 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
     assert values[0] - values[-1] > 0.1 * values[0]
 
 
-@pytest.mark.interpreted
 def test_poles_of_the_linearised_loop() -> None:
     """Law and plant, linearised numerically where the load hangs still, have the poles of the characteristic equation.
 

@@ -44,7 +44,6 @@ LOOPS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "loop",
     [pytest.param(name, marks=pytest.mark.slow) if name == "hoist" else name for name in LOOPS],
@@ -63,7 +62,6 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("hoist", [None, 9.0, 900.0], ids=["rope", "hoist", "hoist that sticks"])
 def test_friction_lowers_v(hoist: float | None) -> None:
     """Where joints rub V changes at the rate that the law gives, say differences along the crane's accelerations.
@@ -94,7 +92,6 @@ def test_lyapunov_is_compiled_without_a_hoist() -> None:
     assert rate == pytest.approx(-law.kd * 0.4**2 - (share + (1.0 - share) * k) * 4.0 * 0.4, rel=1e-13)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
 def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any]) -> None:
     """Under the law the crane accelerates as one with the light trolley does under springs and dampers alone."""
@@ -113,7 +110,6 @@ def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any])
         assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
 
 
-@pytest.mark.interpreted
 def test_the_default_gains_put_all_poles_on_one_spot() -> None:
     """Linearised at the target, trolley and swing have four poles at minus the pendulum's frequency."""
     scene = scene_of()
@@ -137,7 +133,6 @@ def cart_pendulum() -> tuple[np.ndarray, np.ndarray]:
     return a, b
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("period", [None, 0.05], ids=["continuous", "sampled"])
 def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) -> None:
     """LQR's poles are the stable eigenvalues of the Hamiltonian matrix, or pencil, of hand-written matrices."""
@@ -159,7 +154,6 @@ def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) ->
     assert np.sort_complex(law.poles) == pytest.approx(np.sort_complex(expected), rel=1e-6)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("force", [2.0, 100.0, -500.0])
 def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> None:
     """Under a steady force along x, LQR in space holds the planar law's tilted link, with its poles and its gain."""
@@ -179,7 +173,6 @@ def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> No
     assert [kx, k_link @ tangent, kv, k_rate @ tangent] == pytest.approx(planar.rows[0].gain, rel=1e-6)
 
 
-@pytest.mark.interpreted
 def test_lqr_keeps_a_prescribed_length_under_a_steady_force() -> None:
     """The tilted equilibrium of LQR has the length that a prescribed hoist imposes."""
     hoist = {"drive": "prescribed", "profile": {"kind": "sine", "amplitude": 0.1, "frequency": 1.0, "offset": 2.0}}
@@ -200,7 +193,6 @@ def test_lqr_holds_any_target() -> None:
     assert abs(np.array(run.q[-1, :4]) - run.scene.reference).max() < 1e-2
 
 
-@pytest.mark.interpreted
 @pytest.mark.long(cases=["2-energy"])
 @pytest.mark.parametrize("law", ["energy", "lqr"])
 @pytest.mark.parametrize("links", [1, 2, pytest.param(10, marks=pytest.mark.slow)])
@@ -217,7 +209,6 @@ def test_laws_that_believe_in_one_link_work_on_more(law: str, links: int) -> Non
     assert run.scene.law(run.t[k], tuple(run.q[k]), tuple(run.v[k])) == tuple(run.u[k])
 
 
-@pytest.mark.interpreted
 def test_the_first_link_alone_misleads_lqr() -> None:
     """Fed with the first link's angle instead of the mean, LQR drives the waves of a cable with a heavy payload."""
     cable = {"lengths": [1.0, 1.0], "node_masses": [0.1, 100.0]}
@@ -250,7 +241,6 @@ LQR = {"law": "lqr"}
 FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5.0}, "reference": {"q": [1.5]}}
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("groups", "message"),
     [

@@ -61,7 +61,6 @@ SCENES: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
 }
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("kind", SCENES)
 def test_laws_of_many_scenes_are_those_of_one(kind: str) -> None:
     """Scenes loaded together have models, laws and notes of those loaded one by one, bit for bit, or their errors."""
@@ -82,7 +81,6 @@ def test_laws_of_many_scenes_are_those_of_one(kind: str) -> None:
                 np.testing.assert_array_equal(leaf[0], leaf[1])
 
 
-@pytest.mark.interpreted
 def test_a_design_of_many_that_fails_spares_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the design for all scenes at once raises what no scene of its own does, each scene has its law."""
     build = lqr.build_many

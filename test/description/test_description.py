@@ -16,8 +16,6 @@ from crane_sim.description.workspace import BoundingBox
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import world_points
 
-pytestmark = pytest.mark.interpreted
-
 SCENE = load_scene("knuckle_setpoint")
 
 

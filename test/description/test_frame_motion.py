@@ -12,8 +12,6 @@ from crane_sim.description.transforms import TransformTree
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.derived import world_points
 
-pytestmark = pytest.mark.interpreted
-
 STEP = 1e-5  # s, of central differences
 
 

@@ -23,8 +23,6 @@ from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.derived import world_points
 
-pytestmark = pytest.mark.interpreted
-
 STATES = 100
 LONGEST = 60  # joints: the two longest chains have the joints of the shorter ones, and take minutes
 

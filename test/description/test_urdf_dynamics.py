@@ -15,8 +15,6 @@ from crane_sim.description.robot import UNBOUNDED
 from crane_sim.files.catalogue import scene_files
 from crane_sim.scenes.scene import Scene
 
-pytestmark = pytest.mark.interpreted
-
 AXIAL = {"boom.axial_inertia": 0.3, "jib.axial_inertia": 0.1}
 LINKS = {"lengths": [1.5, 0.7, 0.4], "node_masses": [0.5, 0.2, 10.0]}
 TROLLEY = {"crane": "overhead", "duration": 1.0, "trolley": {"mass": 5.0}}

@@ -24,7 +24,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", sorted({*EXECUTABLE} - {*COSTLY, TUTORIAL}))
 def test_blocks_run(name: str, folder: Path, domain_id: int) -> None:
     """Every command, program and scene of a page does what the page says it can: none fails."""
@@ -54,7 +53,6 @@ def test_the_tutorial_leads_where_it_says(folder: Path, domain_id: int) -> None:
     assert (folder / "my" / "own.png").stat().st_size > 10_000 and (folder / "my" / "both.html").is_file()
 
 
-@pytest.mark.interpreted
 def test_the_readme_says_whose_settling_it_is() -> None:
     """The scene of the README settles, slips and swings as the line beside its command says."""
     text = next(block.text for block in blocks_of(PAGES["README"]) if block.title == "mine.yaml")

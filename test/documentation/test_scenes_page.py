@@ -14,8 +14,6 @@ from crane_sim.files.errors import SceneError
 from crane_sim.simulation.goals import express_in_base
 from crane_sim.simulation.rollout import simulate
 
-pytestmark = pytest.mark.interpreted
-
 
 @pytest.mark.parametrize("name", PORTS_AND_SITES)
 def test_links_are_where_the_urdf_puts_them(name: str) -> None:

@@ -12,7 +12,6 @@ from crane_bench.league.cells import compute_metrics
 from crane_sim import SceneError, load_scene, simulate
 from crane_sim.gym import DEFAULT_SCENES, CraneEnv, CraneVectorEnv
 
-pytestmark = pytest.mark.interpreted
 SHORT = {"duration": 0.3}
 
 

@@ -67,7 +67,6 @@ def check_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
             np.testing.assert_array_equal([*ours[key][has]], [*theirs[key][has]])
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_cranes_are_single_environments(kind: str, mode: str) -> None:
@@ -103,7 +102,6 @@ def test_compiled_cranes_are_single_environments(kind: str) -> None:
     ours.close()
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("crane", DEFAULT_SCENES)
 def test_spaces_are_those_of_one_crane(crane: str) -> None:
     """`make_vec` makes them by default, with the spaces and names of n single environments."""
@@ -137,7 +135,6 @@ def test_what_is_not_possible_is_refused_in_one_line(arguments: dict[str, Any], 
     assert line in str(refused.value) and "\n" not in str(refused.value)
 
 
-@pytest.mark.interpreted
 def test_calls_are_checked() -> None:
     """Commands of another shape, seeds of another number, and a step before the first reset are refused."""
     envs = CraneVectorEnv(2)
@@ -171,7 +168,6 @@ UNLIKE: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("case", UNLIKE)
 def test_a_seed_that_draws_another_kind_is_one_line(case: str) -> None:
     """Another number of pieces of a path, or of periods of a delay, is refused by `reset` and `step`, by the rule."""

@@ -12,8 +12,6 @@ from crane_sim import load_scene
 from crane_sim.gym import CraneEnv, CraneVectorEnv
 from crane_sim.simulation.plant import BLOCK, Plant
 
-pytestmark = pytest.mark.interpreted
-
 COPIES: dict[str, Callable[[Any], Any]] = {
     "copied": copy.deepcopy,
     "pickled": lambda env: pickle.loads(pickle.dumps(env)),

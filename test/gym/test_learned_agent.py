@@ -11,7 +11,6 @@ import pytest
 from crane_sim import load_scene, simulate
 from crane_sim.gym import CraneEnv
 
-pytestmark = pytest.mark.interpreted
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "examples" / "agent.py"
 PERIODS = 12

@@ -36,7 +36,6 @@ def energy(scene: Scene, plant: Plant) -> float:
     return 0.5 * 10.0 * v * v + 0.5 * 5.0 * (vx * vx + vz * vz) - 5.0 * 9.81 * 2.0 * np.cos(angle)
 
 
-@pytest.mark.interpreted
 def test_brakes_hold_the_posture_that_a_run_began_in() -> None:
     """After a reset the brakes of a boom hold what a scene that begins in that posture has them hold."""
     q, hung = (0.0, 1.0, 0.4, 3.0, 0.0, 0.0), load_scene("knuckle_setpoint")
@@ -74,7 +73,6 @@ def test_a_boom_stays_and_a_payload_swings() -> None:
     assert plant.summary()["braked_time"] == pytest.approx(24.0)
 
 
-@pytest.mark.interpreted
 def test_a_brake_slips_at_its_capacity() -> None:
     """A brake that slips acts with its capacity: a trolley stops within the distance m v² / (2 F)."""
     light = {"payload": {"mass": 1e-6}, "initial": {"v": 1.0}, "brake": {"capacity": [5.0], "frequency": 200.0}}
@@ -226,7 +224,6 @@ BOOM_SERVO = {"drive": "velocity", "servo": {"gain": 4000.0, "integral_time": 0.
 MOTOR = {"motor": {"ratio": 1.0, "torque": 600.0, "no_load_speed": 0.1}}
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("actuator", "command", "loss", "periods"),
     [(BOOM_SERVO, 0.0, 0.5, 5), (BOOM_SERVO, 0.0, 1.0, 0), (MOTOR, 600.0, 1.0, 5), ({"lag": 0.02}, 600.0, 0.5, 5)],
@@ -253,7 +250,6 @@ def test_a_brake_takes_over_what_the_drive_delivered(actuator: Any, command: flo
     assert drive.stiffness * (drive.anchor - position) == pytest.approx(delivered, rel=1e-9)  # rounding of positions
 
 
-@pytest.mark.interpreted
 def test_dry_friction_is_no_load() -> None:
     """What holds a trolley on a level jib is nothing, whatever its dry friction: speed drives begin with no effort."""
     assert joint_mechanics(load_scene("tower_beam_turns")).static_load[1] == pytest.approx(0.0, abs=1e-6)  # N

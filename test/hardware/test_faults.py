@@ -23,7 +23,6 @@ def constant(t: float) -> float:
     return 4.0
 
 
-@pytest.mark.interpreted
 def test_faults_of_sensors_and_drives() -> None:
     """A stuck sensor repeats its last value, a lost one shows 0, weak drives the product of their factors.
 

@@ -10,8 +10,6 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 
-pytestmark = pytest.mark.interpreted
-
 MASS, FORCE, END = 20.0, 10.0, 2.0  # kg, N, s
 LATE_STEP: dict[str, Any] = {
     "crane": "overhead",

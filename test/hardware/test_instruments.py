@@ -19,8 +19,6 @@ from crane_sim.simulation.measurements import measure_imu, measure_payload
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import base_positions
 
-pytestmark = pytest.mark.interpreted
-
 MOTION = {
     "sway": {"amplitude": 0.6, "frequency": 0.8},
     "roll": {"amplitude": "7 deg", "frequency": 0.9},

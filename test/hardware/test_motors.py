@@ -9,8 +9,6 @@ from knuckle_derivation import mass_and_force
 import crane_sim
 from crane_sim import load_scene
 
-pytestmark = pytest.mark.interpreted
-
 HELD = {"coulomb": 1e6, "static": 1e6}
 KNUCKLE: dict[str, Any] = {
     "crane": "knuckle",

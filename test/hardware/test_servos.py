@@ -49,7 +49,6 @@ def error_after_step(t: Any, gain: float = GAIN) -> Any:
     return np.exp(-decay * t) * (np.cos(w * t) - decay / w * np.sin(w * t))
 
 
-@pytest.mark.interpreted
 def test_a_speed_step_is_that_of_a_second_order_system() -> None:
     """A mass under the PI loop answers a step of the speed as the linear system of mass, damper and spring does."""
     times = np.linspace(0.0, 3.0, 401)
@@ -94,7 +93,6 @@ def check_profile(phases: Any, bounds: Bounds, start: tuple[float, float]) -> An
     return motion(phases, [duration])[0]
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("target", [0.7, 0.02, -0.4])
 def test_a_ramp_takes_the_least_time(target: float) -> None:
     """From rest a ramp lasts v / A + A / J, or 2 sqrt(v / J) where it does not reach A, and covers half v × time."""
@@ -107,7 +105,6 @@ def test_a_ramp_takes_the_least_time(target: float) -> None:
     assert end[:2] == pytest.approx([0.5 * target * duration, target], abs=1e-14)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("jerk", [inf, 2.0])
 @pytest.mark.parametrize("acceleration", [0.5, inf])
 def test_profiles_go_on_from_any_motion(jerk: float, acceleration: float) -> None:
@@ -129,7 +126,6 @@ def test_profiles_go_on_from_any_motion(jerk: float, acceleration: float) -> Non
         assert abs(end[0] - distance) < 1e-12 and abs(end[1]) < 1e-7 and (jerk == inf or abs(end[2]) < 1e-7)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("speed", [0.8, 1.0, 1.5, 3.0])
 @pytest.mark.parametrize("distance", [0.05, 0.6, 3.0, -3.0])
 def test_a_way_that_is_planned_anew_takes_no_longer(speed: float, distance: float) -> None:
@@ -145,7 +141,6 @@ def test_a_way_that_is_planned_anew_takes_no_longer(speed: float, distance: floa
         assert abs(end - (distance - x)) < 1e-12 and abs(speed_there) < 1e-6
 
 
-@pytest.mark.interpreted
 def test_a_way_from_rest_takes_the_least_time() -> None:
     """From rest to a position: d / V + V / A + A / J where all limits bind, and without a jerk limit 2 sqrt(d / A)."""
     phases = np.zeros((1, PHASES, 4))
@@ -175,7 +170,6 @@ def test_the_loop_follows_its_ramp_with_the_linear_lag() -> None:
     assert run.summary["energy_audit_error"] < 1e-12
 
 
-@pytest.mark.interpreted
 def test_a_torque_limit_binds_and_the_integral_does_not_wind_up() -> None:
     """At its limit the drive accelerates with F / m; behind it the speed overshoots less than the linear loop does."""
     scene = trolley(PI, actuator={"limit": 300.0})
@@ -232,7 +226,6 @@ def test_a_position_drive_arrives_within_its_limits() -> None:
 EXACT = RAMP | {"gain": inf}
 
 
-@pytest.mark.interpreted
 @pytest.mark.long(cases=["position"])
 @pytest.mark.parametrize("drive", ["velocity", "position"])
 def test_an_infinite_gain_is_exact(drive: str) -> None:
@@ -264,7 +257,6 @@ def test_an_infinite_gain_is_exact(drive: str) -> None:
     assert np.max(np.abs(run.q[:, 1])) > 0.03
 
 
-@pytest.mark.interpreted
 @pytest.mark.long
 def test_an_exact_speed_drive_is_a_prescribed_motion() -> None:
     """A crane whose drive has an infinite gain passes through the states of one with that motion prescribed."""
@@ -343,7 +335,6 @@ def test_contradictions_are_reported_in_one_line(changes: dict[str, Any], messag
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
@@ -359,7 +350,6 @@ def test_what_jerks_a_joint_excludes_exact_drives(groups: dict[str, Any], messag
         load_scene("bridge_speed_drive", control | groups)
 
 
-@pytest.mark.interpreted
 def test_a_winch_with_friction_excludes_an_exact_drive() -> None:
     """A winch that sticks has no mobility: an infinite gain would ask for an infinite effort."""
     servo = {"drive": "velocity", "servo": {"gain": inf, "max_acceleration": 0.2}}

@@ -13,8 +13,6 @@ PERIOD = 0.01  # s
 ROUNDING = 1e-9  # m, of positions of some metres that are summed over a thousand periods
 RAMPS = [Bounds(0.9, 0.2, 0.8), Bounds(0.9, 0.2, inf), Bounds(3.0, 0.4, 0.4), Bounds(0.5, 5.0, inf)]
 
-pytestmark = pytest.mark.interpreted
-
 
 def reference_by_quadrature(
     motion: ReferenceMotion, command: float, bounds: Bounds, s: float, n: int = 20_000

@@ -4,10 +4,10 @@ from typing import Any
 
 import mpmath
 import numpy as np
+from traced_evaluation import COMPARISONS, FLOATS, Memory, Numbers, evaluate, trace_tree
 
 from crane_sim.tracing.arguments import describe, kinds_of
 from crane_sim.tracing.elementary import SINCOS
-from crane_sim.tracing.evaluation import COMPARISONS, FLOATS, Memory, Numbers, evaluate, trace_tree
 from crane_sim.tracing.instructions import Kind
 
 DIGITS = 60

@@ -70,7 +70,6 @@ def test_a_bag_gives_the_true_parameters(tmp_path: Path) -> None:
     assert crane_sim.identify(SCENE, file, [*TRUTH]).overrides() == found.overrides()
 
 
-@pytest.mark.interpreted
 def test_without_stamps_the_times_of_reception_count(tmp_path: Path) -> None:
     """A bag whose senders leave the stamps out has the same times between its messages, and the same values."""
     scene, topics = crane_sim.load_scene(SCENE), rig(0.5)
@@ -81,7 +80,6 @@ def test_without_stamps_the_times_of_reception_count(tmp_path: Path) -> None:
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.interpreted
 def test_a_gap_in_the_commands_of_a_damaged_bag_is_refused(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Commands that are lost in the middle of a bag are refused by their time; a damaged end costs that end only."""
     run = crane_sim.simulate("knuckle_setpoint", duration=0.3)
@@ -96,7 +94,6 @@ def test_a_gap_in_the_commands_of_a_damaged_bag_is_refused(tmp_path: Path, caplo
     assert "end.mcap is damaged" in caplog.text
 
 
-@pytest.mark.interpreted
 def test_bags_that_are_no_use_are_refused(tmp_path: Path) -> None:
     """A missing topic, two cranes, missing commands of a joint, and a reset are one line each."""
     scene, topics = crane_sim.load_scene(SCENE), rig(0.1)

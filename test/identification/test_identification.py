@@ -208,7 +208,6 @@ def test_the_command_writes_a_scene_results_and_a_picture(tmp_path: Path) -> Non
     assert refused.stderr.count("\n") == 1 and not (tmp_path / "other").exists()
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("parameters", "options", "line"),
     [
@@ -232,7 +231,6 @@ def test_bad_input_is_one_line(parameters: list[str] | str, options: dict[str, A
     assert line in str(raised.value) and "\n" not in str(raised.value)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
@@ -262,7 +260,6 @@ def test_commands_are_of_periods_whatever_the_samples_are() -> None:
 OPEN_LOOP: dict[str, Any] = {"control": None, "reference": None, "duration": 0.5}
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "drive", [{"lag": 0.05}, {"drive": "velocity", "servo": {"gain": 500.0, "max_acceleration": 1.0}}]
 )
@@ -278,7 +275,6 @@ def test_inputs_of_drives_that_hold_them_are_commands(drive: dict[str, Any], is_
     assert np.abs(again.predict(again.start) - data.q).max() < 1e-9  # tolerances of both runs are below
 
 
-@pytest.mark.interpreted
 def test_what_commands_are_possible_is_said(tmp_path: Path) -> None:
     """Inputs that act between samples are refused with the names of their joints; constant ones are commands."""
     inputs: dict[str, Any] = {"trolley": {"kind": "sine", "amplitude": 20.0, "frequency": 3.0}}

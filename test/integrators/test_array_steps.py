@@ -60,7 +60,6 @@ def integrate(method: Any, end: float, samples: Any = ()) -> Integration:
     return integrate_to(method, Whirl(), (), integration, end, end)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr)
 def test_steps_in_one_piece_are_those_one_by_one(method: Any) -> None:
     """The loop over steps of an array state has the bits, counters and last step of a loop over `advance`."""
@@ -105,7 +104,6 @@ def _switching_whirl_apply_reset_map(p, t, x, u, which):
     return np.array([x[0], -0.9 * x[1], x[2]]), which, True
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("rank", [0, 1])
 @pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), Rodas(1e-4, 1e-6)], ids=repr)
 def test_steps_with_events_in_one_piece_are_those_one_by_one(method: Any, rank: int) -> None:
@@ -122,7 +120,6 @@ def test_steps_with_events_in_one_piece_are_those_one_by_one(method: Any, rank: 
     assert whole._replace(**nothing) == single._replace(**nothing)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("method", [RK4(1.0), RK8(1.0), DOP853(), DOPRI5()], ids=repr)
 def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) -> None:
     """In the middle of a step the interpolation of guards errs by h⁴: halving the step divides its error by 16."""
@@ -137,7 +134,6 @@ def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) ->
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)  # the next term is h times as large
 
 
-@pytest.mark.interpreted
 def test_steps_in_one_piece_end_where_a_state_is_not_finite() -> None:
     """A fixed step to a state that is not a number is the last one, and has been counted."""
     integration = start(Whirl(), 0.0, np.array([1e200, 1e200, 0.0]), None)
@@ -145,7 +141,6 @@ def test_steps_in_one_piece_end_where_a_state_is_not_finite() -> None:
     assert (integration.status, integration.steps, integration.evaluations) == (Status.NOT_FINITE, 1, 4)
 
 
-@pytest.mark.interpreted
 def test_leapfrog_is_of_order_two() -> None:
     """Halving the step divides the errors by 4, with a force by the square of the velocity and one of time."""
     exact = integrate(RK8(0.01), 3.0).x
@@ -154,7 +149,6 @@ def test_leapfrog_is_of_order_two() -> None:
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.05)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr)
 def test_samples_change_no_step(method: Any) -> None:
     """States that are wanted within steps leave the next steps as they are, to the last bit."""
@@ -162,7 +156,6 @@ def test_samples_change_no_step(method: Any) -> None:
     assert np.array_equal(integrate(method, 1.0).x, integrate(method, 1.0, samples).x)
 
 
-@pytest.mark.interpreted
 def test_leapfrog_evaluates_once_a_step_wherever_it_is_sampled() -> None:
     """A period takes an evaluation for each step and one at its start, and has the same bits with samples in it."""
     whole, sampled = integrate(Leapfrog(0.1), 1.0), integrate(Leapfrog(0.1), 1.0, samples=(0.07, 0.31, 0.32, 0.77))

@@ -13,8 +13,6 @@ from crane_sim.integrators.events import GUARD_SAMPLES, EventLog, events_until
 from crane_sim.numerics.jit import entry_point
 from crane_sim.simulation.rollout import simulate
 
-pytestmark = pytest.mark.interpreted
-
 STEP = 2.0  # s
 
 

@@ -91,8 +91,8 @@ def test_coefficients_are_those_of_gauss() -> None:
         )
 
 
-ORDER_CASES = [pytest.param(*KINDS[0], marks=pytest.mark.interpreted, id="tuple"),
-               pytest.param(*KINDS[1], marks=pytest.mark.interpreted, id="paired"),
+ORDER_CASES = [pytest.param(*KINDS[0], id="tuple"),
+               pytest.param(*KINDS[1], id="paired"),
                pytest.param(*KINDS[2], id="array")]  # fmt: skip
 
 
@@ -120,7 +120,6 @@ def test_error_follows_the_tolerance(kind: Any, x: Any, rtol: float) -> None:
     assert (integration.evaluations - integration.steps - 1) % gauss16.STAGES == 0
 
 
-@pytest.mark.interpreted
 def test_a_step_far_too_long_is_rejected() -> None:
     """Sweeps that do not settle make the step shorter instead of ending the integration."""
     p, x = Oscillators(0.0), (1e3, 0.0, 0.0, 1e3)  # without x in it, an error of 0.1 of atol allows steps of a minute
@@ -128,7 +127,6 @@ def test_a_step_far_too_long_is_rejected() -> None:
     assert integration.status == Status.OK and integration.rejected > 0 and integration.steps > 15
 
 
-@pytest.mark.interpreted
 def test_limits_are_met_at_the_instant_of_another_method() -> None:
     """A crane that runs into a travel limit stops at the time that Dormand and Prince's method finds."""
     changes, ends = {"trolley.limits": [-0.5, 0.5], "trolley.mass": 1.0, "duration": 1.0}, []

@@ -105,7 +105,6 @@ def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
     assert sum(x for x in weights if x is not None) == pytest.approx(0.0, abs=1e-14)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("method", "order", "sizes"),
     [(RK4, 4, (0.1, 0.05)), (RK8, 8, (0.25, 0.125)), (Gauss, 6, (0.25, 0.125))],
@@ -127,7 +126,6 @@ def test_gauss_collocation_is_of_its_order() -> None:
         assert np.allclose(a @ c ** (k - 1), c**k / k, rtol=0, atol=1e-15)
 
 
-@pytest.mark.interpreted
 def test_a_fixed_step_fills_the_way_evenly() -> None:
     """A step that does not divide the period is shortened, and the end is met exactly."""
     integration = integrate(RK4(0.3), Oscillator(0.0), (1.0, 0.0), 1.0)
@@ -177,7 +175,6 @@ def test_reading_between_steps_changes_nothing() -> None:
     assert look_back(method, p, (1.0, 0.0), 9.0, integration.t)[0] == integration.x
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01), Gauss16()], ids=["dop853", "rk4", "gauss16"])
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
     """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
@@ -185,13 +182,11 @@ def test_a_solution_that_ends_is_reported(method: Any) -> None:
     assert integration.status != Status.OK and integration.t < 1.5
 
 
-@pytest.mark.interpreted
 def test_a_state_that_is_not_finite_is_reported() -> None:
     """An initial state that is not a number stops the integration at once."""
     assert integrate(RK4(0.01), Decay(-1.0), (float("nan"),), 1.0).status == Status.NOT_FINITE
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "method",
     [RK4(0.1), RK8(0.1), DOP853(1e-9, 1e-12), DOPRI5(), Gauss(0.1), Gauss16()],
@@ -213,7 +208,6 @@ def _broken_rhs(p, t, x, u):
     return (1.0 if t < 0.5 else nan,)
 
 
-@pytest.mark.interpreted
 def test_an_adaptive_step_is_no_good_when_it_is_not_a_number() -> None:
     """Derivatives that turn into NaN in mid-run stop the adaptive method where they do."""
     integration = integrate(DOP853(1e-9, 1e-12), Broken(), (0.0,), 1.0)

@@ -71,7 +71,6 @@ def drives() -> Drives:
     return (first, second), (third,)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
@@ -95,7 +94,6 @@ def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
     np.testing.assert_allclose(np.array(read), np.array([q, v]), rtol=0.0, atol=1e-14)  # rounding of swing angles
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_the_meter_counts_all_power(name: str, case: str) -> None:
@@ -111,7 +109,6 @@ def test_the_meter_counts_all_power(name: str, case: str) -> None:
     assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(metered, abs=1e-8 * scale)  # h², rounding / h
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("case", CASES)
 def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
     """Below falls: accelerations are those without play under the shafts' forces, and the meter counts all power."""
@@ -136,7 +133,6 @@ def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
     assert (high - low) / (2 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))  # h², rounding / h
 
 
-@pytest.mark.interpreted
 def test_equal_drives_side_by_side_are_one() -> None:
     """Two equal drives in the same place move the joint as one with the sum of their inertias and stiffnesses."""
     two = (), (Drive(2.0, 0.5, 0.02, 4e3, 20.0),) * 2
@@ -151,7 +147,6 @@ def test_equal_drives_side_by_side_are_one() -> None:
     np.testing.assert_allclose(results[0], results[1], rtol=1e-13, atol=1e-13)  # rounding
 
 
-@pytest.mark.interpreted
 def test_contact_begins_and_ends_by_its_guards() -> None:
     """The guard of a drive in the gap fails where it touches and pushes, that of a contact where it would pull."""
     p, u = crane("bridge", ((), (Drive(2.0, 1.0, 0.02, 4e3, 20.0),))), (0.0, 0.0, -60.0)
@@ -179,7 +174,6 @@ def test_contact_begins_and_ends_by_its_guards() -> None:
     assert value == pytest.approx(-0.001) and system.apply_reset_map(p, 0.0, x, u, number)[0][-1] == 0.0
 
 
-@pytest.mark.interpreted
 def test_brakes_are_chosen_for_the_joint_behind_the_play() -> None:
     """Inertias and loads that brakes are chosen by are those of the crane without play, which would hide them."""
     with_play = joint_mechanics(crane_sim.load_scene("tandem_play"))
@@ -210,7 +204,6 @@ def contacts(summary: dict[str, Any]) -> list[float]:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None:
     """Without damping, flights across the gap and half oscillations of the two masses follow in closed form."""
     plant, v = Plant(crane_sim.load_scene(FREE)), 0.1

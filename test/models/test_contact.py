@@ -30,8 +30,6 @@ from crane_sim.models.suspended.layout import contact_index
 from crane_sim.models.suspended.load_dynamics import BodyState
 from crane_sim.trajectories.base_motion import Base
 
-pytestmark = pytest.mark.interpreted
-
 T, FRICTION, SLIP = 0.9, 0.4, 1e-3
 CORNERS = np.array([[0.8, 0.6, -1.0], [0.8, -0.6, -1.0], [-0.7, 0.6, -1.0], [-0.7, -0.6, -1.0]])
 HEAVE = {"heave": {"amplitude": 0.3, "frequency": 0.8, "phase": 0.5}}

@@ -54,7 +54,6 @@ def heights(run: Rollout) -> Any:
     return run.q[:, 5:6] + row @ contact.points.T - deck[:, None]
 
 
-@pytest.mark.interpreted
 def test_bounces_of_a_dropped_load() -> None:
     """A load dropped flat flies 2 e v / g between impacts, each e times the one before, until it is too slow."""
     drop, e = 0.5, 0.5
@@ -114,7 +113,6 @@ def test_set_down_and_pick_up() -> None:
     assert run.summary["min_rope_tension"] >= 0.0 and run.summary["energy_audit_max"] < 1e-9
 
 
-@pytest.mark.interpreted
 def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
     """A load lifted off a surface that leaves it at v_r pulls up to W (1 + v_r / g √(k / m)) in an undamped rope.
 
@@ -139,7 +137,6 @@ def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
 
 
-@pytest.mark.interpreted
 def test_a_load_on_a_ship_moves_with_it() -> None:
     """On a base that heaves and rolls a load set down on it stays where it is, and the energies balance."""
     ship = {"heave": {"amplitude": 0.5, "frequency": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
@@ -151,7 +148,6 @@ def test_a_load_on_a_ship_moves_with_it() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
 
 
-@pytest.mark.interpreted
 def test_a_load_tips_over_on_a_deck_that_surges() -> None:
     """A tall load that friction holds on an accelerating deck tips about its edge, as a block on a pivot does."""
     half, tall, inertia, slip, duration = 0.5, 2.0, 1420.0, 2e-3, 0.5  # m, m, kg m², m/s, s
@@ -217,7 +213,6 @@ def compliant(stiffness: float, damping: float, start: dict[str, Any], duration:
     return crane_sim.simulate(scene(contact, start, duration, **changes))
 
 
-@pytest.mark.interpreted
 def test_a_load_dropped_on_springs() -> None:
     """A load that falls on four springs at v stays for 2 (π - atan(v ω / g)) / ω, and leaves at v."""
     drop, k = 0.2, 1e5
@@ -232,7 +227,6 @@ def test_a_load_dropped_on_springs() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
 
 
-@pytest.mark.interpreted
 def test_damping_of_hunt_and_crossley() -> None:
     """Without gravity, speeds u before and w after satisfy c u - ln(1 + c u) = -c w - ln(1 - c w)."""
     u, c = 0.8, 0.7

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from point_masses import Extras, Point, accelerations, mpf, mpmath, plus, rod_points, rotate
 
 from crane_sim import system
@@ -13,8 +12,6 @@ from crane_sim.models.cables.chain import Chain
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.crane import SuspendedCrane
-
-pytestmark = pytest.mark.interpreted
 
 ROOT = Path(__file__).parents[2]
 POST, ARM, LENGTH, INERTIA, ROPE, MASS = 40.0, 30.0, 4.0, 35.0, 2.5, 12.0

@@ -230,7 +230,6 @@ def release(rigid: bool) -> dict[str, Any]:
     return {"at": 2.0, "set": {"payload": loads(rigid)[0]}}
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 @pytest.mark.parametrize("hoist", HOISTS)
 @pytest.mark.parametrize("name", SUPPORTS)
@@ -247,7 +246,6 @@ def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> 
     np.testing.assert_allclose(after[1], expected, rtol=0.0, atol=1e-12)  # rounding of some 100 terms of size 1
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 @pytest.mark.parametrize("name", FREE)
 def test_momentum_from_the_free_hook_to_the_load_and_back(name: str, rigid: bool) -> None:
@@ -286,7 +284,6 @@ def momentum(name: str, reference: Reference, velocities: Any) -> list[float]:
     return [float(mpmath.fsum(m * v[c] for m, _, v in terms)) for c in (0, 1)]
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("velocity", [VELOCITY, "hook", None], ids=["moving", "with the hook", "at rest"])
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 @pytest.mark.parametrize("hoist", HOISTS)
@@ -320,7 +317,6 @@ def energy_scale(p: SuspendedCrane, x: Any) -> float:
     return abs(system.kinetic(p, x)) + abs(system.potential(p, x)) + TAKEN_MASS * p.gravity * sum(LENGTHS)
 
 
-@pytest.mark.interpreted
 def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
     """A point of 3 kg that moves up at 2 m/s on a free rope picks up 1 kg at rest: both at 1.5 m/s."""
     schedule = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 4.0}}})]
@@ -341,7 +337,6 @@ def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
     assert system.describe_event(p, encode(Guard.PAYLOAD, 0, 1)) == ("payload of 1 kg taken up, 4 kg hang now", "")
 
 
-@pytest.mark.interpreted
 def test_a_state_has_the_load_of_its_time() -> None:
     """A state made of joints has the hook alone up to the time of the pick-up, and the load after it."""
     p = crane("bridge", "rate", True, pick_up(True))
@@ -352,7 +347,6 @@ def test_a_state_has_the_load_of_its_time() -> None:
     assert after - before == pytest.approx(TAKEN_MASS * 9.81 * (z + TAKEN_CENTER[2]), rel=1e-13)
 
 
-@pytest.mark.interpreted
 def test_a_rope_that_would_push_ends_the_run() -> None:
     """Where ropes cannot push, picking up a body that moves up from below ends the run, and the text says why."""
     event = {"at": 1.0, "set": {"payload": {"mass": 4.0}}, "velocity": (0.0, 0.0, 2.0)}
@@ -366,7 +360,6 @@ def test_a_rope_that_would_push_ends_the_run() -> None:
     assert "a link would push" in system.describe_event(p, encode(Guard.PAYLOAD, 0))[0]
 
 
-@pytest.mark.interpreted
 def test_an_impact_across_the_cable_ends_no_run() -> None:
     """A cable impulse that is zero up to rounding does not count as pushing: a swinging load picks up one at rest.
 
@@ -400,7 +393,6 @@ RUN = {
 HEAVY = {"mass": 530.0, "inertia": [300.0, 350.0, 250.0], "attachment": [0.1, 0.0, 1.0]}
 
 
-@pytest.mark.interpreted
 def test_a_run_with_exchanges_keeps_its_energy() -> None:
     """A crane slews in the wind, picks a body up and releases it: the energy balance closes, the texts name both."""
     events = [
@@ -448,7 +440,6 @@ def test_exchanges_that_cannot_be_are_refused(event: dict[str, Any], payload: di
     assert line in str(error.value) and "\n" not in str(error.value)
 
 
-@pytest.mark.interpreted
 def test_the_instant_of_an_exchange_is_the_one_before_it() -> None:
     """At its own instant, in the middle of a run or at its end, the state is that before; the next one is after it."""
     taken = {"events": [{"at": 0.5, "set": {"payload": {"mass": 300.0}}}]}

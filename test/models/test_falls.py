@@ -25,8 +25,6 @@ from crane_sim.multibody.attitude import angular_velocity, rotation
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.plant import Plant
 
-pytestmark = pytest.mark.interpreted
-
 TOP = np.array([[1.2, 0.9, 0.0], [1.1, -0.8, 0.1], [-1.0, 0.9, 0.0], [-1.2, -0.7, -0.1]])
 BOTTOM = np.array([[0.7, 0.6, 0.5], [0.6, -0.5, 0.6], [-0.7, 0.5, 0.5], [-0.6, -0.6, 0.4]])
 STIFFNESS = np.array([4e3, 5e3, 4.5e3, 5.5e3])

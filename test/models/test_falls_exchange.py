@@ -70,7 +70,6 @@ def state_of(p: FallsCrane, name: str, t: float) -> Any:
     return system.state(p, t, joints, rates)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_accelerations_of_the_load_that_hangs_now(name: str, sea: bool) -> None:
@@ -110,7 +109,6 @@ def momentum(q: Any, v: Any, bodies: Any) -> Any:
     return total
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_momentum_of_both_bodies_is_that_of_the_one(name: str) -> None:
     """Pick-up and release conserve momentum and angular momentum; nothing but the load's velocities jumps."""
@@ -126,7 +124,6 @@ def test_momentum_of_both_bodies_is_that_of_the_one(name: str) -> None:
     np.testing.assert_array_equal(exchange_now(p, laden, 1, 2.0)[:20], laden[:20])
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("velocity", [VELOCITY, "hook", None], ids=["moving", "with the spreader", "at rest"])
 def test_the_energy_meter_jumps_as_the_energy_does(velocity: Any) -> None:
     """At pick-up and release the meter jumps as the crane's energy does; an impact dissipates."""
@@ -146,7 +143,6 @@ def test_the_energy_meter_jumps_as_the_energy_does(velocity: Any) -> None:
         assert system.kinetic(p, laden) < system.kinetic(p, x) + own
 
 
-@pytest.mark.interpreted
 def test_falls_that_pull_straight_through_an_impact() -> None:
     """No fall's tension but that of its damper jumps: falls are elastic, and no end of theirs moves."""
     p = crane("bridge")
@@ -159,7 +155,6 @@ def test_falls_that_pull_straight_through_an_impact() -> None:
     np.testing.assert_allclose(tensions[1], tensions[0], rtol=0.0, atol=1e-12 * STIFFNESS.max())  # m of rounding
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(("height", "allowed"), [(-5.0, True), (-3.9, False)])
 def test_points_of_the_new_load(height: float, allowed: bool) -> None:
     """From the exchange on the new load's points touch at their own height; below it the run ends, and says why."""
@@ -175,7 +170,6 @@ def test_points_of_the_new_load(height: float, allowed: bool) -> None:
     assert ("below the surface" in text) != allowed and ("events[0].set.contact" in change) != allowed
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("stands", [(1.0, 1.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)])
 def test_a_load_that_stands_on_fewer_than_three_points_does_not_stick(stands: Any) -> None:
     """A load that sticks goes on to stick after an exchange if it stands on three points or more, else it slips."""
@@ -256,7 +250,6 @@ def test_what_waits_on_the_deck_moves_with_it() -> None:
     np.testing.assert_allclose(model.exchange.velocities, [[0.0, 0.0, 0.4 * np.cos(0.4)]], rtol=1e-12)  # its decimals
 
 
-@pytest.mark.interpreted
 def test_the_wind_presses_on_what_was_taken_up() -> None:
     """A load with windage that a hook without takes up is blown away as by a hook with a windage of no area."""
     windage = {"area": 10.0, "drag_coefficient": 1.2}

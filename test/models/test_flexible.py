@@ -206,7 +206,6 @@ def wind_of(reference: Reference, t: float, q: Any) -> dict[str, Any]:
     return {"pushed": lambda t, q: on_base(SEA, t, reference.pressed(q)), "push": push}
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
 @pytest.mark.parametrize("which", AXES_THAT_BEND, ids=["both", "lateral", "vertical"])
 @pytest.mark.parametrize("name", OWN)
@@ -251,7 +250,6 @@ def rubbing(bent: FlexibleSupport) -> Support:
     return Support(bent, MOTORS[:drives] + (0.0,) * bending, (DRY,) * drives + (None,) * bending)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
 @pytest.mark.parametrize("case", HELD)
 def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: str, sea: bool) -> None:
@@ -286,7 +284,6 @@ def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: s
     assert (high - low) / (2 * h) == pytest.approx(power, abs=1e-8 * (abs(power) + abs(low)))  # h², rounding / h
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
 @pytest.mark.parametrize("name", OWN)
 def test_the_meter_counts_all_power(name: str, sea: bool) -> None:
@@ -316,7 +313,6 @@ def energy_of_points(reference: Reference, t: float, q: Any, v: Any) -> tuple[fl
         return float(kinetic), float(potential)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", OWN)
 def test_energies_at_sea_are_those_of_point_masses(name: str) -> None:
     """Energies in the world differ between two states as those of the points do.
@@ -348,7 +344,6 @@ def bent_at_rest(p: Any, q: Any, v: Any, u: Any, own: int) -> Any:
     return system.acceleration(p, 0.0, system.state(p, 0.0, q, v), u)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", OWN)
 def test_a_stiff_structure_is_rigid(name: str) -> None:
     """Where springs balance, accelerations approach those of the rigid crane as 1/k."""
@@ -381,7 +376,6 @@ def jacobian(p: Any, x: Any, u: Any, rows: list[int], columns: list[int]) -> Any
     return out
 
 
-@pytest.mark.interpreted
 def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> None:
     """With a free slew, jib on its spring and load on its rope have two frequencies, roots of a quadratic equation.
 
@@ -402,7 +396,6 @@ def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> No
     np.testing.assert_allclose(modes, expected, rtol=1e-7)  # h², rounding / h
 
 
-@pytest.mark.interpreted
 def test_a_jib_bends_upwards_with_its_load_at_the_frequency_of_a_closed_form() -> None:
     """Without gravity and with a rope that a winch holds, ω² is k over the inertia of jib, trolley and load."""
     mass, radius, stiffness = 10.0, 6.0, STIFFNESS[1]
@@ -413,7 +406,6 @@ def test_a_jib_bends_upwards_with_its_load_at_the_frequency_of_a_closed_form() -
     assert jacobian(p, q, (0.0, 0.0), [5], [5])[0, 0] == pytest.approx(-stiffness / inertia, rel=1e-7)  # h²
 
 
-@pytest.mark.interpreted
 def test_a_boom_without_load_bends_at_the_frequencies_of_two_bodies() -> None:
     """Drives that move freely leave k (1/I_i + 1/I_o) about either axis of a boom whose load weighs nothing."""
     chain, (_, elevation, length) = Chain(np.array([1e-9]), np.array([2.5])), OWN["mobile"]
@@ -428,7 +420,6 @@ def test_a_boom_without_load_bends_at_the_frequencies_of_two_bodies() -> None:
     np.testing.assert_allclose(got, -np.diag(expected), rtol=1e-6, atol=1e-6)  # h², rounding / h, the load
 
 
-@pytest.mark.interpreted
 def test_an_impact_passes_no_spring() -> None:
     """A load taken up at rest slows the jib and not its drive; angular momentum about the tower's axis is kept."""
     events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
@@ -448,7 +439,6 @@ def test_an_impact_passes_no_spring() -> None:
     assert after == pytest.approx(before, rel=1e-12)
 
 
-@pytest.mark.interpreted
 def test_an_impact_moves_no_drive_that_rests() -> None:
     """Behind its spring a drive keeps a rate of exactly 0 in 20 postures: by a rounding its friction would slip."""
     events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
@@ -481,7 +471,6 @@ def momentum(p: Any, x: Any, mass: float) -> float:
     return float(total)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", OWN)
 def test_play_meets_a_structure_that_bends(name: str) -> None:
     """A drive with play moves a crane that bends as its shaft's push would without the play."""

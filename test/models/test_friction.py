@@ -13,8 +13,6 @@ from scipy.integrate import solve_ivp
 import crane_sim
 from crane_sim import load_scene
 
-pytestmark = pytest.mark.interpreted
-
 G = 9.81
 ACCURATE = {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}
 M, PAYLOAD, DRUM = 10.0, 5.0, 3.0

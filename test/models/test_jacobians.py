@@ -42,7 +42,6 @@ class Moving:
         self.directions = None, self.of_time, directions_like(x, self.seeds, 0), None
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name == "overhead_long_cable")) for name in SCENES]
 )
@@ -70,7 +69,6 @@ def step_of(p, t, x, u, h):
 SHORT = ["overhead_energy", "knuckle_setpoint", "port_sts_container", "tower_sway"]
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name not in SHORT)) for name in SCENES]
 )

@@ -16,8 +16,6 @@ from crane_sim import load_scene, system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 
-pytestmark = pytest.mark.interpreted
-
 ACCURATE = {"method": "dop853", "rtol": 1e-12, "atol": 1e-12}
 BRIDGE: dict[str, Any] = {
     "crane": "bridge",

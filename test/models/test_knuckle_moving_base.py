@@ -11,8 +11,6 @@ from ship_motion import SHIP
 
 import crane_sim
 
-pytestmark = pytest.mark.interpreted
-
 PUSH = {axis: {"kind": "constant", "value": value} for axis, value in (("x", 4.0), ("y", -7.0), ("z", 2.0))}  # N
 
 

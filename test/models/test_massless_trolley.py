@@ -7,8 +7,6 @@ import pytest
 
 import crane_sim
 
-pytestmark = pytest.mark.interpreted
-
 LENGTH, GRAVITY, ANGLE = 4.0, 9.81, np.radians(25.0)
 SCENE: dict[str, Any] = {
     "crane": "overhead",

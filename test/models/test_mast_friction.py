@@ -8,8 +8,6 @@ import pytest
 import crane_sim
 from crane_sim import load_scene, system
 
-pytestmark = pytest.mark.interpreted
-
 SCENE = "tower_sway"
 RUBS = {"slew": {"coulomb": 1e4, "static": 1.2e4}, "trolley": {"coulomb": 600.0, "static": 900.0}}
 FREE = {"actuators": {}, "inputs": None, "rope.drive": "rate"}

@@ -14,8 +14,6 @@ from crane_sim.scenes.averaging import average
 from crane_sim.simulation.base_state import base_state
 from crane_sim.trajectories.base_motion import base_positions
 
-pytestmark = pytest.mark.interpreted
-
 MOTION = {
     "surge": {"amplitude": 0.4, "frequency": 0.5},
     "heave": {"amplitude": 0.8, "frequency": 0.7, "phase": 0.3},

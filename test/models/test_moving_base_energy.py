@@ -11,8 +11,6 @@ from spatial_scenes import scene_of as spatial_of
 
 import crane_sim
 
-pytestmark = pytest.mark.interpreted
-
 Array = np.ndarray[Any, Any]
 STENCIL = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 STEP = 1e-3  # s, of differences of order 4: 1e-12 of the fifth derivatives, and 1e-13 from rounding

@@ -10,8 +10,6 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.models.guards import Guard, encode
 
-pytestmark = pytest.mark.interpreted
-
 T = 0.37  # s
 WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0, "offset": 1.0}
 ONE = {"lengths": [1.2], "node_masses": [5.0]}

@@ -113,7 +113,6 @@ def test_springs_that_push_and_dampers(name: str) -> None:
     assert abs(lost) < 1e-8  # of 1e3 J, to the tolerance of 1e-12 a step
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", SLACK)
 def test_a_slack_cable(name: str) -> None:
     """Links go slack and taut when the reference says, and the payload flies freely in between."""
@@ -132,7 +131,6 @@ def test_a_slack_cable(name: str) -> None:
     assert [guards.decode(int(number)) for number in events[:, 1]] == expected
 
 
-@pytest.mark.interpreted
 def test_slack_cable_in_a_run() -> None:
     """A whole run tells its events in words, and its energy balances over every jolt."""
     done = simulate(scene_of_case(CASES["15_toss_N1_tension_only"]["spec"]), duration=2.0)
@@ -146,7 +144,6 @@ def hanging(mass: float, length: float, stiffness: float, below: float, **cable:
     return scene_of([mass], [length], stiffness, [[0.0, -length - mass * G / stiffness - below]], cable=cable)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("method", [DOP853(1e-11, 1e-13), Rodas(1e-9, 1e-11)], ids=lambda m: type(m).__name__)
 def test_a_spring_bounces_with_its_frequency(method: Any) -> None:
     """A mass on one vertical spring moves as a cosine of the frequency sqrt(k / m)."""

@@ -10,8 +10,6 @@ from crane_sim import system
 from crane_sim.models.energy_meter import Meter
 from crane_sim.numerics.jit import entry_point
 
-pytestmark = pytest.mark.interpreted
-
 
 def scene_of(masses: Any, lengths: Any, stiffness: float, initial: Any, **groups: Any) -> crane_sim.Scene:
     """Return the scene of an elastic cable below a force-driven trolley; `cable` and other groups add to it."""

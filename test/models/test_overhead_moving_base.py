@@ -10,8 +10,6 @@ from spatial_scenes import TIGHT, scene_of
 
 import crane_sim
 
-pytestmark = pytest.mark.interpreted
-
 STILL = {"sway": {"amplitude": 0.0, "frequency": 1.0}}
 
 

@@ -12,8 +12,6 @@ from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 from crane_sim.simulation.rollout import simulate
 
-pytestmark = pytest.mark.interpreted
-
 G = 9.81
 
 

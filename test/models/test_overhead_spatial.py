@@ -10,7 +10,6 @@ import crane_sim
 from crane_sim.simulation.rollout import Rollout, simulate
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", ["10_3D_driven_N3", "11_3D_pole_N2"])
 def test_references_in_space(name: str) -> None:
     """Sine forces on both axes, and links that pass where angles would be singular, meet their references."""
@@ -33,7 +32,6 @@ def test_references_in_space(name: str) -> None:
 FIXED: dict[str, Any] = {"trolley": {"drive": "fixed"}, "bridge": None, "inputs": None}
 
 
-@pytest.mark.interpreted
 def test_spherical_pendulum_past_the_horizontal() -> None:
     """A pendulum that passes the poles of two angles meets its reference without extra steps near the pole."""
     case = REFERENCE["09_3D_spherical_pole"]
@@ -45,7 +43,6 @@ def test_spherical_pendulum_past_the_horizontal() -> None:
     assert loose.stats["rhs_evaluations"] < 1000  # two angles take 5000 and more, without bound near the pole
 
 
-@pytest.mark.interpreted
 def test_planar_motion_stays_planar() -> None:
     """Planar motion stays planar: a start in the trolley's plane gives the planar model's trajectory, with y = 0."""
     angles, rates = np.array([0.3, -0.5, 0.9]), np.array([0.5, 1.0, -0.7])
@@ -100,7 +97,6 @@ def test_angular_momentum_about_the_vertical_is_conserved(long_run: Rollout) -> 
     assert np.ptp(long_run.energy) < 1e-10 * np.max(long_run.derived.kinetic)
 
 
-@pytest.mark.interpreted
 def test_unit_vectors_stay_on_the_sphere() -> None:
     """Links keep their lengths to rounding, and their rates stay across them."""
     check_sphere(throw_round(2.0))

@@ -11,8 +11,6 @@ from crane_sim import system
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 
-pytestmark = pytest.mark.interpreted
-
 Array = np.ndarray[Any, Any]
 G = 9.81
 exactly = np.vectorize(mpmath.mpf, otypes=[object])

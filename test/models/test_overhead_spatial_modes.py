@@ -10,8 +10,6 @@ import crane_sim
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import simulate
 
-pytestmark = pytest.mark.interpreted
-
 
 def rubbing(name: str, axis: str, friction: Any, **groups: Any) -> crane_sim.Scene:
     """Return a planar reference along one axis of a crane whose axes have both friction."""

@@ -19,7 +19,6 @@ from crane_sim.files.errors import SceneError
 from crane_sim.simulation.derived import derive
 from crane_sim.trajectories.base_motion import AXES, SplineBase
 
-pytestmark = pytest.mark.interpreted
 LENGTH, MASS, GRAVITY = 1.255, 4.0, 9.81
 
 

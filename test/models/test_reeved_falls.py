@@ -17,8 +17,6 @@ from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.reeving import Drum, Reeving, SheaveLoss
 from crane_sim.models.supports.support import Support
 
-pytestmark = pytest.mark.interpreted
-
 G, MASS, STIFFNESS = 9.81, 8000.0, 2e6
 ENDS = [[x, y, 0.0] for x in (0.5, -0.5) for y in (0.4, -0.4)]
 LOSSY = Reeving(4, 1, 12.0, SheaveLoss(1.03), Drum(0.4, 35.0))

@@ -27,8 +27,6 @@ from crane_sim.models.supports.support import Support
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.schema.reeving import RopeSlip, SheaveBearing, SheaveEfficiency
 
-pytestmark = pytest.mark.interpreted
-
 G = 9.81
 AT_REST = (5.0, 0.0, 0.0)  # m, m/s, m/s²: length of the falls, its rate, its acceleration
 LAYERS = Layers(np.array([30.0, 66.0]), np.array([3.0, 3.6]), 0.05)
@@ -320,7 +318,6 @@ def test_a_run_ends_where_a_fall_goes_slack() -> None:
     ],
     ids=["winch", "base", "force"],
 )
-@pytest.mark.interpreted
 def test_no_reeved_rope_pushes(changes: Any, what: str) -> None:
     """A winch that lowers faster than the load falls, and a base that falls away, end a run in one line."""
     with pytest.raises(crane_sim.SimulationError) as error:

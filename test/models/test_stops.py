@@ -17,8 +17,6 @@ from crane_sim.simulation.batch_metrics import run_with_metrics
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError
 
-pytestmark = pytest.mark.interpreted
-
 FIXED = {"method": "rk4", "step": 0.005}
 DIGITS = 1e-5  # s: times in messages have six digits
 

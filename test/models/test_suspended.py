@@ -40,8 +40,6 @@ from crane_sim.models.wind_load import Windage
 from crane_sim.trajectories.base_motion import AXES, Base
 from crane_sim.trajectories.wind import Wind
 
-pytestmark = pytest.mark.interpreted
-
 INERTIA = np.array([[3.0, 0.3, -0.2], [0.3, 4.0, 0.5], [-0.2, 0.5, 5.0]])
 ATTACHMENT = (0.1, 0.2, 1.0)
 SEA = {

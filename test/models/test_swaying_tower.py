@@ -18,8 +18,6 @@ from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.trajectories.base_motion import AXES, Base
 
-pytestmark = pytest.mark.interpreted
-
 SEA = {
     "surge": {"amplitude": 0.5, "frequency": 0.7},
     "heave": {"amplitude": 0.8, "frequency": 1.1, "phase": 0.4},

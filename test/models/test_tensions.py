@@ -10,8 +10,6 @@ from crane_sim.cli.report import print_summary
 from crane_sim.recording.layout import layout_of_scene
 from crane_sim.simulation.derived import derive
 
-pytestmark = pytest.mark.interpreted
-
 NODES = {"lengths": [0.5, 0.4, 0.3, 0.2, 0.1], "node_masses": [0.1, 0.2, 0.3, 0.4, 60.0]}
 FIXED: dict[str, Any] = {"crane": "overhead", "duration": 1.0, "trolley": {"drive": "fixed"}}
 G = 9.81

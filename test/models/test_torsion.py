@@ -50,7 +50,6 @@ def gradient(name: str, q: Any) -> Any:
     return [(twist(name, up) - twist(name, down)) / (2 * STEP) for up, down in moved]
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
 @pytest.mark.parametrize("name", ["tower", "mobile"])
 def test_accelerations_are_those_of_virtual_work(name: str, sea: bool) -> None:
@@ -95,7 +94,6 @@ SCENE: dict[str, Any] = {
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 def test_a_load_that_turns_and_swings() -> None:
     """A load turns to and fro by 332 degrees at √(k/I), damped as in closed form; with swing the audit still closes."""
     omega, rate, damping = sqrt(TWIST / INERTIA), 2.9, 15.0
@@ -113,7 +111,6 @@ def test_a_load_that_turns_and_swings() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
 
 
-@pytest.mark.interpreted
 def test_a_run_ends_before_a_whole_turn() -> None:
     """A load that turns too fast ends the run where the rope has 6 rad, at the time of the closed form."""
     with pytest.raises(crane_sim.SimulationError, match="the rope is twisted by almost a turn") as error:

@@ -16,8 +16,6 @@ from crane_sim.models.stops import Stops
 from crane_sim.models.wind_kink import BAND, height_above_kink
 from crane_sim.trajectories.wind import Kink
 
-pytestmark = pytest.mark.interpreted
-
 SWUNG: dict[str, Any] = {
     "crane": "pendulum",
     "duration": 10.0,

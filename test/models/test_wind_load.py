@@ -14,7 +14,6 @@ from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
 from crane_sim.trajectories.wind import gust_at, speed_ratio
 
-pytestmark = pytest.mark.interpreted
 Array = np.ndarray[Any, Any]
 TIME, STEP = 1.7, 1e-3  # s; differences of order 4: 1e-12 of the fifth derivative, and 1e-13 from rounding
 DENSITY, AREA, DRAG = 1.3, 2.5, 1.1

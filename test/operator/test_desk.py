@@ -102,7 +102,6 @@ def test_brakes_stay_on_until_a_lever_moves() -> None:
     assert not desk.braked
 
 
-@pytest.mark.interpreted
 def test_a_dragged_joint_is_named() -> None:
     """A velocity that is far from the reference of its drive is named, one on a ramp or behind a lag is not."""
     limits = SoftLimits((JOINTS[0], JOINTS[1]._replace(lag=0.2)), 0.01)

@@ -18,8 +18,6 @@ from crane_sim.operator.drives import (
 )
 from crane_sim.simulation.plant import Plant
 
-pytestmark = pytest.mark.interpreted
-
 
 def actuators_of(name: str, overrides: dict[str, Any] | None = None, **options: Any) -> dict[str, Any]:
     """Return the drives of a scene for an operator."""

@@ -16,7 +16,7 @@ from crane_sim.simulation.derived import derive_instant
 
 __all__ = ["fake_sources"]
 
-pytestmark = [pytest.mark.interpreted, pytest.mark.usefixtures("fake_sources")]
+pytestmark = pytest.mark.usefixtures("fake_sources")
 
 
 class Graph:

@@ -20,8 +20,6 @@ from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.result import read_result
 
-pytestmark = pytest.mark.interpreted
-
 LAW = """
 def build(settings, scene):
     gain = settings["gain"]

@@ -18,7 +18,6 @@ from crane_sim.report.comparison_page import comparison_data
 from crane_sim.report.page import save_comparison
 from crane_sim.report.page_data import page_data
 
-pytestmark = pytest.mark.interpreted
 SHIFT = 0.125  # m, a power of two: sums with it are exact at these magnitudes up to rounding
 ACCURACY = 1e-6  # m: positions are quantised to their range / 2^32, the transforms add roundings
 INSTANTS = 10

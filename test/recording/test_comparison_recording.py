@@ -16,7 +16,6 @@ from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.viewer import PictureError
 
-pytestmark = pytest.mark.interpreted
 SHIFT = 0.125  # m, of the second run's trolley and payload
 FLOAT32 = 1e-6  # m: lines and transforms in a recording have single precision, of lengths of a few metres
 

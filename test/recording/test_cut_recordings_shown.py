@@ -11,8 +11,6 @@ from crane_sim.recording.rerun.cut_files import open_viewable, viewable
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.rrd_file import read_chunks, whole_size
 
-pytestmark = pytest.mark.interpreted
-
 
 def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The copy of a file that was cut within a message ends before it, and has a name that a viewer loads."""

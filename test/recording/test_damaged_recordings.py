@@ -23,7 +23,6 @@ from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 from crane_sim.simulation.rollout import Rollout
 
-pytestmark = pytest.mark.interpreted
 STEPS, BLOCK = 60, 10
 KINDS = (".rrd", ".mcap")
 ARRAYS = ("t", "q", "v", "u", "commands", "reference", "tip", "payload", "tensions", "swing", "kinetic", "potential")

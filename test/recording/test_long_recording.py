@@ -34,7 +34,6 @@ def test_only_a_short_recording_is_indexed(duration: float, indexed: bool, tmp_p
     assert read_summary(tmp_path / "run.rrd")["recorded_steps"] == summary["recorded_steps"] == 100
 
 
-@pytest.mark.interpreted
 def test_many_blocks_are_compacted_where_there_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 80 blocks two chunks a curve are left, with an index and the same values; without time all of them."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # a block a step

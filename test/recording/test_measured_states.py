@@ -15,7 +15,6 @@ from crane_sim.report.panels import panels_of
 from crane_sim.simulation.hardware import measure
 from crane_sim.simulation.plant import Plant
 
-pytestmark = pytest.mark.interpreted
 FAULT = {"dark": {"kind": "sensor_loss", "joint": "swing_tangential", "at": 0.1}}
 
 

@@ -31,7 +31,6 @@ CHANGES: dict[str, Any] = {
 }
 
 
-@pytest.mark.interpreted
 def test_errors_of_a_path_of_joints_have_the_joints_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Terminal, page, comparison and the recording's summary show the errors of a path of angles as angles."""
     rollout = crane_sim.simulate("knuckle_setpoint", overrides=CHANGES)

@@ -18,8 +18,6 @@ from crane_sim.recording.rerun.vessel import CREST_POINTS
 from crane_sim.recording.step_assembler import Row
 from crane_sim.trajectories.base_motion import base_positions
 
-pytestmark = pytest.mark.interpreted
-
 
 @pytest.fixture(scope="module")
 def run() -> crane_sim.Rollout:

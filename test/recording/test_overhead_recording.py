@@ -25,8 +25,6 @@ from crane_sim.recording.suspension import Suspension, hanging_still
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import derive
 
-pytestmark = pytest.mark.interpreted
-
 STEPS = 300
 FRAMES = len(range(0, STEPS, 3))  # 30 Hz of the 100 Hz
 

@@ -21,8 +21,6 @@ from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.simulation.hardware import measure
 from crane_sim.simulation.rollout import Rollout
 
-pytestmark = pytest.mark.interpreted
-
 
 @cache
 def recorded_run() -> Rollout:

@@ -14,8 +14,6 @@ from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.step_assembler import Row
 from crane_sim.report.panels import Curve, panels_of
 
-pytestmark = pytest.mark.interpreted
-
 STEPS = 4
 
 

@@ -69,7 +69,6 @@ def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
     assert (tmp_path / "run.rrd").exists()
 
 
-@pytest.mark.interpreted
 def test_a_run_of_the_same_name_recovers_what_was_left(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A run that is recorded where a killed one left a file keeps that one's steps and says so in one line."""
     path, run = tmp_path / "run.rrd", simulate(SCENE, duration=0.3)
@@ -85,7 +84,6 @@ def test_a_run_of_the_same_name_recovers_what_was_left(tmp_path: Path, caplog: p
         assert np.array_equal(read_curves(file, "plots/q").values, run.q[:-1])
 
 
-@pytest.mark.interpreted
 def test_a_folder_that_is_gone_is_an_error_of_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A recording whose folder was removed ends in one line, whether the disk fails or the file cannot be renamed."""
     folder = tmp_path / "gone"

@@ -17,8 +17,6 @@ from crane_sim.recording.replay import Difference
 from crane_sim.recording.replay import replay as replay_run
 from crane_sim.recording.run import RecordedRun
 
-pytestmark = pytest.mark.interpreted
-
 PROGRAM = Path(__file__).parents[1] / "programs" / "replays.py"
 SLOW = {"overhead_long_cable", "overhead_steel", "pendulum_sea"}  # minutes without compilation
 PERIODS = 8  # of a run
@@ -107,7 +105,6 @@ def test_a_difference_is_one_line() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 def test_recordings_of_the_catalogue_are_repeated_by_another_process(tmp_path: Path) -> None:
     """Short runs of at least fifty scenes are replayed by a process of its own, and all their states agree."""
     recordings, steps = list[str](), dict[str, int]()

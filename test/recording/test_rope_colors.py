@@ -34,7 +34,6 @@ def test_a_rope_that_begins_slack_is_compared_to_its_largest_tension() -> None:
     assert usual_tensions(np.zeros((3, 1))).tolist() == [1.0]
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("scene", "colors"), [("knuckle_setpoint", "Cylinders3D:colors"), ("overhead_lqr", "LineStrips3D:colors")]
 )

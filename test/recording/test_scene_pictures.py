@@ -87,21 +87,18 @@ def check(scene: str, folder: Path, duration: float | None = None, overrides: di
             assert not rim.any(), f"{scene} at {t:g} s: the {part} leaves the picture"
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("scene", KINDS)
 def test_a_crane_is_in_the_picture(scene: str, tmp_path: Path) -> None:
     """A crane is seen whole at start, middle and end of a short run."""
     check(scene, tmp_path, brief(scene))
 
 
-@pytest.mark.interpreted
 def test_a_crane_that_slews_away_from_its_target_is_in_the_picture(tmp_path: Path) -> None:
     """A crane that goes where nothing in its scene says that it does is seen whole, too, at the end as at the start."""
     check("knuckle_setpoint", tmp_path, 1.0, {"initial.v": [-3.0, 0.0, 0.0, 0.0, 0.0, 0.0]})
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 @pytest.mark.parametrize("scene", [name for name in sorted(scene_files()) if name not in KINDS])
 def test_every_scene_is_in_the_picture(scene: str, tmp_path: Path) -> None:
     """Every other scene of the catalogue is, too."""

@@ -39,7 +39,6 @@ def run(rollout: crane_sim.Rollout, tmp_path_factory: pytest.TempPathFactory) ->
     return crane_sim.read_recording(rollout.record(tmp_path_factory.mktemp("states") / "run.rrd"))
 
 
-@pytest.mark.interpreted
 def test_faults_and_switches_are_timelines(rollout: crane_sim.Rollout, run: RecordedRun) -> None:
     """A recording has the faults at the times of the scene, and a limit switch from the first step beyond it on."""
     assert run.states["fault sticky boom"] == [(0.0, "off"), (0.05, "on"), (0.15, "off")]
@@ -50,7 +49,6 @@ def test_faults_and_switches_are_timelines(rollout: crane_sim.Rollout, run: Reco
     assert "brakes" not in run.states and "rope" not in run.states, "what keeps its normal state has no timeline"
 
 
-@pytest.mark.interpreted
 def test_a_page_has_the_timelines_as_bands(run: RecordedRun) -> None:
     """The bands of a page cover the run without a gap, each with the colour of its state."""
     rows = page_data(run)["states"]
@@ -61,7 +59,6 @@ def test_a_page_has_the_timelines_as_bands(run: RecordedRun) -> None:
         assert all(COLORS[state] == color for _, _, state, color in row["spans"])
 
 
-@pytest.mark.interpreted
 def test_timelines_follow_from_steps(rollout: crane_sim.Rollout) -> None:
     """Brakes act where the plant says so, slack ropes have no tension, a contact a force, limited efforts differ.
 
@@ -88,7 +85,6 @@ def test_timelines_follow_from_steps(rollout: crane_sim.Rollout) -> None:
     }
 
 
-@pytest.mark.interpreted
 def test_messages_add_timelines(rollout: crane_sim.Rollout, tmp_path: Path) -> None:
     """What a plant says of its controller is a timeline, in which a repeated state is no change."""
     writer = RunWriter(tmp_path / "run.rrd", of_rollout(rollout, "messages"))

@@ -14,8 +14,6 @@ from crane_sim.recording.step_assembler import Row
 from crane_sim.report.page_data import page_data
 from crane_sim.simulation.derived import world_points
 
-pytestmark = pytest.mark.interpreted
-
 FREE: dict[str, Any] = {"control": None, "reference": None, "inputs": None, "duration": 1.0}
 GIVEN = {"stiffness": 3e8, "deflection": -0.02}  # at t = 0, which is not at rest
 REST = {"flexibility.vertical.deflection": None}

@@ -21,7 +21,6 @@ from crane_sim.report.page import save_comparison, save_page
 from crane_sim.report.plotting import save_figure
 from crane_sim.simulation.rollout import Rollout
 
-pytestmark = pytest.mark.interpreted
 FULL = 4096  # bytes, the most of a file that this disk holds
 DEADLINE = 200.0  # s, of a program that takes a few
 

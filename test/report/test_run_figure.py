@@ -22,7 +22,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     return crane_sim.read_recording(crane_sim.simulate("knuckle_setpoint", duration=0.5).record(file))
 
 
-@pytest.mark.interpreted
 def test_every_axis_has_a_unit(run: RecordedRun) -> None:
     """Every panel of the figure has a time axis in s, or a path in m, and its own unit."""
     axes = [axis for axis in run.plot().axes if axis.axison]
@@ -32,7 +31,6 @@ def test_every_axis_has_a_unit(run: RecordedRun) -> None:
         assert axis.get_ylabel().endswith("]") and axis.get_title(loc="left")
 
 
-@pytest.mark.interpreted
 def test_curves_of_different_size_have_their_own_axis(run: RecordedRun) -> None:
     """A curve that moves spans at least a tenth of its axis; a joint has the same colour in every panel."""
     colors: dict[str, set[str]] = {}
@@ -48,7 +46,6 @@ def test_curves_of_different_size_have_their_own_axis(run: RecordedRun) -> None:
     assert all(len(colors[joint]) == 1 for joint in run.crane.actuated)
 
 
-@pytest.mark.interpreted
 def test_figures_are_files_of_their_kind(run: RecordedRun, tmp_path: Path) -> None:
     """PNG, PDF and SVG begin as such files do; another kind is refused."""
     for kind, head in (("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")):
@@ -82,7 +79,6 @@ def test_integers_keep_nine_digits() -> None:
     assert np.abs(o2 + s2 * integers[1] - columns[:, 2]).max() <= 1.0 / 2**32 + 1e-13
 
 
-@pytest.mark.interpreted
 def test_runs_share_panels_and_one_legend() -> None:
     """Each panel of several runs has one curve a run with its values over its own times, and one legend names them."""
     runs = [crane_sim.simulate("overhead_energy", duration=0.2, overrides={"payload.mass": m}) for m in (8.0, 11.0)]
@@ -95,7 +91,6 @@ def test_runs_share_panels_and_one_legend() -> None:
         assert np.array_equal(line.get_xdata(), run.t) and np.array_equal(line.get_ydata(), run.q[:, 0])
 
 
-@pytest.mark.interpreted
 def test_viewer_and_page_name_quantities_alike(run: RecordedRun) -> None:
     """What has a plot of the viewer for each unit has the same title and unit in the panels of figure and page."""
     layout = layout_of_scene(load_scene(run.name), "run")

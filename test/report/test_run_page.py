@@ -95,20 +95,17 @@ def check_quiet(answers: dict[str, Any]) -> None:
         assert answer["answer"]["wide"] <= 900, name
 
 
-@pytest.mark.interpreted
 def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
     """Payload and tip, and the solid that is drawn for the payload, are where the recording has them."""
     check_positions(runs, answers)
 
 
-@pytest.mark.interpreted
 def test_pages_are_self_contained_and_without_errors(answers: dict[str, Any]) -> None:
     """Pages are self-contained: no request, no error or warning is logged; none is wider than its window."""
     check_quiet(answers)
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 @pytest.mark.parametrize("first", range(0, len(CATALOGUE), PAGES_PER_BROWSER))
 def test_pages_of_the_catalogue(first: int, tmp_path: Path) -> None:
@@ -123,8 +120,6 @@ def test_pages_of_the_catalogue(first: int, tmp_path: Path) -> None:
     check_quiet(answers)
 
 
-@pytest.mark.interpreted
-@pytest.mark.interpreted
 def test_a_run_that_was_not_in_real_time_says_so(answers: dict[str, Any]) -> None:
     """The page of a run that the machine was too slow for begins with a line on it, others have none."""
     assert f"not in real time: {LATE};" in answers["gantry"]["answer"]["text"][:600]
@@ -138,7 +133,6 @@ def test_a_failed_run_says_why(runs: dict[str, RecordedRun], answers: dict[str, 
     assert "stopped" not in answers["knuckle"]["answer"]["text"]
 
 
-@pytest.mark.interpreted
 def test_pages_name_what_made_them(runs: dict[str, RecordedRun]) -> None:
     """A page holds the scene's text, the versions and the hash of the states; it loads nothing from elsewhere."""
     for run in runs.values():
@@ -148,7 +142,6 @@ def test_pages_name_what_made_them(runs: dict[str, RecordedRun]) -> None:
         assert len(text) < SIZE and not re.search(LOADS, text)
 
 
-@pytest.mark.interpreted
 def test_markup_of_a_scene_s_text_is_no_part_of_the_page(runs: dict[str, RecordedRun]) -> None:
     """Whatever a description says, the page's script elements end where they did: no < of the data is left."""
     (run, *_) = runs.values()
@@ -157,7 +150,6 @@ def test_markup_of_a_scene_s_text_is_no_part_of_the_page(runs: dict[str, Recorde
     assert "<" not in data.split(">", 1)[1] and "u003c!-- " in data
 
 
-@pytest.mark.interpreted
 def test_a_long_run_stays_small(runs: dict[str, RecordedRun], tmp_path: Path) -> None:
     """A run of ten minutes at 100 Hz makes a page below 2 MB, in which the peaks of a curve are still there."""
     run = lengthen(runs["knuckle"], 60_000)

@@ -15,7 +15,6 @@ from crane_sim.ros.common.ros2_control import controllers_file, urdf_with_ros2_c
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant
 
-pytestmark = pytest.mark.interpreted
 NAN = float("nan")
 SERVO = {"gain": 1e4, "position_gain": 1.0, "max_speed": 0.4}
 SPEED = {"drive": "velocity", "servo": {"gain": 1e4, "max_speed": 0.5}}

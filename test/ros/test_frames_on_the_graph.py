@@ -12,8 +12,6 @@ from scipy.spatial.transform import Rotation
 
 from crane_sim import load_scene
 
-pytestmark = pytest.mark.interpreted
-
 SHIP = {"roll": {"amplitude": 0.1, "frequency": 0.7}, "mount": {"position": [5.0, 1.0, 2.0], "yaw": 0.5}}
 FIRST = 10_000_000  # ns, stamp of the first state
 

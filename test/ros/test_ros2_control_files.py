@@ -11,7 +11,6 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.files.document import read
 from crane_sim.ros.common.ros2_control import FREQUENCY, controllers_file, joint_gains, urdf_with_ros2_control
 
-pytestmark = pytest.mark.interpreted
 FORMS = {read(name)["crane"]: name for name in sorted(scene_files(), reverse=True)}  # a scene of each
 
 

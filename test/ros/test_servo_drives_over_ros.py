@@ -12,8 +12,6 @@ from std_srvs.srv import SetBool
 
 from crane_sim import load_scene
 
-pytestmark = pytest.mark.interpreted
-
 SPEEDS = [0.2, -0.1, 0.1, 0.05]  # rad/s and m/s of slew, boom, jib, rope
 BIAS = 0.25  # rad, of the slew's sensor
 CHANGES = {

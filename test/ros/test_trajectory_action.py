@@ -20,7 +20,6 @@ from crane_sim.ros.controller.trajectory_goal import GoalCode
 from crane_sim.scenes.scene import Scene
 
 pytestmark = [
-    pytest.mark.interpreted,
     pytest.mark.skipif(
         find_spec("control_msgs") is None, reason="control_msgs is absent (./crane interfaces builds it)"
     ),

@@ -26,8 +26,6 @@ from crane_sim.trajectories.polynomials import Array, evaluate, max_derivatives
 from crane_sim.trajectories.replanning import stop_trajectory, to_piecewise_polynomial
 from crane_sim.trajectories.trajectory import compile_trajectory
 
-pytestmark = pytest.mark.interpreted
-
 NAMES = ("trolley", "hoist")
 PERIOD, PERIOD_NS = 0.01, 10_000_000
 

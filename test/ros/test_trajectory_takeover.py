@@ -17,7 +17,6 @@ from crane_sim.ros.controller import trajectory_action
 
 __all__ = ["fake_sources"]
 
-pytestmark = pytest.mark.interpreted
 CODEC = JointStateCodec(load_scene(DOCUMENT).joint_names, STATE)
 PERIOD_NS = 10_000_000
 

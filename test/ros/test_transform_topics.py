@@ -10,8 +10,6 @@ from crane_sim.ros.plant import transform_topics
 from crane_sim.ros.plant.transform_topics import TransformTopics, missing_package
 from crane_sim.simulation.plant import Plant
 
-pytestmark = pytest.mark.interpreted
-
 
 class Message(SimpleNamespace):
     """A message of tf2_msgs, which is no wheel."""

@@ -145,7 +145,6 @@ def held_commands(bag: Path) -> np.ndarray:
     return np.where(np.isnan(velocities), efforts, velocities)
 
 
-@pytest.mark.interpreted
 def test_a_killed_operator_node_stops_the_crane(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the operator's node dies, the crane is braked to rest and the run ends, with one line why."""
     scene, nodes = with_operator_drives(load_scene(DOCUMENT)), dict[str, int]()

@@ -9,8 +9,6 @@ from crane_sim import acceleration, load_scene, orchestration
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 
-pytestmark = pytest.mark.interpreted
-
 
 def test_lockstep_equals_simulate_through_events() -> None:
     """A trolley that sticks and slips under a sampled law gives the same bits over Fast DDS as in one process."""

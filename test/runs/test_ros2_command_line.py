@@ -15,7 +15,6 @@ from speed_trolley import DOCUMENT
 from crane_sim import load_scene
 
 pytestmark = [
-    pytest.mark.interpreted,
     pytest.mark.long,
     pytest.mark.skipif(find_spec("ros2cli") is None, reason="ros2cli is absent (ROS 2 installations have it)"),
 ]

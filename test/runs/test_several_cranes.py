@@ -71,7 +71,6 @@ def run_side_by_side(*runs: dict) -> list[dict]:
 SIDES = ("west", "east")
 
 
-@pytest.mark.interpreted
 @pytest.mark.skipif(find_spec("tf2_msgs") is None, reason="tf2_msgs is absent (./crane interfaces builds it)")
 def test_two_cranes_of_a_kind_have_one_tree_of_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two `crane run` of one scene in one domain, on one clock: no frame is both cranes', each payload is in its frame.

@@ -13,8 +13,6 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.measurements import measure_imu, measure_payload
 
-pytestmark = pytest.mark.interpreted
-
 CRANES = ("tower_gust", "mobile_lift", "port_sts_container", "knuckle_setpoint", "overhead_spatial")
 SEA: dict[str, Any] = {
     "base_motion": {

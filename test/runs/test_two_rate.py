@@ -52,13 +52,11 @@ def whole() -> tuple[Plant, list[int]]:
     return run_plant(lambda t, q, v: (law(t, q, v), law.outer_loop.demand))
 
 
-@pytest.mark.interpreted
 def test_the_tracker_is_evaluated_at_the_first_step_of_every_interval(whole: tuple[Plant, list[int]]) -> None:
     """Demands change at the first control steps at or after multiples of a thirtieth of a second, and hold between."""
     assert whole[1] == [ceil(j / 30.0 / PERIOD - 1e-6) for j in range(15)]
 
 
-@pytest.mark.interpreted
 def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> None:
     """A servo with the setpoints of a separate tracker moves the crane as the whole law does, bit for bit."""
     slow, fast = with_initial_state(SCENE.law), inner_loop_of(with_initial_state(SCENE.law))
@@ -73,7 +71,6 @@ def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> N
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_id: int) -> None:
     """Plant, tracker and servo in processes of their own pass through the states of the whole law."""
     summary = orchestration.run(SCENE, record=None, domain_id=domain_id)

@@ -18,8 +18,6 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.stepping.periods import begin
 
-pytestmark = pytest.mark.interpreted
-
 RUN = {"knuckle": "knuckle_setpoint", "overhead": "overhead_swing"}  # scenes that are run, one of each kind of crane
 
 

@@ -20,7 +20,6 @@ from crane_sim.trajectories.base_motion import Base, base_motion_at, base_positi
 from crane_sim.trajectories.inputs import Constant, Polynomial, Sine, Table
 from crane_sim.trajectories.profiles import SineMotion
 
-pytestmark = pytest.mark.interpreted
 SWING = {"frequency": 0.7, "phase": "90 deg"}  # most of the acceleration at t = 0
 LIST = {"roll": {"amplitude": 0.0, "frequency": 0.7, "offset": "3 deg"}}
 

@@ -10,8 +10,6 @@ import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.layout import layout_of_scene
 
-pytestmark = pytest.mark.interpreted
-
 MOTION = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
 PUSH = {"kind": "sine", "amplitude": 60.0, "frequency": 3.0}
 DRY = {"coulomb": 3.0, "static": 5.0, "viscous": 2.0}

@@ -7,8 +7,6 @@ import pytest
 
 import crane_sim
 
-pytestmark = pytest.mark.interpreted
-
 SEA = {"heave": {"amplitude": 0.3, "frequency": 1.1}, "roll": {"amplitude": 0.04, "frequency": 0.9, "phase": 1.0}}
 WIND = {"speed": 9.0, "height": 40.0, "origin_height": 70.0, "gusts": {"spectrum": "von_karman", "intensity": 0.15}}
 WINDAGE = {"area": 8.0, "drag_coefficient": 1.3, "centre": [0.3, 0.0, 0.0]}

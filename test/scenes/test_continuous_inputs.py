@@ -11,8 +11,6 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 
-pytestmark = pytest.mark.interpreted
-
 LOWERED = {  # its boom falls, nothing holds it
     "control": None,
     "reference": None,

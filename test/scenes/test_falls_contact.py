@@ -9,7 +9,7 @@ from test_falls_schemas import LOAD, SHIP_MOTION, scene_document
 import crane_sim
 from crane_sim import load_scene
 
-pytestmark = [pytest.mark.interpreted, pytest.mark.long]
+pytestmark = pytest.mark.long
 
 CORNERS = [[x, y, -0.9] for x in (0.4, -0.4) for y in (0.5, -0.5)]
 RUBBING = {"friction": 0.5, "slip_velocity": 0.1}  # a slower one has the run take many more steps

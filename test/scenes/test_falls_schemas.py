@@ -9,8 +9,6 @@ import pytest
 import crane_sim
 from crane_sim import acceleration, load_scene
 
-pytestmark = pytest.mark.interpreted
-
 ENDS = [[x, y, 0.0] for x in (0.2, -0.2) for y in (0.3, -0.3)]
 LOAD = {"mass": 100.0, "inertia": [30.0, 20.0, 40.0], "attachment": [0.05, 0.02, 0.5]}
 FALLS = {"top": ENDS, "bottom": [[0.7 * x, 0.9 * y, 0.0] for x, y, _ in ENDS], "axial_stiffness": 4e4}

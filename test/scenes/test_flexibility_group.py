@@ -16,8 +16,6 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.derived import world_points
 from crane_sim.simulation.hardware import joint_mechanics
 
-pytestmark = pytest.mark.interpreted
-
 LATERAL, VERTICAL = {"stiffness": 8.2e7, "damping_ratio": 0.01}, {"stiffness": 3.3e8, "damping_ratio": 0.01}
 JIB = {"jib": {"mass": 10.5e3, "centre": 30.0, "inertia": 3.15e6}}
 BOTH = {"lateral": LATERAL, "vertical": VERTICAL}

@@ -12,8 +12,6 @@ from crane_sim.models.falls.crane import Falls
 from crane_sim.models.loads import RigidLoad
 from crane_sim.scenes.schema.load_at_rest import load_at_rest
 
-pytestmark = pytest.mark.interpreted
-
 GRAVITY = 9.81
 NOTHING = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 BEAM: dict[str, Any] = {

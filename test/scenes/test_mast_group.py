@@ -14,8 +14,6 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.derived import world_points
 from crane_sim.simulation.hardware import joint_mechanics
 
-pytestmark = pytest.mark.interpreted
-
 SCENE, FREE = "tower_sway", {"inputs": None, "actuators": {}}
 EXACT = {"integrator": {"method": "dop853", "rtol": 1e-11, "atol": 1e-12}, "duration": 0.1}
 SEA = {"heave": {"amplitude": 0.3, "frequency": 1.1}, "roll": {"amplitude": 0.04, "frequency": 0.9, "phase": 1.0}}

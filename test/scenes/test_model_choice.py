@@ -14,8 +14,6 @@ from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.recording.layout import layout_of_scene
 from crane_sim.scenes.scene import load_scene
 
-pytestmark = pytest.mark.interpreted
-
 LINKS = [{"mass": 1.0, "length": 0.5}]
 BODY = {"mass": 3.0, "inertia": [1.0, 1.2, 0.9], "attachment": [0.0, 0.1, 0.2]}
 LOADED = {"mass": 4.0, "inertia": [2.0, 2.2, 1.9], "attachment": [0.0, 0.1, 0.3]}
@@ -207,7 +205,6 @@ def test_contradictions_are_one_line(case: str) -> None:
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.interpreted
 def test_an_input_that_drives_nothing_is_refused() -> None:
     """A locked rope takes no input; one is refused in a line, not left out."""
     groups = {"control": None, "reference": None, "rope": {"drive": "locked"}}

@@ -42,7 +42,6 @@ def hash_with(law: str, **settings: float) -> str:
     return crane_sim.simulate(SCENE | {"control": {"law": law} | settings}).summary["state_sha256"]
 
 
-@pytest.mark.interpreted
 def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A law named by file, by module or as a builder with settings gives the same states as its function."""
     file = tmp_path / "law_of_file.py"
@@ -57,7 +56,6 @@ def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.Mon
     assert crane_sim.simulate(scene).summary["state_sha256"] == own
 
 
-@pytest.mark.interpreted
 def test_the_command_takes_a_file_of_the_working_folder(tmp_path: Path) -> None:
     """`crane simulate --law FILE.py:FUNCTION` runs the law of that file."""
     (tmp_path / "mine.py").write_text(LAW)

@@ -9,8 +9,6 @@ import crane_sim
 from crane_sim.scenes.schema.backlash import Drive, shaft_frequency
 from crane_sim.simulation.linearisation import equilibrium, state_matrices
 
-pytestmark = pytest.mark.interpreted
-
 KEYS = ("control", "inputs", "actuators", "friction", "lugre", "backlash", "base_motion", "events")
 FIXED = {"integrator": {"method": "rk4", "step": 1e-5}, "duration": 1.0}
 FREE: dict[str, Any] = dict.fromkeys(KEYS) | FIXED

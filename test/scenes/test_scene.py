@@ -130,7 +130,6 @@ def test_an_unknown_scene_is_rejected_with_the_nearest_name() -> None:
         load_scene("knuckle_setpont")
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", sorted(scene_files()))
 def test_every_catalogue_scene_is_unchanged_by_dump_and_load(name: str, tmp_path: Path) -> None:
     """Every catalogue scene is valid, has a description, and is unchanged by `dump` and `load_scene`."""
@@ -161,7 +160,6 @@ def test_nominal_groups_reach_the_law_only() -> None:
     assert scene.law.nominal.load.mass == 1.01  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
 
 
-@pytest.mark.interpreted
 def test_another_law_ignores_the_settings_of_the_scene_s_own() -> None:
     """Another law ignores the gains of the scene's own, listed in `notes`; period and shared settings stay."""
     switched = load_scene("knuckle_unknown_load", {"control.law": "lqr"})

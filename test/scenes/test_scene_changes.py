@@ -10,8 +10,6 @@ import crane_sim
 from crane_sim.cli.scene_options import load_scene_with_options
 from crane_sim.simulation.plant import Plant
 
-pytestmark = pytest.mark.interpreted
-
 SWING = crane_sim.load_scene("overhead_swing", {"duration": 0.05})
 HEAVY_TROLLEY = {"trolley.mass": 99.0}
 Q, V, U = SWING.initial_q, SWING.initial_v, (0.0,) * len(SWING.actuated)

@@ -20,8 +20,6 @@ from crane_sim.scenes.registry import ALL_SCHEMAS
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import world_points
 
-pytestmark = pytest.mark.interpreted
-
 ROOT = Path(__file__).parents[2]
 
 

@@ -140,7 +140,6 @@ def test_a_torn_file(tmp_path: Path, text: str, edits: list[Any]) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 @pytest.mark.parametrize("part", range(12))
 def test_thousands_of_mutated_scenes(part: int) -> None:
     """The same of 6000 scenes, whose seeds are the numbers of the parts."""
@@ -148,7 +147,6 @@ def test_thousands_of_mutated_scenes(part: int) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 @pytest.mark.parametrize("part", range(4))
 def test_thousands_of_odd_overrides(part: int) -> None:
     """The same of 2000 overrides."""
@@ -156,7 +154,6 @@ def test_thousands_of_odd_overrides(part: int) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.interpreted
 @pytest.mark.parametrize("part", range(4))
 def test_thousands_of_torn_files(part: int, tmp_path: Path) -> None:
     """The same of 2000 files."""

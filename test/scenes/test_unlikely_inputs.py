@@ -194,7 +194,6 @@ def test_a_run_of_a_few_short_periods_is_possible() -> None:
     assert load_scene("knuckle_setpoint", {"duration": 0.005, "control.period": 0.001}).steps == 5
 
 
-@pytest.mark.interpreted
 def test_notes_of_rounding_are_in_the_summary_and_at_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     """The notes on duration and delays are a list in a run's summary, and are printed a line each."""
     sensors = {"all": {"delay": 0.014}}

@@ -9,8 +9,6 @@ import pytest
 from crane_sim import system
 from crane_sim.scenes.scene import Scene, load_scene
 
-pytestmark = pytest.mark.interpreted
-
 DRY = {"coulomb": 0.0, "static": 0.0, "stribeck": 0.01}
 STILL = {"heave": {"amplitude": 0.0, "frequency": 0.7}, "roll": {"amplitude": 0.0, "frequency": 0.5}}
 CALM = {"speed": 0.0, "height": 40.0, "origin_height": 50.0}

@@ -51,7 +51,6 @@ def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
     assert np.all(batch.t == TIMES[-1])
 
 
-@pytest.mark.interpreted
 def test_metrics_and_events_are_those_of_single_runs() -> None:
     """A batch that is asked for them has every metric of `simulate`, NaN for missing ones, and events."""
     document = load_scene("overhead_coulomb", {"duration": 0.4, "trolley.limits": [-9.0, 9.0]}).to_dict()
@@ -73,7 +72,6 @@ COMPILED: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
 }
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("kind", COMPILED)
 def test_compiled_metrics_are_those_of_single_runs(kind: str) -> None:
     """Runs whose metrics compiled code gathers have all metrics of `simulate`, and its error, to the last bit."""
@@ -115,7 +113,6 @@ def check_metrics(scenes: list[Scene]) -> None:
         assert (ended.metrics, ended.error, ended.events) == (flatten(run.summary), error, ())
 
 
-@pytest.mark.interpreted
 def test_cranes_of_different_kinds_run_in_groups() -> None:
     """Methods and models may differ from crane to crane: each ends as it does alone, in the order of the parameters."""
     methods = [{"method": "rk4", "step": 0.01}, {"method": "dop853"}, {"method": "rk4", "step": 0.005}]

@@ -9,8 +9,6 @@ import pytest
 from crane_sim import load_scene
 from crane_sim.simulation.goals import target_position
 
-pytestmark = pytest.mark.interpreted
-
 G = 9.81
 FRICTION = {"friction": {"slew": {"coulomb": 10e3, "static": 12e3}, "trolley": {"coulomb": 600.0, "static": 900.0}}}
 

@@ -38,12 +38,12 @@ def test_heavy_payload_accelerations() -> None:
     assert hardcases.heavy_accelerations().verdict == "holds"
 
 
+@pytest.mark.long
 def test_energy_over_a_million_steps() -> None:
     """The method chosen for long horizons keeps a double pendulum's energy to 1e-9 over a million steps."""
     assert hardcases.long_energy().verdict == "holds"
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("scene", "message"),
     [

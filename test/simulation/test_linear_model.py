@@ -12,8 +12,6 @@ from crane_sim.files.errors import SceneError
 G = 9.81
 VISCOUS = 1.0  # N s/m, of overhead_friction
 
-pytestmark = pytest.mark.interpreted
-
 
 def test_a_pendulum_below_a_trolley_is_its_closed_form() -> None:
     """A and B of one rope below a free trolley are those of textbooks: M ẍ = u + m g θ, L θ̈ = -ẍ - g θ."""

@@ -109,7 +109,6 @@ def test_many_events_are_listed_by_kind() -> None:
     assert (kinds[0]["first"], kinds[0]["last"]) == (events[0][0], events[4][0])
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("instants", [None, [0.1, 0.2]])
 def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(instants: list[float] | None) -> None:
     """A payload taken up in the period in which the run fails counts in the energy audit, as it does of a `Plant`."""
@@ -125,7 +124,6 @@ def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(instants: list[f
     assert len(run.t) == (61 if instants is None else 2)
 
 
-@pytest.mark.interpreted
 def test_a_plant_goes_on_from_the_start_of_its_period() -> None:
     """Efforts in place of open-loop inputs act from then on, beside sensors, too, and after a failure with a load."""
     sensed = {"sensors": {"all": {"noise": [0.01, 0.01]}}}
@@ -144,7 +142,6 @@ def test_a_plant_goes_on_from_the_start_of_its_period() -> None:
     assert plant.k == 61 and plant.summary()["energy_audit_error"] < 1e-12  # rounding
 
 
-@pytest.mark.interpreted
 def test_events_beyond_the_end_are_not_of_the_run() -> None:
     """A run that ends before the trolley reaches its limit at 0.605 s lists no event, however far its last step went.
 
@@ -158,7 +155,6 @@ def test_events_beyond_the_end_are_not_of_the_run() -> None:
         assert run.summary["event_count"] == plant.summary()["event_count"] == 0
 
 
-@pytest.mark.interpreted
 def test_a_plant_lists_the_event_that_ended_its_run() -> None:
     """The summary of a `Plant` that cannot go on has the events of `simulate`, until other efforts let it go on."""
     with pytest.raises(SimulationError) as caught:
@@ -178,7 +174,6 @@ def test_a_plant_lists_the_event_that_ended_its_run() -> None:
     assert led.summary()["events"] == []
 
 
-@pytest.mark.interpreted
 def test_brakes_do_not_change_what_counts_as_near() -> None:
     """A joint that began 10 m away, by a reset, settles within 0.2 m of its target, with brakes on the way or without.
 

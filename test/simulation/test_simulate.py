@@ -58,7 +58,6 @@ def test_reference_trajectories(case: dict[str, Any]) -> None:
     assert np.allclose(run.u, [sample["u"] for sample in case["samples"]], rtol=0, atol=1e-7)  # gains up to 50
 
 
-@pytest.mark.interpreted
 def test_springs_conserve_energy() -> None:
     """With springs and no losses the total energy stays what it was, to the integrator's tolerance."""
     run = simulate("knuckle_springs", duration=5.0)
@@ -91,7 +90,6 @@ def _plane(run: crane_sim.Rollout) -> np.ndarray:
     return rope[:, [0, 2]]
 
 
-@pytest.mark.interpreted
 def test_exactly_at_the_pole_everything_is_finite() -> None:
     """At theta2 = 90 degrees itself, joint coordinates and accelerations are finite."""
     scene = crane_sim.load_scene(
@@ -103,7 +101,7 @@ def test_exactly_at_the_pole_everything_is_finite() -> None:
     assert np.isfinite(crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [0.0] * 3)).all()
 
 
-@pytest.mark.parametrize("name", ["knuckle_setpoint", pytest.param("knuckle_losses", marks=pytest.mark.interpreted)])
+@pytest.mark.parametrize("name", ["knuckle_setpoint", "knuckle_losses"])
 def test_compiled_and_python_loops_agree_bit_for_bit(name: str) -> None:
     """The law called from Python every period and the law inside the loop over periods give the same bits."""
     scene = crane_sim.load_scene(name, {"duration": 2.0})
@@ -136,7 +134,6 @@ def test_impossible_sample_times_are_rejected(times: list[float]) -> None:
         simulate("knuckle_setpoint", duration=2.0, sample_times=times)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "method", [{"method": "rk4", "step": 0.002}, {"method": "rk8", "step": 0.01}], ids=["rk4", "rk8"]
 )
@@ -149,7 +146,6 @@ def test_methods_agree(method: dict[str, Any]) -> None:
     assert np.max(np.abs(simulate(scene).q - expected.q)) < tolerance
 
 
-@pytest.mark.interpreted
 def test_fixed_steps_span_periods() -> None:
     """Without control a step spans as many periods as fit; a plant, period by period, passes the same states."""
     changes = {"duration": 0.45, "integrator": {"method": "rk8", "step": 0.125}}
@@ -164,7 +160,6 @@ def test_fixed_steps_span_periods() -> None:
     assert np.max(np.abs(run.q - exact.q)) < 1e-7
 
 
-@pytest.mark.interpreted
 def test_efforts_after_steps_that_span_periods() -> None:
     """Efforts that are given in the middle of a step act from their period on, as they do with shorter steps."""
     ends = []
@@ -176,7 +171,6 @@ def test_efforts_after_steps_that_span_periods() -> None:
     np.testing.assert_allclose(*ends, atol=1e-11)  # of steps of 20 ms; the force has moved the trolley by 2 mm
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("braking", [False, True], ids=["effort", "brakes"])
 def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
     """Efforts and brakes before a limit that a step of the scene's own source has reached act as after short steps."""
@@ -192,7 +186,6 @@ def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
     np.testing.assert_allclose(*ends, atol=1e-9)  # the tolerance of a step; the effort moves the trolley by 0.1 m
 
 
-@pytest.mark.interpreted
 def test_events_that_did_not_happen_are_not_listed() -> None:
     """What a step found beyond the time at which brakes began is no event: under them the trolley does not slip."""
     friction, source = {"trolley": {"coulomb": 20.0, "static": 30.0}}, {"kind": "sine", "amplitude": 60, "frequency": 3}
@@ -207,7 +200,6 @@ def test_events_that_did_not_happen_are_not_listed() -> None:
     assert (plant.summary()["event_count"], plant.summary()["events"]) == (0, [])
 
 
-@pytest.mark.interpreted
 def test_a_rope_cannot_push() -> None:
     """A demanded negative tension is applied as a slack rope and counted; the equations themselves take any effort."""
     carry = {"slew": 0.0, "boom": 190.0, "jib": 90.0}
@@ -220,7 +212,6 @@ def test_a_rope_cannot_push() -> None:
     assert push > slack + 20.0
 
 
-@pytest.mark.interpreted
 def test_open_loop_inputs_cannot_push_either() -> None:
     """An open-loop input that asks the rope to push is limited as well."""
     inputs = {"rope": {"kind": "constant", "value": 5.0}}
@@ -228,7 +219,6 @@ def test_open_loop_inputs_cannot_push_either() -> None:
     assert np.all(run.u[:, 3] == 0.0)
 
 
-@pytest.mark.interpreted
 def test_inputs_follow_their_functions() -> None:
     """Sine, table and polynomial inputs are applied as their formulas say."""
     inputs = {
@@ -260,7 +250,6 @@ def test_the_published_manoeuvre() -> None:
     assert list(run.summary["peak_effort"].values()) == pytest.approx([23.6, 215, 98.6, 10.3], rel=5e-3)
 
 
-@pytest.mark.interpreted
 def test_a_run_that_fails_says_where() -> None:
     """A step too coarse for the scene ends in one line with the time, not in numbers that mean nothing."""
     coarse = {"integrator": {"method": "rk4", "step": 0.01}, "springs.boom.stiffness": 1e9}
@@ -269,7 +258,6 @@ def test_a_run_that_fails_says_where() -> None:
         simulate(stiff)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("groups", [{}, {"sensors": {"all": {"delay": 0.02}}}], ids=["plain", "hardware"])
 def test_a_failed_run_of_a_law_in_python_is_kept(groups: dict[str, Any]) -> None:
     """The error of a run whose law is Python has the run up to there, the states of a plant bit for bit."""

@@ -4,8 +4,6 @@ import pydoc
 import subprocess
 import sys
 
-import pytest
-
 import crane_sim
 from crane_sim.simulation.batch import simulate_batch
 from crane_sim.simulation.rollout import simulate
@@ -40,7 +38,6 @@ def test_compiled_code_needs_no_scipy() -> None:
     assert done.stdout.strip() == "True False"
 
 
-@pytest.mark.interpreted
 def test_results_are_shown_in_short() -> None:
     """Scenes, runs and batches show what they are in at most three lines."""
     run = simulate("knuckle_setpoint", duration=0.1)

@@ -15,7 +15,6 @@ from crane_sim import study as studies
 from crane_sim.files.errors import SceneError
 from crane_sim.study import deprecated_names
 
-pytestmark = pytest.mark.interpreted
 STUDY: dict[str, Any] = {
     "scene": "overhead_energy",
     "duration": 0.1,

@@ -26,7 +26,6 @@ from crane_sim.study.store import hash_of, identity_of
 from crane_sim.study.summary import shown_metrics
 from crane_sim.study.tuning import tune
 
-pytestmark = pytest.mark.interpreted
 MASS = "cable.node_masses.0"
 STUDY: dict[str, Any] = {
     "scene": "overhead_energy",

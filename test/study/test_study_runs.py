@@ -145,7 +145,6 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
     return studies.run(FAILING, tmp_path_factory.mktemp("study") / "failing", workers=1)
 
 
-@pytest.mark.interpreted
 def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
     """Failed and impossible runs are rows with status and reason; metrics stand there up to where it failed."""
     rows = failing.table.to_pylist()
@@ -155,7 +154,6 @@ def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
     assert failing.failed("stiff").tolist() == [True, True] and failing.failed("energy").tolist() == [False, True]
 
 
-@pytest.mark.interpreted
 def test_failures_are_recorded(failing: studies.StudyResult) -> None:
     """Of the run that failed there is a recording, with the bits of its row; a refused scene has none."""
     (file,) = (failing.folder / "recordings").iterdir()
@@ -163,7 +161,6 @@ def test_failures_are_recorded(failing: studies.StudyResult) -> None:
     assert crane_sim.read_recording(file).summary["state_sha256"] == failing.table["state_sha256"][1].as_py()
 
 
-@pytest.mark.interpreted
 def test_a_recording_that_a_killed_study_left_is_made_anew(failing: studies.StudyResult, tmp_path: Path) -> None:
     """The half of a recording is removed, not recovered beside the whole one, which has the same bits."""
     folder = Path(shutil.copytree(failing.folder, tmp_path / "study"))
@@ -255,7 +252,6 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
     assert without_times(table) == without_times(plain)
 
 
-@pytest.mark.interpreted
 def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> None:
     """`crane report FOLDER` writes one file without requests: failures first, each variant's metrics, links to runs.
 

@@ -175,7 +175,6 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", BAD)
 def test_a_wrong_study_is_refused_in_one_line(name: str, tmp_path: Any) -> None:
     """The line names key and value and says what is possible; nothing is written."""

@@ -96,7 +96,6 @@ def test_judged_on_samples_that_the_search_has_not_seen(whole: tuning.TuningResu
     assert first == BASELINE and others == list(whole.chosen)
 
 
-@pytest.mark.interpreted  # a crane with ends of the rail is a kind of its own
 def test_gains_that_lose_the_crane_are_no_candidates() -> None:
     """A trial ends with the first sample that fails or has no such metric; how far it came is its violation."""
     study = load_study(STUDY | {"tune": None, "changes": {"trolley.limits": [-9.0, 2.0]}})
@@ -107,7 +106,6 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
     assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 8
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
 def test_a_metric_that_is_no_finite_number_is_none(value: str, tmp_path: Path) -> None:
     """A trial whose own metric is NaN or infinite is infeasible, as one whose run has none."""
@@ -207,7 +205,6 @@ def quick(study: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]
     return QUICK | (study or {}) | {"tune": settings}
 
 
-@pytest.mark.interpreted
 def test_a_lock_of_a_killed_process_stops_no_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A dangling lock in a folder with a relative path, and halves of files, are removed: the search ends."""
     monkeypatch.chdir(tmp_path)
@@ -238,7 +235,6 @@ def deadline(seconds: int) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-@pytest.mark.interpreted
 def test_a_folder_belongs_to_one_process(tmp_path: Path) -> None:
     """A second search in a folder is refused while the first one runs, and changes nothing."""
     refusals = []
@@ -252,7 +248,6 @@ def test_a_folder_belongs_to_one_process(tmp_path: Path) -> None:
     assert tuning.tune(quick(), tmp_path, workers=1, on_progress=search_again).trials == 1 and refusals
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("study", [quick(changes=WHOLE), quick({"variants": {"own": WHOLE}}, changes={})])
 def test_the_first_trial_has_the_gains_of_the_scene(study: dict[str, Any], tmp_path: Path) -> None:
     """Whole numbers count, and so do those of the first variant, from which every trial starts."""
@@ -260,7 +255,6 @@ def test_the_first_trial_has_the_gains_of_the_scene(study: dict[str, Any], tmp_p
     assert found.gains == {KP: 12.0, KD: 22.0}
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("objective", ["peak_efort", "law", "status", "state_sha256", "parameter.reference.q.0"])
 def test_objectives_are_metrics(objective: str, tmp_path: Path) -> None:
     """A misspelt objective, text, or a parameter is refused in one line before anything is written."""
@@ -288,7 +282,6 @@ def test_studies_that_cannot_judge_a_search(changes: dict[str, Any], line: str, 
     assert line in str(refused.value) and "\n" not in str(refused.value) and not (tmp_path / "search").exists()
 
 
-@pytest.mark.interpreted
 def test_an_error_with_a_sign_counts_by_its_magnitude(tmp_path: Path) -> None:
     """Objectives, comparisons and the worst runs take the magnitude of errors that are negative in the table."""
     behind = {"reference.q.0": {"distribution": "uniform", "low": -3.0, "high": -1.0}}
@@ -311,7 +304,6 @@ def test_what_is_better_when_larger_is_no_objective(objective: str, tmp_path: Pa
     assert "\n" not in str(refused.value) and not (tmp_path / "search").exists()
 
 
-@pytest.mark.interpreted
 def test_a_search_goes_on_with_another_keep(tmp_path: Path) -> None:
     """More compromises of the same trials are judged in a folder of their own, beside the one that is there."""
     conflicting = {"trials": 4, "objectives": ["peak_effort", "final_error"]}
@@ -321,7 +313,6 @@ def test_a_search_goes_on_with_another_keep(tmp_path: Path) -> None:
     assert list(second.held_out.study.variant_changes) == [BASELINE, *second.chosen]
 
 
-@pytest.mark.interpreted
 def test_gains_can_be_pasted(tmp_path: Path) -> None:
     """An entry of gains.yaml is a variant, and its lines are those of `--set`, though the scene has no such list.
 

@@ -10,7 +10,6 @@ from crane_sim import load_scene, simulate, simulate_batch
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.breakpoints import PiecewiseSource, next_breakpoint, with_breakpoints
 
-pytestmark = pytest.mark.interpreted
 TROLLEY, PAYLOAD, ROPE = 50.0, 100.0, 5.0  # kg, kg, m
 PULSE = {"kind": "table", "times": [6.0, 6.02, 6.04], "values": [0.0, 5000.0, 0.0]}  # s, N
 

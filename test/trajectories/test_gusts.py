@@ -11,7 +11,6 @@ import crane_sim
 from crane_sim.trajectories.turbulence import BEYOND, SPECTRA, band_of, default_cut_off, draw_gust, line_energies
 from crane_sim.trajectories.wind import Gust, LogarithmicLaw, PowerLaw, gust_at, speed_ratio
 
-pytestmark = pytest.mark.interpreted
 CASES = [(name, component) for name in SPECTRA for component in range(3)]
 SPEED, LENGTH, SIGMA = 11.0, 70.0, 1.7
 

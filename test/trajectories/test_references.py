@@ -15,8 +15,6 @@ from crane_sim.trajectories.point_to_point import PointToPoint
 from crane_sim.trajectories.polynomials import PiecewisePolynomial, evaluate, max_derivatives
 from crane_sim.trajectories.trajectory import compile_trajectory, higher_derivatives_at, sample_trajectory
 
-pytestmark = pytest.mark.interpreted
-
 POINTS = ((1.35, 0.0), (1.0922, -0.7935), (0.7425, -0.7425), (0.7935, -1.0922), (0.0, -1.35))
 TIMES = (10.0, 26.0, 30.0, 34.0, 50.0)
 ROUNDING = 1e-12  # of numbers of the size of one

@@ -12,8 +12,6 @@ from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.base_motion import axis_at
 from crane_sim.trajectories.waves import ResponseAmplitudeOperator, Sea, SineSum, apply_response, density, sample_sea
 
-pytestmark = pytest.mark.interpreted
-
 GAMMAS = [1.0, 3.3, 7.0]
 
 
